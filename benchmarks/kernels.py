@@ -96,11 +96,11 @@ def all_energies(squares, boxes, block, energy):
 
 
 @kernel
-def all_scores(grid, boxes, block, running, terms, energy, scores):
+def all_scores(grid, boxes, block, running, spans, terms, energy, scores):
     """Compute the terms of each patch, and its scores at all locations."""
     for i in range(len(boxes)):
         n_groups = overlap_terms(grid, box_of(boxes[i]), block, running, terms)
-        score_places(running, terms, n_groups, energy, scores[i])
+        score_places(running, 0, spans, terms, n_groups, energy, scores[i])
 
 
 @kernel
@@ -186,7 +186,7 @@ def measure(level: int) -> list[Measured]:
     target, counts = grid.copy(), np.zeros(0, np.int64)
     terms_of = seconds_of(lambda: all_terms(grid, boxes, block, running, terms, n_terms))
     scores_of = seconds_of(lambda: all_scores(
-        grid, boxes, block, running, terms, energy, scores
+        grid, boxes, block, running, np.zeros((0, 0, 2), np.int64), terms, energy, scores
     )) - terms_of  # fmt: skip
     best_of = seconds_of(lambda: all_best(scores, rng, ranking, places))
     drawn = places[np.arange(n), rng.integers(0, k, n)]

@@ -49,7 +49,7 @@ def kernel_scores(image, tile, level, template, overlap, shape, n_facies):
     terms = make_terms(running, size, width, (1, unit, unit))
     n_groups = overlap_terms(tile[None], box, (1, unit, unit), running, terms)
     scores = np.empty_like(energy)
-    score_places(running, terms, n_groups, energy, scores)
+    score_places(running, 0, np.zeros((0, 0, 2), np.int64), terms, n_groups, energy, scores)
     return scores[0]
 
 

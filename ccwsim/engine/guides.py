@@ -27,7 +27,7 @@ def make_guide(
     `lengths` are those of the coarsest scale along the path.
     """
     secondary = image.study.secondary
-    if (secondary is None or not secondary.guides) and not oriented.illegal.size:
+    if secondary is None or not secondary.guides:
         return None
     blocks = [t // b for t, b in zip(lengths.template, lengths.block, strict=True)]
     counts = [min(n, k) for n, k in zip(N_PARTS, blocks, strict=True)]
@@ -54,14 +54,15 @@ def make_guide(
     values = image.part(("maps of image", *key), of_image)
     factors = np.zeros((len(patches), len(values), prod(counts)), np.float32)
     mismatch, plane = mismatch_cost(lengths, len(oriented.pyramid.sums)), 0
-    if secondary is not None and secondary.probabilities is not None:
+    if secondary.probabilities is not None:
         c = mismatch * NAT / USUAL_OVERLAP * secondary.soft_weight
         known = secondary.probabilities, oriented.proportions, oriented.pyramid.sums
-        tilts = image.part(("tilts", key[1]), lambda: tilts_of(*known, lengths))
+        illegal = oriented.illegal
+        tilts = image.part(("tilts", key[1]), lambda: tilts_of(*known, illegal, lengths))
         for tilt in tilts:
             factors[:, plane] = -c * of_grid(plane, tilt)
             plane += 1
-    for each in secondary.auxiliary if secondary else ():
+    for each in secondary.auxiliary:
         factors[:, plane] = mismatch * each.weight / prod(counts)
         wanted = of_grid(plane, np.clip(_scaled(each.grid, each.image), -0.5, 1.5))
         factors[:, plane + 1] = -2 * mismatch * each.weight * wanted
@@ -69,7 +70,7 @@ def make_guide(
     n_terms = len(values) * prod(counts) + AT_ONCE
     work = np.zeros(n_terms, np.int64), np.zeros(n_terms, np.float32)
     costs = np.zeros(prod(values.shape[2:]), np.float32)
-    return Guide(values, starts, factors, oriented.illegal, *work, costs)
+    return Guide(values, starts, factors, *work, costs)
 
 
 def _parts(
@@ -93,7 +94,10 @@ def _maps_of_image(image: PreparedImage, orientation: int) -> Iterator[NDArray]:
         for k in range(1, image.study.training_image.n_facies):
             yield image.scaled(orientation) == k
     for each in secondary.auxiliary if secondary else ():
-        values = _scaled(to_path(_volume(each.image), orientation), each.image)
+        values = _volume(each.image)
+        if image.copies:
+            values = values.ravel()[image.copies.origins]  # in unknown cells, any value
+        values = _scaled(to_path(values, orientation), each.image)
         yield values**2
         yield values
 

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim.engine.copies import Copies, check_pieces, make_copies
 from ccwsim.engine.corrections.guidance import score_bound
 from ccwsim.engine.corrections.proportions import (
     DataProportions,
@@ -23,9 +24,15 @@ from ccwsim.engine.corrections.unseen_patterns import Patterns, known_patterns, 
 from ccwsim.engine.lengths import ScaledLengths, lengths_of
 from ccwsim.engine.stages.bits import to_bits, to_square_bits
 from ccwsim.engine.stages.conditioning import legal_splits
-from ccwsim.engine.stages.path import Triple, in_layers, in_three, to_path
+from ccwsim.engine.stages.path import FROM_ABOVE, Triple, in_layers, in_three, to_path
 from ccwsim.engine.stages.pyramid import Pyramid, build_pyramid, upgrid
-from ccwsim.engine.stages.similarity import running_squares, running_sums, score_type, summed_up
+from ccwsim.engine.stages.similarity import (
+    legal_spans,
+    running_squares,
+    running_sums,
+    score_type,
+    summed_up,
+)
 from ccwsim.jobs.workers import check_stop
 from ccwsim.model.study import Study
 from ccwsim.system.lru_cache import LruCache
@@ -45,28 +52,38 @@ class OrientedImage(NamedTuple):
     squares: NDArray[np.number[Any]]  # made by `running_squares`, with the type of the scores
     running: NDArray[np.unsignedinteger[Any]]  # made by `running_sums`
     places: Triple  # number of layers, rows and columns of locations
-    proportions: NDArray[np.float64]  # shape (n_facies,): proportions of the training image
-    margin: NDArray[np.float64]  # shape (n_facies,): made by `margin_weights`; 0 if not steered
+    proportions: NDArray[np.float64]  # shape (n_facies,): expected proportions of the grid
+    # shape (n_kinds, n_facies): made by `margin_weights`; 0 if not steered
+    margin: NDArray[np.float64]
     gain_factors: NDArray[np.float64]  # shape (n_facies,): made by `gain_factors`
     illegal: NDArray[np.uint8]  # shape of locations: 1 with unknown cells; empty if all are known
+    spans: NDArray[np.int64]  # made by `legal_spans`
+    # shape (n_kinds, 2): first layer and number of layers of the locations of each kind of copies
+    layers: NDArray[np.int64]
 
     @property
-    def n_places(self) -> int:
-        """Number of possible locations of a patch in the image."""
-        return prod(self.places)
+    def n_places(self) -> NDArray[np.int64]:
+        """Number of locations without unknown cells for each kind, shape (n_kinds,)."""
+        n = self.layers[:, 1] * self.places[1] * self.places[2]
+        if not self.illegal.size:
+            return n
+        excluded = np.append(0, np.cumsum(self.illegal.sum(axis=(1, 2), dtype=np.int64)))
+        return n - (excluded[self.layers.sum(axis=1)] - excluded[self.layers[:, 0]])
 
 
 def orient_image(
     study: Study,
     image: NDArray[np.uint8],
     known: NDArray[np.bool_] | None,
+    copies: Copies | None,
     lengths: ScaledLengths,
     may_split: bool,
 ) -> OrientedImage:
     """Return the prepared `image`, which is in path coordinates at the coarsest scale.
 
     `known` are the known cells of the image at the finest scale, or None if all are known.
-    `lengths` are along the axes of the path; `may_split` is true if tiles may be split.
+    `lengths` are along the axes of the path; `may_split` is true if tiles may be split. The layers
+    of `copies` must be in the order of the path.
     """
     p = study.parameters
     template, overlap, level = lengths.template, lengths.overlap, lengths.level
@@ -87,16 +104,31 @@ def orient_image(
     size = tuple(t >> n for t, n in zip(template, level, strict=True))
     places = tuple(n - t + 1 for n, t in zip(pyramid.sums.shape[1:], size, strict=True))
     proportions = np.array(study.training_image.proportions)  # kernels need a writable array
-    margin, factors = np.zeros(len(proportions)), np.ones(len(proportions))
-    if steers(study):
-        shares = patch_shares(pyramid.sums, size, prod(template))  # type: ignore[arg-type]
-        margin, factors = margin_weights(shares, proportions), gain_factors(shares, proportions)
-    sums = squares, running, places
+    kinds, layers = proportions[None], np.array([[0, places[0]]])
+    if copies is not None:
+        proportions, kinds = copies.expected, copies.proportions
+        layers = copies.layers // (lengths.block[0] * lengths.cell_size[0])
+        layers[:, 1] += 1 - size[0]
     illegal = np.zeros((0, 0, 0), np.uint8)
     if known is not None:
         illegal = illegal_places(known, lengths, places)  # type: ignore[arg-type]
-    steering = proportions, margin, factors
-    return OrientedImage(pyramid, np.array(splits), *sums, *steering, illegal)  # type: ignore[arg-type]
+    margin, factors = np.zeros(kinds.shape), np.ones(len(proportions))
+    if steers(study):
+        shares = [
+            patch_shares(
+                pyramid.sums[:, first : first + n + size[0] - 1],
+                *(size, prod(template), illegal[first : first + n]),  # type: ignore[arg-type]
+            )
+            for first, n in layers.tolist()
+        ]
+        margin = np.stack([margin_weights(*each) for each in zip(shares, kinds, strict=True)])
+        factors = gain_factors(np.concatenate(shares), proportions)
+    sums, steering = (squares, running, places), (proportions, margin, factors)
+    legal = illegal, legal_spans(illegal), layers
+    oriented = OrientedImage(pyramid, np.array(splits), *sums, *steering, *legal)  # type: ignore[arg-type]
+    if copies is not None:
+        check_pieces(copies, oriented.n_places, template)
+    return oriented
 
 
 def illegal_places(
@@ -153,38 +185,68 @@ class PreparedImage:
         """
 
         def make() -> OrientedImage:
-            p, study = self.study.parameters, self.study
+            p, study, copies = self.study.parameters, self.study, self.copies
             lengths = lengths_of(p, study.grid.shape, template, orientation)[-1]
             may_split = p.exact_data and study.hard_data.n > self.lengths[0].max_data
-            known = study.training_image.known
-            if known is not None:
-                known = to_path(known.reshape(in_layers(known.shape)), orientation)
+            known = None if self._known is None else to_path(self._known, orientation)
             image = self.scaled(orientation, p.scale)
-            return orient_image(study, image, known, lengths, may_split)
+            if copies and orientation & FROM_ABOVE:
+                first, n = copies.layers.T
+                layers = np.column_stack([len(copies.indices) - first - n, n])
+                copies = copies._replace(layers=layers)
+            return orient_image(study, image, known, copies, lengths, may_split)
 
         return self.part(("oriented", orientation, template), make)
 
+    @cached_property
+    def copies(self) -> Copies | None:
+        """The copies in which patches are searched; None for the training image alone."""
+        return make_copies(self.study)
+
+    @cached_property
+    def base(self) -> NDArray[np.uint8]:
+        """The training image, shape (nz, ny, nx); unknown cells count as one facies more."""
+        indices, n_facies = self.study.training_image.indices, self.study.training_image.n_facies
+        return np.minimum(indices.reshape(in_layers(indices.shape)), n_facies)
+
+    @property
+    def shape(self) -> Triple:
+        """Shape of the image, or of the stack of its copies, along z, y and x."""
+        nz, ny, nx = (self.copies.indices if self.copies else self.base).shape
+        return nz, ny, nx
+
+    @property
+    def _known(self) -> NDArray[np.bool_] | None:
+        """The known cells of the image or of the stack of copies, three axes."""
+        if self.copies:
+            return self.copies.known
+        known = self.study.training_image.known
+        return None if known is None else known.reshape(in_layers(known.shape))
+
     def scaled(self, orientation: int = 0, scale: int = 0) -> NDArray[np.uint8]:
-        """Return the image in one orientation, up-gridded `scale` times, shape (nz, ny, nx)."""
+        """Return the image, or the stack of its copies, in one orientation, shape (nz, ny, nx).
+
+        The image is up-gridded `scale` times.
+        """
 
         def make() -> NDArray[np.uint8]:
             if scale == 0:
-                indices = self.study.training_image.indices
-                oriented = to_path(indices.reshape(in_layers(indices.shape)), orientation)
-                # kernels need a writable array; unknown cells count as one facies more
-                return np.minimum(oriented, self.study.training_image.n_facies, order="C")
+                image = self.copies.indices if self.copies else self.base
+                return np.array(to_path(image, orientation), order="C")  # kernels need it writable
             finer, coarser = (self.lengths[s].along(orientation) for s in (scale - 1, scale))
             return upgrid(self.scaled(orientation, scale - 1), finer.cells_of(coarser))
 
         return self.part(("scaled", orientation, scale), make)
 
-    def unknown(self) -> NDArray[np.int64]:
+    def unknown(self, orientation: int = 0) -> NDArray[np.int64]:
         """Return the running numbers of unknown cells of the image; empty if all are known."""
-        known = self.study.training_image.known
-        if known is None:
-            return np.zeros((0, 0, 0), np.int64)
-        cells = (~known.reshape(in_layers(known.shape))).astype(np.int64)
-        return self.part(("unknown",), lambda: summed_up(cells))
+
+        def make() -> NDArray[np.int64]:
+            if self._known is None:
+                return np.zeros((0, 0, 0), np.int64)
+            return summed_up((~to_path(self._known, orientation)).astype(np.int64))
+
+        return self.part(("unknown", orientation), make)
 
     def bits(self) -> NDArray[np.uint64]:
         """Return the bits of the image, row by row, as computed by `to_bits`."""
@@ -198,9 +260,10 @@ class PreparedImage:
     def repair(self, template: Triple) -> Repair:
         """Return the inputs of seam repair, in the orientation of the grid."""
         shape, n_facies = in_layers(self.study.grid.shape), self.study.training_image.n_facies
-        return self.part(
-            ("repair", template), lambda: prepare_repair(self.scaled(), template, shape, n_facies)
-        )
+        room = [*np.minimum(self.shape, shape)]
+        room[0] = min(room[0], *self.copies.layers[:, 1]) if self.copies else room[0]
+        inputs = self.scaled(), template, tuple(room), n_facies, len(self.base) > 1, self.unknown()
+        return self.part(("repair", template), lambda: prepare_repair(*inputs))
 
     def proportions_of_data(self) -> DataProportions:
         """Return the proportions of the hard data of the study."""
@@ -209,8 +272,9 @@ class PreparedImage:
         def make() -> DataProportions:
             cells, facies = in_three(study.hard_data.cells), study.facies_of_data
             proportions = np.array(study.training_image.proportions)
+            proportions = self.copies.expected if self.copies else proportions
             shape = in_layers(study.grid.shape)
-            return proportions_of_data(cells, facies, self.scaled(), proportions, shape)
+            return proportions_of_data(cells, facies, self.base, proportions, shape)
 
         return self.part(("proportions of data",), make)
 
@@ -221,9 +285,14 @@ class PreparedImage:
         """
 
         def make() -> Trend | None:
-            secondary = self.study.secondary
-            if orientation == 0 and secondary and secondary.probabilities is not None:
-                return trend_of_map(secondary.probabilities, self.study.training_image.proportions)
+            secondary, copies, shape = self.study.secondary, self.copies, self.study.grid.shape
+            own = self.study.training_image.proportions
+            if copies and secondary and secondary.zones is not None:
+                own = copies.proportions[copies.kinds.reshape(shape)]
+            soft = secondary.probabilities if secondary else None
+            if orientation == 0 and (soft is not None or own.ndim > 1):
+                unknown = np.full((own.shape[-1], *shape), np.nan)
+                return trend_of_map(unknown if soft is None else soft, own)
             if orientation == 0:
                 shape, (_, ty, tx) = in_layers(self.study.grid.shape), self.lengths[0].template
                 return trend_of_data(self.proportions_of_data(), shape, min(ty, tx) / 2)
@@ -238,8 +307,10 @@ class PreparedImage:
 
     def patterns(self, orientation: int) -> Patterns:
         """Return the patterns of the image in an orientation of the path."""
+        image, unknown = self.scaled(orientation), self.unknown(orientation)
         return self.part(
-            ("patterns", orientation), lambda: known_patterns(self.scaled(orientation))
+            ("patterns", orientation),
+            lambda: known_patterns(image, None, len(self.base) > 1, unknown),
         )
 
     def part(self, key: tuple[Any, ...], make: Callable[[], Any]) -> Any:
@@ -250,10 +321,10 @@ class PreparedImage:
     def has_thin_facies(self) -> bool:
         """Whether a facies consists of bodies that are only a few cells thick."""
         usual = int(np.argmax(self.study.training_image.proportions))
-        thicknesses = np.delete(mean_thickness(self.scaled()), usual)
+        thicknesses = np.delete(mean_thickness(self.base), usual)
         return bool((thicknesses < THIN).any())
 
     @cached_property
     def isolated_datum_thresholds(self) -> NDArray[np.float64]:
         """Thresholds, by facies index, below which a datum is isolated (see `resimulation`)."""
-        return isolated_datum_thresholds(self.scaled())
+        return isolated_datum_thresholds(self.base)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine import tiles
+from ccwsim.engine.copies import Copies
 from ccwsim.engine.corrections.guidance import score_bound
 from ccwsim.engine.corrections.proportions import GAIN, Steering, draw_between, draw_target
 from ccwsim.engine.corrections.trend_of_data import expected_before, rake
@@ -104,18 +105,20 @@ def make_plan(
     sizes = lengths[0].template, lengths[0].overlap
     path = make_path(in_layers(study.grid.shape), orientation, *sizes, order, offset)
     data = tuple(_data_at(study, image, path, lengths, k) for k in range(p.scale + 1))
-    n_places = oriented.n_places - int(oriented.illegal.sum())
+    n_places = int(oriented.n_places.min())
     search = _search(image, lengths, n_places, orientation)
     active = study.active
     if active is not None:
         active = to_path(active.reshape(in_layers(active.shape)), orientation)
     patches, before = _patches(image, path, lengths, oriented, n_places, data[0], active)
-    steering = _steering(image, path, lengths[-1], oriented, patches, rng)
+    kinds = _kinds(image.copies, path, lengths[-1], patches, rng)
+    steering = _steering(image, path, lengths[-1], oriented, patches, kinds, rng)
     totals = image.part(("totals",), lambda: totals_of(image))
     patterns = image.patterns(orientation) if search.by_unseen else NO_PATTERNS
     guide = make_guide(image, oriented, path, lengths[-1], patches)
     inputs = tiles.PatchInputs(
-        patches, before, oriented, data[-1], search, steering, patterns, guide
+        *(patches, before, oriented, data[-1], search, steering, patterns),
+        *(oriented.layers[kinds], guide),
     )
     return Plan(path, lengths, data, inputs, totals)
 
@@ -162,7 +165,7 @@ def reported_calls(
 
 def _patches_per_call(oriented: OrientedImage, search: tiles.Search) -> int:
     cells = overlap_cells(search.template, search.overlap) * len(oriented.pyramid.sums)
-    terms = max(cells // prod(search.block), 1) * oriented.n_places
+    terms = max(cells // prod(search.block), 1) * int(oriented.n_places.max())
     return min(max(TERMS_PER_CALL // terms, 1), MAX_PATCHES_PER_CALL)
 
 
@@ -209,6 +212,24 @@ def _patches(
     return patches, before
 
 
+def _kinds(
+    copies: Copies | None,
+    path: RasterPath,
+    coarse: ScaledLengths,
+    patches: NDArray[np.int64],
+    rng: np.random.Generator,
+) -> NDArray[np.int64]:
+    """Return the kind of copies in which each patch is searched, shape (n,); or one for all."""
+    if copies is None:
+        return np.zeros(1, np.int64)
+    middle = (patches[:, :3] + patches[:, 3:6] // 2) * coarse.cell_size - path.offset
+    at = np.clip(middle, 0, np.array(path.shape) - 1)
+    kinds = to_path(copies.kinds, path.orientation)[tuple(at.T)].astype(np.int64)
+    if len(copies.weights) > 1:
+        kinds += rng.choice(len(copies.weights), len(kinds), p=copies.weights)
+    return kinds
+
+
 def _offset(p: Parameters, lengths: tuple[ScaledLengths, ...], rng: np.random.Generator) -> Triple:
     """Return the random distance from the first tile to the grid, in whole coarse cells.
 
@@ -227,21 +248,24 @@ def _steering(
     coarse: ScaledLengths,
     oriented: OrientedImage,
     patches: NDArray[np.int64],
+    kinds: NDArray[np.int64],
     rng: np.random.Generator,
 ) -> Steering:
-    """Return random target proportions of a realization."""
+    """Return random target proportions of a realization; `kinds` come from `_kinds`."""
     study, off = image.study, np.zeros(len(oriented.proportions))
-    unsteered = Steering(oriented.proportions[None], oriented.margin, off, False)
+    margin = oriented.margin[kinds]
+    unsteered = Steering(oriented.proportions[None], margin, off, False)
     if not steers(study):
         return unsteered
     secondary = study.secondary
     shape = in_layers(study.grid.shape)
-    target = draw_target(image.scaled(), oriented.proportions, shape, rng)
+    target = draw_target(image.base, oriented.proportions, shape, rng)
     if shape[0] == 1:
         spread = np.where(oriented.gain_factors > 1, TARGET_SPREAD_RARE, TARGET_SPREAD)
         target = oriented.proportions + spread * (target - oriented.proportions)
     soft = secondary is not None and secondary.probabilities is not None
-    trend = image.trend(path.orientation) if soft or study.hard_data.n else None
+    zones = secondary is not None and secondary.zones is not None
+    trend = image.trend(path.orientation) if soft or zones or study.hard_data.n else None
     if soft and trend:  # the variation is smaller, because the map explains a part of it
         mean = trend.proportions.mean(axis=(0, 1))
         target = np.clip(mean + SOFT_SPREAD * (target - oriented.proportions), 0.0, 1.0)
@@ -257,7 +281,7 @@ def _steering(
         sizes = coarse.overlap, coarse.cell_size
         targets = expected_before(expected, trend.pixel, patches, *sizes, path)
     gain = GAIN * prod(coarse.cell_size) / prod(shape) * oriented.gain_factors
-    return Steering(targets, oriented.margin, gain, True)
+    return Steering(targets, margin, gain, True)
 
 
 def totals_of(image: PreparedImage) -> type[np.signedinteger]:
@@ -301,10 +325,13 @@ def _data_at(
 
 
 def to_grid(
-    simulated: tiles.Simulated, path: RasterPath, study: Study
+    simulated: tiles.Simulated, path: RasterPath, study: Study, image_shape: Triple
 ) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
-    """Return facies and sources in grid coordinates; sources are flat indices in the TI."""
-    grid, sources, shape = simulated.grid, simulated.sources, in_layers(study.training_image.shape)
+    """Return facies and sources in grid coordinates.
+
+    Sources are flat indices in the image that is searched, of shape `image_shape`.
+    """
+    grid, sources, shape = simulated.grid, simulated.sources, image_shape
     if sources.size:
         numbers = np.arange(prod(shape), dtype=np.int32).reshape(shape)
         oriented = np.ascontiguousarray(to_path(numbers, path.orientation))
@@ -341,6 +368,7 @@ def _search(
     may_try = not (draws_once or coarse.volume or p.scale)
     by_unseen = may_try and max(coarse.template) >= LARGE_TEMPLATE and image.has_thin_facies
     axes = (z / location, y / location, x / location) if location else (0.0, 0.0, 0.0)
+    reach = [max(1, REACH >> n) for n in lengths[0].level]
     return tiles.Search(
         template=coarse.template,
         overlap=coarse.overlap,
@@ -360,7 +388,7 @@ def _search(
         slack=-1 if p.draws_as_published else round(slack * cell_cost),
         n_drawn=1 if draws_once else N_DRAWN_THIN if by_unseen else N_DRAWN,
         by_unseen=by_unseen,
-        reach=tuple(max(1, REACH >> n) for n in lengths[0].level),  # type: ignore[arg-type]
+        reach=(reach[0] * coarse.volume, *reach[1:]),
     )
 
 

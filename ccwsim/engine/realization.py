@@ -33,6 +33,8 @@ changes, so some unseen patterns remain in such images."""
 WINDOWS_A_CELL = 0.02
 """Maximum number of repaired windows per cell of a volume; images without structure would need
 more."""
+NO_KINDS = np.zeros((0, 2), np.int64), np.zeros((0, 0, 0), np.uint8)
+"""Layers and kinds of `Target` without copies of the training image."""
 Report = Callable[[float], None]
 """Function called with the finished share of the work, 0 … 1; it may raise an error to stop."""
 
@@ -61,6 +63,8 @@ def simulate_realization(
     changed = study, image, template, indices, sources, rng
     data_status = honour_data(*changed, watch.report)
     repair(*changed, data_status, watch.report)
+    if image.copies and sources.size:
+        sources = np.where(sources < 0, -1, image.copies.origins.ravel()[sources])
     if study.active is not None:
         indices[~study.active] = UNKNOWN
         if sources.size:
@@ -81,7 +85,7 @@ def simulate_raster(
     plan = raster.make_plan(study, template, image, rng)
     simulated = raster.simulate_tiles(study, plan, keep_sources, rng, watch)
     simulated = place_at_finer_scales(study, plan, image, simulated, keep_sources, watch)
-    return raster.to_grid(simulated, plan.path, study)
+    return raster.to_grid(simulated, plan.path, study, image.shape)
 
 
 def honour_data(
@@ -172,8 +176,9 @@ def target_of(
     by_chance = study.parameters.draws_as_published
     known = image.scaled(), image.bits(), image.square_bits()
     balance = np.zeros(study.training_image.n_facies, np.int64)
-    unknown = image.unknown()
-    return Target(*known, data, indices.reshape(shape), sources, balance, by_chance, unknown)
+    cells, volume = (data, indices.reshape(shape), sources, balance), len(image.base) > 1
+    kinds = (image.copies.around(), image.copies.kinds) if image.copies else NO_KINDS
+    return Target(*known, *cells, by_chance, image.unknown(), *kinds, volume)
 
 
 def random_numbers(seed: int, number: int) -> np.random.Generator:
@@ -209,7 +214,7 @@ def walk_through(study: Study, watch: Watch) -> None:
     image, template = study.training_image, study.parameters.along(study.grid.shape).template
     shape = [min(n, 2 * t) for n, t in zip(in_layers(image.shape), template, strict=True)]
     cells = np.resize(image.codes, shape[-len(image.shape) :])
-    if image.known is not None:
+    if image.known is not None or (study.secondary and study.secondary.has_copies):
         cells = np.where(np.arange(cells.size) < cells.size - 1, cells.ravel(), np.nan)
     small = _tiny(study, TrainingImage(cells.reshape(shape[-len(image.shape) :])))
     if study.secondary is not None:
@@ -233,6 +238,7 @@ def _specialization(study: Study, image: PreparedImage) -> tuple[object, ...]:
     scores = score_type(*sizes, p.similarity == "correlation")
     types = block_sum_type(coarse.block), scores, raster.totals_of(image)
     is_guided = study.secondary is not None and study.secondary.guides
-    has_gaps = study.training_image.known is not None
+    has_copies = study.secondary is not None and study.secondary.has_copies
+    has_gaps = study.training_image.known is not None or has_copies
     kinds = study.hard_data.n > 0, p.exact_data, p.scale > 0, repairs(study), is_guided, has_gaps
     return *types, len(study.grid.shape), *kinds

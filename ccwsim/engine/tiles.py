@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.engine.corrections.guidance import Guide, exclude_illegal, guided_energies
+from ccwsim.engine.corrections.guidance import Guide, guided_energies
 from ccwsim.engine.corrections.proportions import Steering, closest_to_target, draw_towards
 from ccwsim.engine.corrections.refinement import data_at_stake, refine_place
 from ccwsim.engine.corrections.unseen_patterns import (
@@ -94,6 +94,8 @@ class PatchInputs(NamedTuple):
     search: Search
     steering: Steering
     patterns: Patterns  # patterns of the oriented image, for `by_unseen`
+    # shape (1 or n, 2): first layer and number of layers of the locations that a patch may have
+    layers: NDArray[np.int64]
     guide: Guide | None  # costs of locations; None to omit the code without secondary information
 
 
@@ -111,10 +113,10 @@ class PatchWorkspace(NamedTuple):
     Python code allocates this workspace, because kernels allocate no arrays.
     """
 
-    scores: NDArray[np.number[Any]]  # shape (nz, ny, nx) of locations
+    scores: NDArray[np.number[Any]]  # shape (nz, ny, nx) of the locations of a patch
     totals: NDArray[np.signedinteger]  # shape of `scores`: scores plus costs of data and location
-    energies: NDArray[np.number[Any]]  # shape of `scores`: ΣA² over the overlap
-    energies_of: NDArray[np.int64]  # shape (4,): lengths and sides of the overlap of `energies`
+    energies: NDArray[np.number[Any]]  # shape (nz, ny, nx) of all locations: ΣA² over the overlap
+    energies_of: NDArray[np.int64]  # shape (nz, 4): boxes of `energies`, see `similarity`
     guided: NDArray[np.number[Any]]  # energies plus costs by the guide; empty without a guide
     terms: Terms
     ranking: Ranking  # ranking of the scores
@@ -141,15 +143,16 @@ class Simulated(NamedTuple):
 
 def make_workspace(inputs: PatchInputs, totals: type[np.signedinteger]) -> PatchWorkspace:
     """Return the workspace for patches; `totals` is the type for scores plus costs."""
-    _, _, oriented, data, search, _, patterns, guide = inputs
-    kind, shape, n = oriented.squares.dtype, oriented.places, oriented.n_places
+    _, _, oriented, data, search, _, patterns, layers, guide = inputs
+    kind, shape = oriented.squares.dtype, (int(layers[:, 1].max()), *oriented.places[1:])
+    n = prod(shape)
     template, n_facies = search.template, len(oriented.proportions)
     ranking, others = (make_ranking(n, search.n_candidates, each) for each in (kind, totals))
     return PatchWorkspace(
         scores=np.zeros(shape, kind),
         totals=np.zeros(shape, totals),
-        energies=np.zeros(shape, kind),
-        energies_of=np.zeros(4, np.int64),
+        energies=np.zeros(oriented.places, kind),
+        energies_of=np.zeros((oriented.places[0], 4), np.int64),
         guided=np.zeros(shape if guide else (0, 0, 0), kind),
         terms=make_terms(oriented.running, template, search.overlap, search.block),
         ranking=ranking,
@@ -183,10 +186,10 @@ def box_of(p, overlap):
 @kernel
 def simulate_patches(first, last, inputs, work, simulated, rng):
     """Simulate patches `first` to `last` − 1 of the raster path; `simulated` changes in place."""
-    patches, before, oriented, data, search, _, patterns, guide = inputs
+    patches, before, oriented, data, search, _, patterns, layers, guide = inputs
     image, square_bits, _, _ = oriented.pyramid
-    grid, block, scores, placing = simulated.grid, search.block, work.scores, work.placing
-    places, n_places = work.ranking.places, (scores.shape[1], scores.shape[2])
+    grid, block, placing = simulated.grid, search.block, work.placing
+    places, n_places = work.ranking.places, (oriented.places[1], oriented.places[2])
     coarse = block[0] > 1 or block[1] > 1 or block[2] > 1
     for number in range(first, last):  # line 4: patches in the order of the path
         box = box_of(patches[number], search.overlap)
@@ -195,23 +198,33 @@ def simulate_patches(first, last, inputs, work, simulated, rng):
         # Lines 8, 9: the coefficients of the overlap, here block sums
         n_groups = overlap_terms(grid, box, block, oriented.running, work.terms)
         # Line 10: CCW scores
-        cached_overlap_energies(oriented.squares, box, block, work.energies, work.energies_of)
-        energies = guided_energies(guide, number, work.energies, work.guided)
-        score_places(oriented.running, work.terms, n_groups, energies, scores)
+        layer, n_layers = layers[min(number, len(layers) - 1)]
+        scores, energies = work.scores[:n_layers], work.energies[layer : layer + n_layers]
+        illegal, of = oriented.illegal, work.energies_of
+        cached_overlap_energies(oriented.squares, illegal, layer, box, block, energies, of)
+        energies = guided_energies(guide, number, layer, energies, work.guided[:n_layers])
+        score_places(
+            oriented.running, layer, oriented.spans, work.terms, n_groups, energies, scores
+        )
         # Line 11: the K best candidates
         has_data = data_ahead(data, box, search.co_template)
         is_free = not has_data and box.sides > 0
         if is_free and before.shape[1] > 0:
             locations = simulated.locations
             rule_out_continuations(
-                box, before[number], patches, locations, block, search.reach, scores
+                box, before[number], patches, locations, block, search.reach, layer, scores
             )
         slack = search.slack if is_free else np.int64(-1)
         if has_data or search.location_cost > 0:
             is_split = patches[number, 7] > 0
-            n = conditional_candidates(box, has_data, is_split, slack, grid, inputs, work, rng)
+            totals = work.totals[:n_layers]
+            n = conditional_candidates(
+                box, layer, has_data, is_split, slack, grid, inputs, work, scores, totals, rng
+            )
         else:
             n = unconditional_candidates(scores, slack, work.ranking, rng)
+        for k in range(len(places)):  # numbers among all layers
+            places[k] += layer * n_places[0] * n_places[1]
         # Line 12: random choice; not in the paper: refinement of the location
         refine = search.refine and coarse and (search.exact or not data_ahead(data, box, 1))
         at_stake = placing.at_stake[:0]
@@ -258,23 +271,27 @@ def unconditional_candidates(scores, slack, ranking, rng):
 
 
 @inlined_part_of_kernel
-def conditional_candidates(box, has_data, is_split, slack, grid, inputs, work, rng):
+def conditional_candidates(
+    box, layer, has_data, is_split, slack, grid, inputs, work, scores, totals, rng
+):
     """Fill `total_ranking.places` by scores plus costs (section 4.4); return their number.
 
     `has_data` is true if the co-template contains data; otherwise only the location has a cost.
     `is_split` is true if the patch is a part of a split tile. `grid` has the shape (nz, ny, nx).
+    `scores` and `totals` begin with layer `layer` of locations.
     """
-    _, _, oriented, data, search, _, _, guide = inputs
+    _, _, oriented, data, search, _, _, _, _ = inputs
     weights = DENSE if is_split else SPARSE
     share = search.share if has_data and not weights.everywhere else 1.0
-    flat, places = work.totals.reshape(-1), work.total_ranking.places
-    start_totals(work.scores.reshape(-1), share, flat)
-    exclude_illegal(guide, work.totals)
+    flat, places = totals.reshape(-1), work.total_ranking.places
+    illegal = oriented.illegal[layer : layer + len(totals)].reshape(-1)
+    start_totals(scores.reshape(-1), share, illegal, flat)
     if search.location_cost > 0:
-        add_location(box, grid.shape, search.location_cost, search.location_axes, work.totals)
+        add_location(box, grid.shape, search.location_cost, search.location_axes, totals)
+    layers = layer, len(totals) + search.template[0] // search.block[0] - 1
     phases, proportions, times = oriented.pyramid.phases, oriented.proportions, search.co_template
     cost, misses = search.datum_cost, work.misses
-    add_missed(phases, grid, data, box, times, proportions, weights, cost, misses, work.totals)
+    add_missed(phases, layers, grid, data, box, times, proportions, weights, cost, misses, totals)
     best_places(flat, rng, work.total_ranking)
     if has_data:
         slack = np.int64(weights.slack * search.slack_cost)
@@ -284,7 +301,7 @@ def conditional_candidates(box, has_data, is_split, slack, grid, inputs, work, r
 @part_of_kernel
 def draw(n, number, box, inputs, counts, work, rng):
     """Return the index of a random candidate of patch `number`, steered towards the targets."""
-    _, _, oriented, _, search, steering, _, _ = inputs
+    _, _, oriented, _, search, steering, _, _, _ = inputs
     block, n_places = search.block, (work.scores.shape[1], work.scores.shape[2])
     candidates = work.ranking.places[:n]
     if steering.is_on:

@@ -17,6 +17,7 @@ from ccwsim.io.formats.numpy_files import npz_arrays, place_arrays, read_npy
 from ccwsim.io.formats.pictures import PictureFile, picture_as_bytes
 from ccwsim.io.maps import maps_as_bytes
 from ccwsim.io.opening import PathOrFile, kind_of, open_content, read_bytes
+from ccwsim.io.secondary import KINDS_OF_ARRAYS, arrays_of_secondary, secondary_of_arrays
 from ccwsim.model import arrays
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError, shown
@@ -24,7 +25,7 @@ from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.missing import UNKNOWN
 from ccwsim.model.parameters import Parameters
-from ccwsim.model.secondary import Auxiliary, Secondary
+from ccwsim.model.secondary import Secondary
 from ccwsim.model.training_image import TrainingImage
 
 FORMATS = ("npz", "gslib", "sgems", "dat", "grdecl", "png", "vti", "tif", "nc")
@@ -96,9 +97,8 @@ _MEMBERS = {
     **dict.fromkeys(("image_name", "facies_names", "parameters", "crs"), "U"),
     **dict.fromkeys(("seed", "hard_cells", "hard_facies", "numbers"), "ui"),
     **dict.fromkeys(("cpu_seconds", "wall_seconds", "cell_size", "origin"), "f"),
-    **{"met_by": "i", "revised": "b", "active": "b"},
-    **dict.fromkeys(("probabilities", "soft_weight", "auxiliary_weights"), "f"),
-    **dict.fromkeys(("auxiliary_of_image", "auxiliary_of_grid"), "f"),
+    **{"met_by": "i", "revised": "b"},
+    **KINDS_OF_ARRAYS,
 }
 """The members of an npz of realizations, and the NumPy kinds allowed for each."""
 
@@ -170,26 +170,8 @@ def _of_npz(members: Mapping[str, NDArray], image: TrainingImage | None) -> Ense
         data_status=_of_shape(members, "met_by", np.zeros((n, data.n), np.int16)),
         numbers=_of_shape(members, "numbers", ensemble.numbers),
         revised=bool(_one(members, "revised", "seed" not in members)),
-        secondary=_secondary(members, ensemble),
+        secondary=secondary_of_arrays(members, ensemble.grid, ensemble.training_image),
     )
-
-
-def _secondary(members: Mapping[str, NDArray], ensemble: Ensemble) -> Secondary | None:
-    """Return the secondary information in an npz, checked for the ensemble."""
-    maps = members.get("auxiliary_of_image", ()), members.get("auxiliary_of_grid", ())
-    weights = members.get("auxiliary_weights", np.empty(0)).ravel().tolist()
-    if not len(maps[0]) == len(maps[1]) == len(weights):
-        raise CCWSIMError("auxiliary variables need maps of image and grid, and weights")
-    soft, image = members.get("probabilities"), ensemble.training_image
-    if soft is not None and len(soft) != image.n_facies:
-        raise CCWSIMError(f"probabilities: {len(soft)} maps for {image.n_facies} facies")
-    secondary = Secondary(
-        members.get("active"),
-        None if soft is None else dict(zip(image.codes.tolist(), soft, strict=True)),
-        [Auxiliary(*each) for each in zip(*maps, weights, strict=True)],
-        float(_one(members, "soft_weight", 1.0)),
-    )
-    return None if secondary.is_empty else secondary.fitted(ensemble.grid, image)
 
 
 def _of_grids(file: DataFile | PictureFile, image: TrainingImage | None) -> Ensemble:
@@ -287,15 +269,6 @@ def _of_shape(members: Mapping[str, NDArray], key: str, default: NDArray) -> NDA
 
 def _npz(ensemble: Ensemble) -> bytes:
     content, image = BytesIO(), ensemble.training_image
-    given: dict[str, Any] = {}
-    if (secondary := ensemble.secondary) is not None:
-        several = secondary.auxiliary
-        given = {"active": secondary.active, "probabilities": secondary.probabilities}
-        given["soft_weight"] = np.array(secondary.soft_weight)
-        given["auxiliary_of_image"] = [each.image for each in several] or None
-        given["auxiliary_of_grid"] = [each.grid for each in several] or None
-        given["auxiliary_weights"] = [each.weight for each in several] or None
-        given = {name: values for name, values in given.items() if values is not None}
     np.savez_compressed(
         content,
         allow_pickle=False,
@@ -314,7 +287,7 @@ def _npz(ensemble: Ensemble) -> bytes:
         numbers=ensemble.numbers,
         revised=np.array(ensemble.revised),
         **place_arrays(ensemble.grid),
-        **given,
+        **arrays_of_secondary(ensemble.secondary),
     )
     return content.getvalue()
 

@@ -1,7 +1,8 @@
 """Read secondary information: probabilities of facies, other variables, and active cells."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,14 +15,25 @@ from ccwsim.io.hard_data.columns import is_points
 from ccwsim.io.isolated import IsolatedFile
 from ccwsim.io.limits import limits
 from ccwsim.io.opening import PathOrFile, open_file, read_bytes
-from ccwsim.model.arrays import as_floats, describe_shape
+from ccwsim.model.arrays import as_floats, describe_shape, frozen
+from ccwsim.model.bounds import MAX_IMAGES
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.numbers import plural
-from ccwsim.model.secondary import cells_in_polygon
+from ccwsim.model.secondary import Auxiliary, Secondary, cells_in_polygon
+from ccwsim.model.training_image import TrainingImage
 
 PREFIX = "p_"  # begin, in lower case, of variables with probabilities, such as `P_sand`
 HEIGHTS = ("z", "layer")  # first columns of a vertical curve, which has one row for each layer
+KINDS_OF_ARRAYS = {
+    "active": "b",
+    **dict.fromkeys(("probabilities", "auxiliary_of_image", "auxiliary_of_grid"), "f"),
+    **dict.fromkeys(("auxiliary_weights", "soft_weight", "zones", "weights"), "fiu"),
+    **dict.fromkeys(("angle", "scale_x", "scale_y", "scale_z", "dip", "angle_tolerance"), "fiu"),
+    "mirrored": "U",
+    **{f"image_{k}": "fiu" for k in range(1, MAX_IMAGES)},
+}
+"""NumPy kinds of the arrays of `arrays_of_secondary`, by name."""
 MAX_DEPTH = 8  # maximum number of collections inside each other in GeoJSON
 MAX_POLYGONS = 1000  # each is compared with all rows of a grid
 
@@ -96,6 +108,66 @@ def read_active(path_or_file: PathOrFile, grid: Grid) -> NDArray[np.bool_ | np.f
     for rings in polygons:  # a ring inside another is a hole
         active |= np.logical_xor.reduce([cells_in_polygon(ring, grid) for ring in rings])
     return active
+
+
+def arrays_of_secondary(given: Secondary | None) -> dict[str, NDArray]:
+    """Return the arrays that describe fitted secondary information, for projects and npz files."""
+    if given is None:
+        return {}
+    several = given.auxiliary
+    arrays = {
+        "active": given.active,
+        "probabilities": given.probabilities,
+        "auxiliary_of_image": [each.image for each in several] or None,
+        "auxiliary_of_grid": [each.grid for each in several] or None,
+        "auxiliary_weights": [each.weight for each in several] or None,
+        "soft_weight": given.soft_weight,
+        **{name: getattr(given, name) for name in ("zones", "weights", "angle", "dip")},
+        **{f"scale_{axis}": own for axis, own in zip("xyz", given.scale or (), strict=False)},
+        **{f"image_{k}": image.array for k, image in enumerate(given.images, 1)},
+    }
+    if given.has_copies:
+        arrays |= {"mirrored": "".join(given.mirrored), "angle_tolerance": given.angle_tolerance}
+    return {name: np.asarray(own) for name, own in arrays.items() if own is not None}
+
+
+def secondary_of_arrays(
+    arrays: Mapping[str, NDArray], grid: Grid, image: TrainingImage
+) -> Secondary | None:
+    """Return the fitted secondary information that `arrays_of_secondary` describes, checked again.
+
+    Raises `CCWSIMError` if arrays do not fit together; return None if there is no information.
+    """
+    maps = arrays.get("auxiliary_of_image", ()), arrays.get("auxiliary_of_grid", ())
+    weights = arrays.get("auxiliary_weights", np.empty(0)).ravel().tolist()
+    if not len(maps[0]) == len(maps[1]) == len(weights):
+        raise CCWSIMError("auxiliary variables need maps of image and grid, and weights")
+    soft = arrays.get("probabilities")
+    if soft is not None and len(soft) != image.n_facies:
+        raise CCWSIMError(f"probabilities: {len(soft)} maps for {image.n_facies} facies")
+
+    def one(name: str, default: Any) -> Any:
+        value = arrays.get(name, np.asarray(default))
+        if value.size != 1:
+            raise CCWSIMError(f"{name} must be one value, not {value.size}; save it again")
+        return value.item()
+
+    fitted = Secondary(
+        arrays.get("active"),
+        None if soft is None else dict(zip(image.codes.tolist(), soft, strict=True)),
+        [Auxiliary(*each) for each in zip(*maps, weights, strict=True)],
+        float(one("soft_weight", 1.0)),
+        images=[arrays[k] for k in KINDS_OF_ARRAYS if k.startswith("image_") and k in arrays],
+        **{name: arrays.get(name) for name in ("zones", "weights", "angle", "dip")},
+        scale=tuple(own for axis in "xyz" if (own := arrays.get(f"scale_{axis}")) is not None)
+        or None,
+        mirrored=str(one("mirrored", "")),
+        angle_tolerance=float(one("angle_tolerance", 2.0)),
+    ).fitted(grid, image)
+    own = fitted.probabilities
+    if soft is not None and own is not None and np.allclose(soft, own, 0, 1e-12, equal_nan=True):
+        fitted = replace(fitted, probabilities=frozen(soft))  # the saved values, to the last digit
+    return None if fitted.is_empty else fitted
 
 
 def _maps(path_or_file: PathOrFile, grid: Grid) -> tuple[DataFile, dict[str, NDArray[np.float64]]]:

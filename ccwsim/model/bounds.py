@@ -33,6 +33,9 @@ MAX_LOCATION_WEIGHT = 10.0
 """Maximum location weight; at this weight, distant locations are hardly ever chosen."""
 
 MAX_AUXILIARY_WEIGHT = 10.0  # maximum weight of an auxiliary variable, as of a location
+MAX_IMAGES = 8  # maximum number of training images of a study
+MAX_DEGREES, MAX_DIP = 360.0, 80.0  # maximum absolute angle and dip of images
+MIN_SCALE, MAX_SCALE = 0.2, 5.0  # range of the factor by which images are enlarged
 MAX_SOFT_WEIGHT = 5.0  # maximum strength of probabilities; at this strength, overlaps hardly count
 
 PARAMETERS: dict[str, tuple[float, float]] = {

@@ -10,10 +10,19 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.model import arrays
-from ccwsim.model.bounds import MAX_AUXILIARY_WEIGHT, MAX_SOFT_WEIGHT
+from ccwsim.model.bounds import (
+    MAX_AUXILIARY_WEIGHT,
+    MAX_DEGREES,
+    MAX_DIP,
+    MAX_IMAGES,
+    MAX_SCALE,
+    MAX_SOFT_WEIGHT,
+    MIN_SCALE,
+)
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
-from ccwsim.model.missing import known_values
+from ccwsim.model.missing import UNKNOWN, known_values
+from ccwsim.model.numbers import plural
 from ccwsim.model.training_image import TrainingImage
 
 SUM_TOLERANCE = 0.01
@@ -81,6 +90,28 @@ class Secondary:
     soft_weight : float
         Strength of the probabilities, 0 … 5. With 1, facies occur about as often as the
         probabilities say, as far as the training image allows.
+    images : sequence of TrainingImage or array_like, optional
+        Further training images, whose facies all occur in the training image, by name or, without
+        names, by code.
+    zones : array_like of int, shape of the grid, optional
+        Image of each cell: 0 for the training image, 1 for the first of `images`, and so on.
+    weights : sequence of float, optional
+        Relative numbers of patches from the training image and from each of `images`, without
+        `zones`. By default all images are searched for each patch.
+    angle : float or array_like, shape of the grid, optional
+        Azimuth, in degrees clockwise from north, to which the north of the images is turned. NaN
+        means 0.
+    scale : float, array_like, or a tuple of these along x, y (and z), optional
+        Factor by which images are enlarged before they are turned; 0.2 … 5. NaN means 1.
+    dip : float or array_like, shape of the grid, optional
+        In volumes, inclination of the layers of the images, in degrees below the horizontal, in the
+        direction of `angle`; −80 … 80. NaN means 0.
+    mirrored : str or sequence of str
+        Axes, of "x", "y" and "z", along which images are also searched mirrored.
+    angle_tolerance : float
+        Maximum difference of an angle from the map in degrees, if at most 16 turned or scaled
+        copies of each image suffice; 0.5 … 45.
+
     Examples
     --------
     >>> west = np.arange(60) < 30
@@ -92,6 +123,14 @@ class Secondary:
     probabilities: Any = None
     auxiliary: Sequence[Auxiliary] = ()
     soft_weight: float = 1.0
+    images: Sequence[Any] = ()
+    zones: Any = None
+    weights: Any = None
+    angle: Any = None
+    scale: Any = None
+    dip: Any = None
+    mirrored: Sequence[str] = ()
+    angle_tolerance: float = 2.0
     is_fitted: bool = field(default=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -105,8 +144,23 @@ class Secondary:
                 'probabilities: a mapping of facies to arrays is needed, such as {"sand": array}, '
                 f"not {shown(given)}"
             )
-        object.__setattr__(self, "soft_weight", weight)
-        object.__setattr__(self, "auxiliary", tuple(several))
+        if isinstance(self.images, (TrainingImage, np.ndarray)):
+            raise CCWSIMError("images: a list of training images is needed, such as [image]")
+        if len(self.images) >= MAX_IMAGES:
+            raise CCWSIMError(
+                f"images: {len(self.images)} are too many; give at most {MAX_IMAGES - 1} beside "
+                "the training image"
+            )
+        axes = tuple(self.mirrored)
+        if not set(axes) <= set("xyz"):
+            raise CCWSIMError(f'mirrored = {shown(self.mirrored)}: give "x", "y", "z" or several')
+        tolerance = arrays.check_number("angle_tolerance", self.angle_tolerance, 0.5, 45.0)
+        for name, value in (
+            *(("soft_weight", weight), ("auxiliary", tuple(several)), ("mirrored", axes)),
+            *(("images", tuple(map(TrainingImage.of, self.images))),),
+            *(("angle_tolerance", tolerance),),
+        ):
+            object.__setattr__(self, name, value)
 
     @property
     def guides(self) -> bool:
@@ -114,14 +168,24 @@ class Secondary:
         return self.probabilities is not None or bool(self.auxiliary)
 
     @property
+    def has_copies(self) -> bool:
+        """Whether patches come from other images than the unchanged training image."""
+        given = self.angle, self.scale, self.dip
+        return bool(self.images or self.mirrored) or any(each is not None for each in given)
+
+    @property
     def is_empty(self) -> bool:
         """Whether nothing is given."""
-        return self.active is None and not self.guides
+        return self.active is None and not self.guides and not self.has_copies
 
     @property
     def digest(self) -> str:
         """Hash of the content of fitted secondary information."""
         parts = [array for a in self.auxiliary for array in (a.image, a.grid, a.weight)]
+        if self.has_copies:
+            turned = self.angle, self.dip, *(self.scale or ()), self.angle_tolerance
+            images = [image.digest for image in self.images]
+            parts += [self.zones, self.weights, *turned, *images, "".join(self.mirrored)]
         return arrays.digest(self.active, self.probabilities, self.soft_weight, *parts)
 
     def describe(self) -> str:
@@ -138,6 +202,12 @@ class Secondary:
         said += [f"auxiliary variable with weight {each.weight:g}" for each in self.auxiliary]
         if self.active is not None:
             said.append("active cells")
+        if self.images:
+            how = "by zone" if self.zones is not None else "with weights" if self.weights else ""
+            said.append(f"{plural(len(self.images) + 1, 'training image')} {how}".strip())
+        said += [name for name in ("angle", "scale", "dip") if getattr(self, name) is not None]
+        if self.mirrored:
+            said.append(f"mirrored along {' and '.join(self.mirrored)}")
         return ", ".join(said)
 
     def fitted(self, grid: Grid, image: TrainingImage) -> Secondary:
@@ -165,10 +235,57 @@ class Secondary:
             active=None if self.active is None else arrays.frozen(_active(self.active, grid)),
             probabilities=probabilities,
             auxiliary=[each for each in self.auxiliary if each.weight],
+            **self._fitted_copies(grid, image),
             is_fitted=True,
         )
         fitted.check(grid.shape, image)
         return fitted
+
+    def _fitted_copies(self, grid: Grid, image: TrainingImage) -> dict[str, Any]:
+        """Return the checked fields from `images` to `mirrored`; angles are in 0 … 360."""
+        n, volume = len(self.images) + 1, grid.nz is not None
+        if not volume and (self.dip is not None or "z" in self.mirrored):
+            name = "dip" if self.dip is not None else "mirrored"
+            raise CCWSIMError(f"{name}: a map has no z axis; leave it out, or simulate a volume")
+        images = [_recoded(other, image, k) for k, other in enumerate(self.images, 1)]
+        zones, weights = self.zones, self.weights
+        if (zones is not None or weights is not None) and n == 1:
+            raise CCWSIMError("zones or weights: give the further training images as `images`")
+        if zones is not None:
+            if weights is not None:
+                raise CCWSIMError("zones and weights: give one of them")
+            zones = arrays.as_integers(arrays.as_array(zones, "zones"), "zones")
+            _check_shape("zones", zones, grid.shape, "the grid")
+            if zones.min() < 0 or zones.max() >= n:
+                wrong = zones.min() if zones.min() < 0 else zones.max()
+                raise CCWSIMError(
+                    f"zones: {wrong} is not the number of an image; give 0 for the training image "
+                    f"to {n - 1} for the last of `images`"
+                )
+            zones = arrays.frozen(zones.astype(np.uint8))
+        if weights is not None:
+            weights = arrays.as_floats(weights, "weights")
+            if weights.shape != (n,) or not (weights >= 0).all() or not weights.sum() > 0:
+                raise CCWSIMError(
+                    f"weights = {shown(self.weights)}: give {n} numbers of at least 0, the first "
+                    "for the training image"
+                )
+            weights = tuple((weights / weights.sum()).tolist())
+        angle = _field("angle", self.angle, grid, (-MAX_DEGREES, MAX_DEGREES), 0.0)
+        dip = _field("dip", self.dip, grid, (-MAX_DIP, MAX_DIP), 0.0)
+        scale = self.scale
+        if scale is not None:
+            along = scale if isinstance(scale, (tuple, list)) else (scale, scale)
+            if len(along) not in (2, grid.n_dimensions):
+                raise CCWSIMError("scale: give one value, or a tuple of values along each axis")
+            limits = MIN_SCALE, MAX_SCALE
+            along = tuple(_field("scale", each, grid, limits, 1.0) for each in along)
+            scale = None if all(np.all(each == 1) for each in along) else along
+        return {
+            **{"images": images, "zones": zones, "weights": weights, "scale": scale},
+            "angle": None if angle is None or not angle.any() else arrays.frozen(angle % 360),
+            "dip": None if dip is None or not dip.any() else dip,
+        }
 
     def resized(self, shape: tuple[int, ...], image: TrainingImage) -> Secondary:
         """Return information of the same kinds for a small grid and image, to compile kernels."""
@@ -179,6 +296,8 @@ class Secondary:
             active=None if self.active is None else np.ones(shape, bool),
             probabilities=None if soft is None else soft + 1 / image.n_facies,
             auxiliary=[Auxiliary(*flat, weight=each.weight) for each in self.auxiliary],
+            **dict.fromkeys(("zones", "weights", "angle", "scale", "dip")),
+            **{"images": (), "mirrored": ()},
         )
 
     def cropped(self, part: tuple[slice, ...]) -> Secondary:
@@ -189,6 +308,8 @@ class Secondary:
             active=None if self.active is None else arrays.frozen(self.active[part]),
             probabilities=None if soft is None else arrays.frozen(soft[(slice(None), *part)]),
             auxiliary=[replace(each, grid=each.grid[part]) for each in self.auxiliary],
+            **{name: _part_of(getattr(self, name), part) for name in ("zones", "angle", "dip")},
+            scale=self.scale and tuple(_part_of(each, part) for each in self.scale),
         )
 
     def check(self, shape: tuple[int, ...], image: TrainingImage) -> None:
@@ -200,6 +321,13 @@ class Secondary:
             _check_shape("active", self.active, shape, "the grid")
         if self.probabilities is not None:
             _check_shape("probabilities", self.probabilities[0], shape, "the grid")
+        for name in ("zones", "angle", "dip"):
+            if (array := getattr(self, name)) is not None and array.ndim:
+                _check_shape(name, array, shape, "the grid")
+        if self.auxiliary and self.images:
+            raise CCWSIMError(
+                "auxiliary: it is known in the training image only; leave out the further images"
+            )
 
 
 def _check_shape(what: str, array: NDArray, shape: tuple[int, ...], of: str) -> None:
@@ -208,6 +336,55 @@ def _check_shape(what: str, array: NDArray, shape: tuple[int, ...], of: str) -> 
             f"{what}: {arrays.describe_shape(array.shape)} cells, but {of} has "
             f"{arrays.describe_shape(shape)}; give one value for each cell of {of}"
         )
+
+
+def _field(
+    name: str, given: Any, grid: Grid, limits: tuple[float, float], usual: float
+) -> NDArray[np.float64] | None:
+    """Return a number, shape (), or a map of the shape of the grid; NaN becomes `usual`."""
+    if given is None:
+        return None
+    values = arrays.as_floats(given, name)
+    if values.ndim:
+        _check_shape(name, values, grid.shape, "the grid")
+    values = np.where(np.isnan(values), usual, values)
+    wrong = (values < limits[0]) | (values > limits[1])
+    if wrong.any():
+        raise CCWSIMError(
+            f"{name} = {values[wrong].flat[0]:g} is not between {limits[0]:g} and {limits[1]:g}"
+        )
+    return arrays.frozen(values)
+
+
+def _part_of(values: NDArray | None, part: tuple[slice, ...]) -> NDArray | None:
+    return arrays.frozen(values[part]) if values is not None and values.ndim else values
+
+
+def _recoded(other: TrainingImage, image: TrainingImage, number: int) -> TrainingImage:
+    """Return another image with the codes of the training image, matched by name or code."""
+    named = any(n != str(c) for n, c in zip(other.facies_names, other.codes, strict=True))
+    what = f"images: image {number}"
+    if other.n_dimensions != image.n_dimensions:
+        kinds = {2: "a map", 3: "a volume"}
+        raise CCWSIMError(
+            f"{what} is {kinds[other.n_dimensions]}, but the training image is "
+            f"{kinds[image.n_dimensions]}; give images of one kind"
+        )
+    names = [name.casefold() for name in image.facies_names]
+    by_name = named and all(name.casefold() in names for name in other.facies_names)
+    try:
+        keys = other.facies_names if by_name else other.codes.tolist()
+        codes = image.codes[[image.index_of(key) for key in keys]]
+    except CCWSIMError as error:
+        raise CCWSIMError(
+            f"{what}: {error}; rename or merge its facies, or exchange the two images"
+        ) from None
+    if np.array_equal(codes, other.codes):
+        return other
+    cells = np.where(
+        other.indices == UNKNOWN, np.nan, codes[np.minimum(other.indices, len(codes) - 1)]
+    )
+    return TrainingImage(cells, name=other.name)
 
 
 def _active(given: ArrayLike, grid: Grid) -> NDArray[np.bool_]:

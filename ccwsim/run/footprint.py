@@ -4,6 +4,7 @@ from math import prod
 
 import numpy as np
 
+from ccwsim.engine.copies import n_cells_of_copies
 from ccwsim.engine.corrections.unseen_patterns import NUMBER_BITS, NUMBER_BITS_VOLUME
 from ccwsim.engine.lengths import ScaledLengths, lengths_of, templates
 from ccwsim.engine.prepared_image import KEPT_BYTES, PreparedImage, n_planes
@@ -17,6 +18,8 @@ from ccwsim.system.machine import n_cores
 
 GRIDS_AT_WORK = 2
 """Number of 1-byte grids per thread: one in path coordinates and one in grid coordinates."""
+ORIGINS = 14
+"""Bytes per cell of copies for origins, known cells and the running numbers of unknown cells."""
 GRIDS_OF_DATA = 2
 """Number of grids with the hard data: one in path coordinates and one in grid coordinates."""
 BYTES_A_DATUM = 200
@@ -74,8 +77,10 @@ def _of_image(study: Study, n: int, n_threads: int) -> int:
     drawn = min(n, orientations * len(oriented))
     making = MAKING * _n_blocks(study, usual)
     if study.hard_data.n and p.exact_data:
-        making = max(making, LOOKING_AROUND * image.indices.size)
+        making = max(making, LOOKING_AROUND * n_cells_of_copies(study))
     repair = _of_repair(study) if repairs(study) else 0
+    if study.secondary and study.secondary.has_copies:
+        repair += ORIGINS * n_cells_of_copies(study)
     largest = max(oriented)
     return min(drawn * largest, KEPT_BYTES + n_threads * largest) + int(making) + repair
 
@@ -83,15 +88,17 @@ def _of_image(study: Study, n: int, n_threads: int) -> int:
 def _of_repair(study: Study) -> int:
     """Return the bytes that seam repair needs for known patterns and running sums."""
     image, volume = study.training_image, len(study.grid.shape) == 3
-    blocks = image.indices.size / (8 if volume else 16)
+    cells = n_cells_of_copies(study)
+    blocks = cells / (8 if volume else 16)
     planes = 1 if image.n_facies <= 2 else image.n_facies
     known = 2**NUMBER_BITS_VOLUME / 8 if volume else 2 * 2**NUMBER_BITS / 8
-    return int(known + (planes * 6 + MAKING) * blocks + 2 * image.indices.size)
+    return int(known + (planes * 6 + MAKING) * blocks + 2 * cells)
 
 
 def _of_oriented(study: Study, lengths: ScaledLengths) -> int:
     image = study.training_image
-    cells, blocks = image.indices.size / prod(lengths.cell_size), _n_blocks(study, lengths)
+    cells = n_cells_of_copies(study) / prod(lengths.cell_size)
+    blocks = _n_blocks(study, lengths)
     bits = cells * max(image.n_facies - 1, 1).bit_length() / 8
     squares = blocks * _score_bytes(study, lengths)
     of_sums = block_sum_type(lengths.block).itemsize
@@ -121,7 +128,7 @@ def _of_search(study: Study) -> int:
 
 def _n_blocks(study: Study, lengths: ScaledLengths) -> float:
     """Return the approximate number of locations that are searched in the image."""
-    return study.training_image.indices.size / prod(lengths.cell_size) / prod(lengths.block)
+    return n_cells_of_copies(study) / prod(lengths.cell_size) / prod(lengths.block)
 
 
 def _score_bytes(study: Study, lengths: ScaledLengths) -> int:

@@ -4,29 +4,28 @@ import json
 import re
 import zipfile
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import asdict, dataclass, field, fields
 from io import BytesIO
 from typing import Any
 
 import numpy as np
 
 from ccwsim import (
-    Auxiliary,
     CCWSIMError,
     Ensemble,
     Grid,
     HardData,
     Parameters,
-    Secondary,
     TrainingImage,
     simulate,
 )
 from ccwsim.io.archive import opened_archive
 from ccwsim.io.atomic import write_bytes
 from ccwsim.io.data_file import printable
-from ccwsim.io.formats.numpy_files import read_npy
+from ccwsim.io.formats.numpy_files import npz_arrays, read_npy
 from ccwsim.io.opening import PathOrFile, read_bytes
-from ccwsim.model.arrays import check_int, frozen
+from ccwsim.io.secondary import KINDS_OF_ARRAYS, arrays_of_secondary, secondary_of_arrays
+from ccwsim.model.arrays import check_int
 from ccwsim.model.errors import shown
 from ccwsim.model.study import Study
 from ccwsim.sharing.choices import Shown
@@ -35,7 +34,7 @@ from ccwsim.sharing.codec import fields_of
 FORMAT, VERSION = "CCWSIM project", 2
 """Version 2 has secondary information; files without it are written as version 1."""
 STUDY, IMAGE, DATA = "study.json", "training_image.npy", "hard_data.npy"
-SECONDARY = "secondary_"  # first letters of the members with arrays of secondary information
+SECONDARY = "secondary.npz"
 MAX_STUDY_BYTES = 2**20
 MAX_PROJECT_MEMBERS = 16
 MAX_LINK_LETTERS = 10_000  # letters of a link's value; packed hard data are the longest values
@@ -92,7 +91,7 @@ def project_as_bytes(project: Project) -> bytes:
             (STUDY, json.dumps(_as_json(project), indent=1, ensure_ascii=False).encode()),
             (IMAGE, _npy(study.training_image.array)),
             (DATA, _npy(data.astype(np.int64))),
-            *((name, _npy(array)) for name, array in _arrays_of(study.secondary).items()),
+            *([(SECONDARY, _npz(arrays_of_secondary(study.secondary)))] if study.secondary else []),
         ):
             info = zipfile.ZipInfo(name, MADE)
             info.compress_type = zipfile.ZIP_DEFLATED
@@ -141,11 +140,11 @@ def _project(given: dict[str, Any], members: Mapping[str, bytes], name: str) -> 
     parameters = _known(Parameters, _take(given, "parameters", dict, name), (), name)
     numbers = _checked("study", given, name)
     view = Shown(**_checked("shown", _take(given, "shown", dict, name), name))
-    array = _integers(members[IMAGE], f"{name}, {IMAGE}", grid.n_dimensions)
+    array = _numbers(members[IMAGE], f"{name}, {IMAGE}", grid.n_dimensions, "buif")
     columns = grid.n_dimensions + 1
     table = np.empty((0, columns), int)
     if n_data:
-        table = _integers(members[DATA], f"{name}, {DATA}", 2)
+        table = _numbers(members[DATA], f"{name}, {DATA}", 2, "bui")
     if table.shape != (n_data, columns):
         raise CCWSIMError(
             f"{n_data} hard data are expected, but {DATA} has another number of rows or columns"
@@ -153,8 +152,11 @@ def _project(given: dict[str, Any], members: Mapping[str, bytes], name: str) -> 
     image_name = printable(_take(image, "name", str, name))
     training_image = TrainingImage(array, name=image_name, facies_names=facies_names)
     data = HardData(table[:, :-1], table[:, -1])
-    secondary = _secondary(given, members, name, grid, training_image)
     inputs = training_image, grid, Parameters(**parameters), data, numbers["seed"]
+    arrays = {}
+    if SECONDARY in members:
+        arrays = npz_arrays(members[SECONDARY], f"{name}, {SECONDARY}", KINDS_OF_ARRAYS)
+    secondary = secondary_of_arrays(arrays, grid, training_image)
     study = Study(*inputs, secondary)
     versions = {
         printable(key): printable(shown(value) if not isinstance(value, str) else value)
@@ -165,58 +167,8 @@ def _project(given: dict[str, Any], members: Mapping[str, bytes], name: str) -> 
     return Project(study, numbers["n_realizations"], colours, view, link, versions, digest)
 
 
-def _secondary(
-    given: dict[str, Any],
-    members: Mapping[str, bytes],
-    name: str,
-    grid: Grid,
-    image: TrainingImage,
-) -> Secondary | None:
-    """Return the secondary information of a project, checked again; None if there is none."""
-    if "secondary" not in given:
-        return None
-    weights = _take(given, "secondary", dict, name)
-
-    def array_of(key: str, n_axes: int = grid.n_dimensions) -> np.ndarray | None:
-        member = f"{SECONDARY}{key}.npy"
-        if member not in members:
-            return None
-        array = read_npy(members[member], f"{name}, {member}", stacked=True).variables["array"]
-        return array[0] if array.ndim > n_axes else array  # maps are read as one layer
-
-    soft = array_of("probabilities", grid.n_dimensions + 1)
-    auxiliary = [
-        Auxiliary(array_of(f"image_{k}"), array_of(f"grid_{k}"), weight)  # type: ignore[arg-type]
-        for k, weight in enumerate(_take(weights, "auxiliary_weights", list, name))
-    ]
-    named = None if soft is None else dict(zip(image.codes.tolist(), soft, strict=False))
-    fitted = Secondary(
-        array_of("active"), named, auxiliary, weights.get("soft_weight", 1.0)
-    ).fitted(grid, image)
-    if (
-        soft is None
-        or fitted.probabilities is None
-        or not np.allclose(soft, fitted.probabilities, 0, 1e-12, equal_nan=True)
-    ):
-        return fitted
-    return replace(fitted, probabilities=frozen(soft))  # the saved values, to the last digit
-
-
-def _arrays_of(secondary: Secondary | None) -> dict[str, np.ndarray]:
-    """Return the arrays of fitted secondary information, by member of the archive."""
-    if secondary is None:
-        return {}
-    arrays = {"active": secondary.active, "probabilities": secondary.probabilities}
-    for k, each in enumerate(secondary.auxiliary):
-        arrays |= {f"image_{k}": each.image, f"grid_{k}": each.grid}
-    return {f"{SECONDARY}{key}.npy": own for key, own in arrays.items() if own is not None}
-
-
 def _as_json(project: Project) -> dict[str, Any]:
-    study, guides = project.study, dict[str, Any]()
-    if study.secondary is not None:
-        weights = [each.weight for each in study.secondary.auxiliary]
-        guides = {"soft_weight": study.secondary.soft_weight, "auxiliary_weights": weights}
+    study = project.study
     return {
         "format": FORMAT,
         "version": VERSION if study.secondary else 1,
@@ -234,7 +186,7 @@ def _as_json(project: Project) -> dict[str, Any]:
         "shown": asdict(project.shown),
         "link": {name: list(values) for name, values in project.link.items()},
         "digest": project.digest,
-    } | ({"secondary": guides} if guides else {})
+    }
 
 
 def _npy(array: np.ndarray) -> bytes:
@@ -243,9 +195,15 @@ def _npy(array: np.ndarray) -> bytes:
     return content.getvalue()
 
 
-def _integers(content: bytes, name: str, n_dimensions: int) -> np.ndarray:
+def _npz(arrays: Mapping[str, np.ndarray]) -> bytes:
+    content = BytesIO()
+    np.savez_compressed(content, allow_pickle=False, **arrays)
+    return content.getvalue()
+
+
+def _numbers(content: bytes, name: str, n_dimensions: int, kinds: str) -> np.ndarray:
     array = read_npy(content, name).variables["array"]
-    if (n_dimensions == 2 and len(array) != 1) or array.dtype.kind not in "bui":
+    if (n_dimensions == 2 and len(array) != 1) or array.dtype.kind not in kinds:
         raise CCWSIMError(f"{name}: the array must have whole numbers in rows and columns")
     return array[0] if n_dimensions == 2 else array
 
@@ -257,7 +215,7 @@ def _members(content: bytes, name: str) -> dict[str, bytes]:
     with opened_archive(content, name) as archive:
         wanted = [STUDY, IMAGE, DATA]
         missing = [own for own in wanted if own not in archive.infos]
-        wanted += [own for own in archive.infos if own.startswith(SECONDARY)]
+        wanted += [own for own in archive.infos if own == SECONDARY]
         if missing or archive.n_members > MAX_PROJECT_MEMBERS:
             what = f"{missing[0]} is missing" if missing else "it contains too many files"
             raise CCWSIMError(f"{name} is not a project of CCWSIM: {what}")

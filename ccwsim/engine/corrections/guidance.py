@@ -3,7 +3,7 @@
 Probabilities of facies and auxiliary variables add a cost to each location before the K best
 locations are chosen. A patch is divided into a few parts. The cost of a location is a sum over the
 parts: the mean of a map over the part of the image, times a factor that depends on the mean of a
-map over the part of the grid. Locations that contain unknown cells of the image are excluded.
+map over the part of the grid.
 
 *Probabilities*: The factor is −c·λ, and the map of the image is 1 in the cells of the facies. If
 patches are drawn with probabilities proportional to exp(λ·f), with the proportion f of the facies
@@ -24,7 +24,6 @@ from numpy.typing import NDArray
 from ccwsim.engine.corrections.proportions import patch_shares
 from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.lengths import USUAL_OVERLAP, ScaledLengths
-from ccwsim.engine.stages.conditioning import ruled_out
 from ccwsim.engine.stages.path import overlap_cells
 from ccwsim.model.study import Study
 
@@ -48,7 +47,6 @@ class Guide(NamedTuple):
     values: NDArray[np.float32]
     starts: NDArray[np.int64]  # shape (n_patches, n_parts, 3): first block of each part
     factors: NDArray[np.float32]  # shape (n_patches, n_planes, n_parts), in units of the scores
-    illegal: NDArray[np.uint8]  # shape (nz, ny, nx) of locations, 1 with unknown cells; or empty
     # workspace: offsets and factors of the terms of a patch, and the costs of a layer of locations
     offsets: NDArray[np.int64]
     terms: NDArray[np.float32]
@@ -75,16 +73,18 @@ def tilts_of(
     soft: NDArray[np.float64],
     own: NDArray[np.float64],
     sums: NDArray[np.integer[Any]],
+    illegal: NDArray[np.uint8],
     lengths: ScaledLengths,
 ) -> NDArray[np.float64]:
     """Return λ of facies 1 … n − 1 in each cell of the grid, shape (n − 1, *shape of the grid).
 
     `soft` are the probabilities, shape (n, *shape of the grid), `own` the proportions of the image,
-    shape (n,), and `sums` its block sums, shape (n_planes, nz, ny, nx).
+    shape (n,), and `sums` its block sums, shape (n_planes, nz, ny, nx). `illegal` locations do not
+    count.
     """
     size = tuple(t // b for t, b in zip(lengths.template, lengths.block, strict=True))
     cells = prod(lengths.template)
-    shares = patch_shares(sums, size, cells)  # type: ignore[arg-type]
+    shares = patch_shares(sums, size, cells, illegal)  # type: ignore[arg-type]
     known = np.clip(soft, CERTAIN, 1 - CERTAIN)
     if len(own) <= 2:
         return np.nan_to_num(_tilt_of(shares[:, -1], known[-1:] if len(own) == 2 else known[:0]))
@@ -105,15 +105,15 @@ def _tilt_of(shares: NDArray[np.float64], p: NDArray[np.float64]) -> NDArray[np.
 
 
 @part_of_kernel
-def guided_energies(guide, number, energies, guided):
+def guided_energies(guide, number, layer, energies, guided):
     """Return the energies plus the costs of the locations for patch `number`, in `guided`.
 
-    Without a guide, return `energies`. Both arrays have the shape (nz, ny, nx) of locations. An
-    excluded location gets half of the largest score.
+    Without a guide, return `energies`. Both arrays have the shape (nz, ny, nx) of locations, of
+    which the first is in `layer`. Locations with half of the largest score keep it.
     """
     if guide is None:
         return energies
-    values, starts, factors, illegal, offsets, terms, costs = guide
+    values, starts, factors, offsets, terms, costs = guide
     _, mz, my, mx = values.shape
     nz, ny, nx = energies.shape
     flat, n = values.reshape(-1), 0
@@ -127,10 +127,11 @@ def guided_energies(guide, number, energies, guided):
     while n % AT_ONCE:
         offsets[n], terms[n] = 0, np.float32(0)
         n += 1
+    worst = guided.dtype.type(2 ** (8 * guided.itemsize - 2))
     kind, length = guided.dtype.type, np.uint64((ny - 1) * mx + nx)
     out, own = guided.reshape(-1), energies.reshape(-1)
     for z in range(nz):
-        base = z * my * mx
+        base = (layer + z) * my * mx
         for x in range(np.uint64(len(costs))):
             costs[x] = np.float32(0)
         for k in range(0, n, AT_ONCE):
@@ -143,21 +144,7 @@ def guided_energies(guide, number, energies, guided):
                 )
         for y in range(ny):
             first, of_run = np.uint64((z * ny + y) * nx), np.uint64(y * mx)
-            for x in range(np.uint64(nx if n > 0 else 0)):
-                out[first + x] = own[first + x] + kind(costs[of_run + x])
-            for x in range(np.uint64(nx if n == 0 else 0)):
-                out[first + x] = own[first + x]
-    worst, excluded = kind(2 ** (8 * guided.itemsize - 2)), illegal.reshape(-1)
-    for x in range(np.uint64(len(excluded))):
-        out[x] = worst if excluded[x] else out[x]
+            for x in range(np.uint64(nx)):
+                energy = own[first + x]
+                out[first + x] = energy if energy == worst else energy + kind(costs[of_run + x])
     return guided
-
-
-@part_of_kernel
-def exclude_illegal(guide, totals):
-    """Rule out locations with unknown cells in `totals`, shape (nz, ny, nx) of locations."""
-    if guide is not None:
-        flat, excluded = totals.reshape(-1), guide.illegal.reshape(-1)
-        out = totals.dtype.type(ruled_out(totals))
-        for x in range(np.uint64(len(excluded))):
-            flat[x] = out if excluded[x] else flat[x]

@@ -56,19 +56,23 @@ class Steering(NamedTuple):
 
     # shape (1 or n_patches, n_facies): targets for the cells that are simulated before a patch
     targets: NDArray[np.float64]
-    margin: NDArray[np.float64]  # shape (n_facies,): made by `margin_weights`
+    margin: NDArray[np.float64]  # shape (1 or n_patches, n_facies): made by `margin_weights`
     gain: NDArray[np.float64]  # shape (n_facies,): change of λ per excess cell, see `draw_towards`
     is_on: bool
 
 
-def patch_shares(sums: NDArray[np.integer[Any]], size: Triple, cells: int) -> NDArray[np.float64]:
+def patch_shares(
+    sums: NDArray[np.integer[Any]], size: Triple, cells: int, illegal: NDArray[np.uint8]
+) -> NDArray[np.float64]:
     """Return the proportions in patches at many locations, shape (n_locations, n_planes).
 
     Patches have `size` blocks, or `cells` cells. `sums` are block sums, one plane for two facies.
+    Locations that are marked in `illegal`, unless it is empty, are left out.
     """
     planes, most = [], min(MAX_LOCATIONS, MAX_SHARES // len(sums))
     for plane in sums:
         counts = box_sums(summed_up(plane.astype(np.int64)), size, (0, 0, 0), size).ravel()
+        counts = counts[illegal.ravel() == 0] if illegal.size and not illegal.all() else counts
         planes.append(counts[:: -(-len(counts) // most)])
     return np.stack(planes, axis=1) / cells
 
@@ -217,11 +221,12 @@ def draw_towards(
     """
     n_planes, n = running.shape[1], 0
     target = steering.targets[min(number, len(steering.targets) - 1)]
+    margin = steering.margin[min(number, len(steering.margin) - 1)]
     for k in range(len(counts)):
         n += counts[k]
     for k in range(len(counts)):
         excess = counts[k] - target[k] * n
-        tilt[k] = steering.margin[k] + steering.gain[k] * excess
+        tilt[k] = margin[k] + steering.gain[k] * excess
     if n_planes == 1:  # for two facies, block sums count only facies 1
         tilt[0] = tilt[1] - tilt[0] if len(counts) > 1 else 0.0
     cells, least, flat = box.nz * box.ny * box.nx, np.inf, running.reshape(-1)

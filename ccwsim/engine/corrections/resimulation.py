@@ -86,6 +86,10 @@ class Target(NamedTuple):
     by_chance: bool = False
     # shape (mz + 1, my + 1, mx + 1): running numbers of unknown cells of the image; empty if none
     unknown: NDArray[np.int64] = np.zeros((0, 0, 0), np.int64)
+    # shape (n_kinds, 2): first layer and number of layers of each kind of copies (see `Copies`)
+    layers: NDArray[np.int64] = np.zeros((0, 2), np.int64)
+    kinds: NDArray[np.uint8] = np.zeros((0, 0, 0), np.uint8)  # shape of the grid; empty without
+    volume: bool = False  # whether layers of the image are layers of a volume
 
 
 class Honouring(NamedTuple):
@@ -130,11 +134,11 @@ def resimulate(
     facies = target.data[places]
     data_status = np.zeros(len(cells), np.int16)
     nz, ny, nx = largest_window(template, image.shape, grid.shape)
-    volume = nz > 1 or image.shape[0] > 1
+    volume = nz > 1 or target.volume
     dense = len(cells) > DENSE * grid.size and not volume
     work = WindowWorkspace(
         make_honouring(target.bits),
-        known_patterns(image, spacing=1) if dense else NO_PATTERNS,
+        known_patterns(image, 1, False, target.unknown) if dense else NO_PATTERNS,
         np.empty((N_BEST, 4), np.int64),
         make_strips(target.square_bits, (nz, ny, nx)),
         make_cut((nz, ny, nx), tuple(max(1, n // 4) for n in (nz, ny, nx))),  # type: ignore[arg-type]
@@ -174,7 +178,7 @@ def resimulate(
     if isolated_below is None:
         return data_status
     for step, size in enumerate(larger, len(sizes)):
-        isolated = own_counts(grid, cells, _layers_around(image)) < isolated_below[facies]
+        isolated = own_counts(grid, cells, int(target.volume)) < isolated_below[facies]
         windows(step, isolated, size, TOLERANCE_ISOLATED, anyway=True)
     return data_status
 
@@ -215,7 +219,7 @@ def isolated_datum_thresholds(image: NDArray[np.uint8]) -> NDArray[np.float64]:
     for index in range(int(image.max()) + 1):
         marked = image == index
         if marked.any():
-            counts = _counts_around(marked, _layers_around(image))
+            counts = _counts_around(marked, int(len(image) > 1))
             thresholds[index] = np.quantile(counts[marked], RARE)
     return thresholds
 
@@ -254,11 +258,6 @@ def own_counts(grid, cells, layers=0):
     return counts
 
 
-def _layers_around(image: NDArray[np.uint8]) -> int:
-    """Return the number of layers that `own_counts` includes below and above a cell; 0 in a map."""
-    return 1 if len(image) > 1 else 0
-
-
 @kernel
 def resimulate_windows(target, cells, size, tolerance, anyway, most, rng, work, fits):
     """Re-simulate windows of one size around the data at `cells`, shape (n, 3).
@@ -267,7 +266,7 @@ def resimulate_windows(target, cells, size, tolerance, anyway, most, rng, work, 
     compared. If `anyway` is false, data that the grid honours are skipped. `fits`, shape (n,), is
     set to True if a patch fits the window or the grid already honours the datum.
     """
-    image, _, _, data, grid, sources, _, _, _ = target
+    image, _, _, data, grid, sources, _, _, _, _, _, _ = target
     for i in range(len(cells)):
         z, y, x = cells[i, 0], cells[i, 1], cells[i, 2]
         if grid[z, y, x] == data[z, y, x] and not anyway:
@@ -296,24 +295,34 @@ def fitting_windows(target, box, limit, most, rng, honouring, strips, best):
     Return the number of locations in `best`. At most `limit` cells of the ring may be wrong; at
     most about `most` locations are compared; `honouring` and `strips` are workspace.
     """
-    image, bits, square_bits, data, grid, _, _, by_chance, unknown = target
-    rows = (image.shape[0] - box.nz + 1) * (image.shape[1] - box.ny + 1)
+    image, bits, square_bits, data, grid, _, _, by_chance, unknown, _, _, _ = target
+    layers = layers_around(target, box)
+    rows = (layers[1] - box.nz + 1) * (image.shape[1] - box.ny + 1)
     at_once, start = rows, np.int64(0)
-    if image.shape[0] > 1:
+    if layers[1] > 1:
         at_once = min(rows, 1 + LOCATIONS_AT_ONCE // image.shape[2])
         start = draw_index(rng, rows)
     n_rows, n_places = np.int64(0), np.int64(0)
     while n_rows < rows and n_places < most:
         some = min(at_once, rows - n_rows)
         part = start + n_rows, some
-        n_places += honouring_places(bits, data, box, image.shape, part, honouring.mask)
+        n_places += honouring_places(bits, data, box, image.shape, layers, part, honouring.mask)
         n_rows += some
     if n_places == 0:
         return 0
     take_strips(grid, box, square_bits, strips)
     sample, looked = (n_places, most, by_chance), (start, n_rows)
-    known = square_bits, image.shape, honouring
+    known = square_bits, image.shape, layers, honouring
     return best_windows(*known, box, looked, strips, sample, limit, unknown, rng, best)
+
+
+@part_of_kernel
+def layers_around(target, box):
+    """Return the first layer and the number of layers of the image that suit a box of the grid."""
+    if len(target.layers) == 0:
+        return np.int64(0), np.int64(target.image.shape[0])
+    kind = target.kinds[box.z0 + box.nz // 2, box.y0 + box.ny // 2, box.x0 + box.nx // 2]
+    return target.layers[kind, 0], target.layers[kind, 1]
 
 
 @part_of_kernel
@@ -356,17 +365,18 @@ def is_unknown(data, box, y, x, patterns):
 
 
 @part_of_kernel
-def honouring_places(bits, data, box, shape, part, mask):
+def honouring_places(bits, data, box, shape, layers, part, mask):
     """Mark in `mask` the TI locations whose patch honours all data; return the number of marks.
 
-    `bits`, shape (n_planes, mz, my, n_words), are the bits of the TI, whose shape is `shape`.
-    Location (z, y, x) is bit x % 64 of word x // 64 of row y of layer z. `part` has the first row
-    of locations to search and the number of rows. Rows are numbered through all layers and wrap
-    after the last row. The search ends as soon as no location is marked, usually after a few data.
+    `bits`, shape (n_planes, mz, my, n_words), are the bits of the TI, whose shape is `shape`;
+    `layers` come from `layers_around`. Location (z, y, x) is bit x % 64 of word x // 64 of row y of
+    layer z. `part` has the first row of locations to search and the number of rows. Rows are
+    numbered through all layers and wrap after the last row. The search ends as soon as no location
+    is marked, usually after a few data.
     """
     n_planes, full = len(bits), ~np.uint64(0)
-    nz, ny, nx = shape[0] - box.nz + 1, shape[1] - box.ny + 1, shape[2] - box.nx + 1
-    n_words = (nx + 63) >> 6
+    ny, nx = shape[1] - box.ny + 1, shape[2] - box.nx + 1
+    n_words, nz = (nx + 63) >> 6, (layers[0], layers[1] - box.nz + 1)
     first_row, n_rows = part
     z, y = row_of(first_row, nz, ny)
     for _ in range(n_rows):
@@ -407,9 +417,12 @@ def honouring_places(bits, data, box, shape, part, mask):
 
 @part_of_kernel
 def row_of(number, layers, rows):
-    """Return layer and row of a numbered row of locations; numbers wrap after the last row."""
-    number %= layers * rows
-    return number // rows, number % rows
+    """Return layer and row of a numbered row of locations; numbers wrap after the last row.
+
+    `layers` are the first layer and the number of layers of locations.
+    """
+    number %= layers[1] * rows
+    return layers[0] + number // rows, number % rows
 
 
 @part_of_kernel
@@ -417,22 +430,23 @@ def next_row(z, y, layers, rows):
     """Return layer and row of the next row of locations, without the slow division of `row_of`."""
     if y + 1 < rows:
         return z, y + 1
-    return (z + 1 if z + 1 < layers else 0), np.int64(0)
+    return (z + 1 if z + 1 < layers[0] + layers[1] else layers[0]), np.int64(0)
 
 
 @part_of_kernel
 def best_windows(
-    square_bits, shape, honouring, box, part, strips, sample, limit, unknown, rng, best
+    square_bits, shape, layers, honouring, box, part, strips, sample, limit, unknown, rng, best
 ):
     """Fill `best` with the misfit, layer, row and column of the locations whose ring fits best.
 
     Return the number of locations in `best`. Only marked locations with at most `limit` wrong cells
-    are used. `sample` is documented in `draw_numbers`, `part` in `honouring_places`, and `unknown`
-    in `Target`. If locations fit equally, the location read first is used; the search therefore
-    begins at a random location.
+    are used. `sample` is documented in `draw_numbers`, `layers` and `part` in `honouring_places`,
+    and `unknown` in `Target`. If locations fit equally, the location read first is used; the search
+    therefore begins at a random location.
     """
     mask, numbers = honouring
-    layers, rows, columns = shape[0] - box.nz + 1, shape[1] - box.ny + 1, shape[2] - box.nx + 1
+    layers = layers[0], layers[1] - box.nz + 1
+    rows, columns = shape[1] - box.ny + 1, shape[2] - box.nx + 1
     first_row, n_rows = part
     start_row, first_x = draw_index(rng, n_rows), draw_index(rng, columns)
     n_numbers = draw_numbers(rng, sample, numbers)

@@ -20,6 +20,7 @@ from ccwsim.engine.corrections.resimulation import (
     Target,
     fitting_windows,
     has_unknown,
+    layers_around,
     make_honouring,
 )
 from ccwsim.engine.corrections.unseen_patterns import (
@@ -41,6 +42,7 @@ from ccwsim.engine.stages.pyramid import build_pyramid
 from ccwsim.engine.stages.similarity import (
     Terms,
     box_sums,
+    legal_spans,
     make_terms,
     overlap_terms,
     running_sums,
@@ -76,7 +78,9 @@ class Repair(NamedTuple):
     shift_block: Triple  # block for refinement of locations: equal lengths along y and x
     running: NDArray[np.unsignedinteger[Any]]  # made by `running_sums`
     energy: NDArray[np.number[Any]]  # shape (nz, ny, nx) of locations: ΣA² of the ring
+    spans: NDArray[np.int64]  # made by `legal_spans`
     least: int  # minimum number of unseen patterns in a window
+    weights: NDArray[np.float64]  # shape (n_facies,): made by `facies_weights`
 
 
 class RepairWorkspace(NamedTuple):
@@ -92,7 +96,6 @@ class RepairWorkspace(NamedTuple):
     cut: CutWorkspace
     best_mask: NDArray[np.bool_]  # shape of a window: the mask of the best cut
     trial: Trial
-    weights: NDArray[np.float64]  # shape (n_facies,): made by `facies_weights`
 
 
 def window_lengths(template: Triple, room: Triple) -> tuple[Triple, Triple, Triple]:
@@ -119,11 +122,18 @@ def window_lengths(template: Triple, room: Triple) -> tuple[Triple, Triple, Trip
 
 
 def prepare_repair(
-    image: NDArray[np.uint8], template: Triple, grid_shape: Triple, n_facies: int
+    image: NDArray[np.uint8],
+    template: Triple,
+    room: Triple,
+    n_facies: int,
+    volume: bool,
+    unknown: NDArray[np.int64],
 ) -> Repair:
-    """Return the inputs of seam repair; `image`, shape (nz, ny, nx), is in grid coordinates."""
-    room = tuple(min(a, b) for a, b in zip(image.shape, grid_shape, strict=True))
-    window, ring, block = window_lengths(template, room)  # type: ignore[arg-type]
+    """Return the inputs of seam repair; `image`, shape (nz, ny, nx), is in grid coordinates.
+
+    Windows have at most the lengths `room`. `unknown` is documented in `Target`.
+    """
+    window, ring, block = window_lengths(template, room)
     level = tuple(n.bit_length() - 1 for n in block)
     planes = 1 if n_facies <= 2 else n_facies
     sums = build_pyramid(image, level, planes).sums  # type: ignore[arg-type]
@@ -133,18 +143,29 @@ def prepare_repair(
     table = summed_squares(sums)
     energy = box_sums(table, size, (0, 0, 0), size) - box_sums(table, size, wide, inner)  # type: ignore[arg-type]
     both = tuple(2 * n for n in ring)
-    kind = score_type(level, window, both)  # type: ignore[arg-type]
+    kind = score_type(level, window, both, excludes=unknown.size > 0)  # type: ignore[arg-type]
     running = running_sums(sums, level, window)  # type: ignore[arg-type]
-    least = LEAST_VOLUME if len(image) > 1 else LEAST
-    patterns = known_patterns(image)
-    near = patterns if patterns.spacing == 1 else known_patterns(image, 1)
+    spans = np.zeros((0, 0, 2), np.int64)
+    if unknown.size:
+        ends = [np.arange(n) * b for n, b in zip(energy.shape, block, strict=True)]
+        table = unknown
+        for axis, (low, n) in enumerate(zip(ends, window, strict=True)):
+            table = np.take(table, low + n, axis) - np.take(table, low, axis)
+        spans = legal_spans((table > 0).astype(np.uint8))
+        energy[table > 0] = 2 ** (8 * np.dtype(kind).itemsize - 2)
+    least = LEAST_VOLUME if volume else LEAST
+    patterns = known_patterns(image, None, volume, unknown)
+    near = patterns if patterns.spacing == 1 else known_patterns(image, 1, volume, unknown)
     lengths = window, ring, block, (block[0], max(block), max(block))
-    return Repair(patterns, near, *lengths, running, energy.astype(kind), least)
+    weights = facies_weights(np.bincount(image.ravel(), minlength=n_facies)[:n_facies])
+    return Repair(patterns, near, *lengths, running, energy.astype(kind), spans, least, weights)
 
 
 def make_workspace(repair: Repair, target: Target) -> RepairWorkspace:
     """Return the workspace for the windows of a realization."""
     nz, ny, nx = repair.energy.shape
+    if len(target.layers) > 1:
+        nz = int(target.layers[:, 1].min() - repair.window[0]) // repair.block[0] + 1
     shape = min(nz, max(LOCATIONS // (ny * nx), 1)), ny, nx
     kind, n, window = repair.energy.dtype, prod(shape), repair.window
     both = tuple(2 * n for n in repair.ring)
@@ -159,17 +180,16 @@ def make_workspace(repair: Repair, target: Target) -> RepairWorkspace:
         cut=make_cut(window, repair.ring),
         best_mask=np.zeros(window, np.bool_),
         trial=make_trial(window, repair.patterns, len(target.balance)),
-        weights=facies_weights(target),
     )
 
 
-def facies_weights(target: Target) -> NDArray[np.float64]:
+def facies_weights(counts: NDArray[np.int64]) -> NDArray[np.float64]:
     """Return the factor of `CHANGE` for each facies, shape (n_facies,), at most `MAX_WEIGHT`.
 
-    The factor increases with the relative effect of a cell on the proportion of a rare facies.
+    The factor increases with the relative effect of a cell on the proportion of a rare facies;
+    `counts` are the cells of each facies in the image.
     """
-    n = np.bincount(target.image.ravel(), minlength=len(target.balance))
-    p = n / target.image.size
+    p = counts / counts.sum()
     return np.clip(0.25 / np.maximum(p * (1 - p), 1e-9), 1.0, MAX_WEIGHT)
 
 
@@ -207,7 +227,7 @@ def repair_seams(
 @kernel
 def repair_windows(target, repair, places, forced, rng, work):
     """Repair windows around `places`, shape (n, 3); return the number of replaced windows."""
-    image, _, _, data, grid, sources, balance, _, unknown = target
+    image, _, _, data, grid, sources, balance, _, unknown, _, _, _ = target
     nz, ny, nx = repair.window
     oz, oy, ox = repair.ring
     patterns, n_changed, volume = repair.patterns, 0, grid.shape[0] > 1
@@ -247,7 +267,7 @@ def repair_windows(target, repair, places, forced, rng, work):
             )
             change, counts = 0.0, work.trial.counts
             for k in range(len(counts)):
-                change += work.weights[k] * (abs(balance[k] + counts[k]) - abs(balance[k]))
+                change += repair.weights[k] * (abs(balance[k] + counts[k]) - abs(balance[k]))
             cost = after + CHANGE * change / 2
             if cost < least and after < before:
                 least, chosen = cost, place
@@ -293,15 +313,17 @@ def well_fitting_windows(target, box, repair, rng, work):
     overlap on all sides. The search starts at a random layer of locations and covers as many layers
     as `work.scores` has.
     """
-    image, _, square_bits, _, grid, _, _, _, _ = target
+    image, _, square_bits, _, grid, _, _, _, _, _, _, _ = target
     running, scores, places = repair.running, work.scores, work.ranking.places
     n_groups = overlap_terms(grid, box, repair.block, running, work.terms)
     n_layers = len(scores)
-    layer = draw_index(rng, len(repair.energy) - n_layers + 1)
-    for k in range(work.terms.ends[n_groups - 1] if n_groups > 0 else 0):
-        work.terms.offsets[k] += layer * running.shape[3] * running.shape[4]
+    layer, end = np.int64(0), np.int64(len(repair.energy))
+    if len(target.layers) > 1:
+        layer, n = layers_around(target, box)
+        layer, end = layer // repair.block[0], (layer + n - box.nz) // repair.block[0] + 1
+    layer += draw_index(rng, end - layer - n_layers + 1)
     energy = repair.energy[layer : layer + n_layers]
-    score_places(running, work.terms, n_groups, energy, scores)
+    score_places(running, layer, repair.spans, work.terms, n_groups, energy, scores)
     best_places(scores.reshape(-1), rng, work.ranking)
     take_strips(grid, box, square_bits, work.strips)
     n_places, missed = (scores.shape[1], scores.shape[2]), np.int64(0)

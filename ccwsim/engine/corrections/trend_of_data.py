@@ -71,7 +71,7 @@ def trend_of_data(data: DataProportions, grid_shape: Triple, min_width: float) -
 def trend_of_map(probabilities: NDArray[np.float64], proportions: NDArray[np.float64]) -> Trend:
     """Return the trend of given probabilities, shape (n_facies, (nz,) ny, nx).
 
-    Cells without probabilities have the `proportions` of the image.
+    Cells without probabilities have `proportions`, shape (n_facies,) or (*shape, n_facies).
     """
     given = np.moveaxis(probabilities, 0, -1)
     filled = np.where(np.isnan(given), proportions, given)

@@ -41,6 +41,7 @@ class Patterns(NamedTuple):
     shift: int  # right shift of the number of a pattern
 
 
+NO_UNKNOWN = np.zeros((0, 0, 0), np.int64)
 NO_PATTERNS = Patterns(
     *(np.empty(0, np.uint8), (1, 1, 1), 1, (0, 0, 0)),
     *(np.empty(0, np.uint32), np.uint32(0), np.uint32(0), 0),
@@ -66,17 +67,25 @@ def make_trial(patch: Triple, patterns: Patterns, n_facies: int) -> Trial:
     return Trial(np.zeros(wide, np.uint8), np.zeros(wide, np.uint32), numbers, counts, no_sources)
 
 
-def known_patterns(image: NDArray[np.uint8], spacing: int | None = None) -> Patterns:
+def known_patterns(
+    image: NDArray[np.uint8],
+    spacing: int | None = None,
+    volume: bool | None = None,
+    unknown: NDArray[np.int64] = NO_UNKNOWN,
+) -> Patterns:
     """Return the patterns of an image of shape (nz, ny, nx).
 
-    Neighbouring cells of a pattern are `spacing` cells apart; by default as in seam repair.
+    Neighbouring cells of a pattern are `spacing` cells apart; by default as in seam repair. If
+    `volume` is false, layers are maps; by default it is true for several layers. `unknown` are the
+    running numbers of unknown cells (see `Target`), whose index is the largest one.
     """
-    volume = len(image) > 1
+    volume = len(image) > 1 if volume is None else volume
     side, usual = (SIDE_VOLUME, SPACING_VOLUME) if volume else (SIDE, SPACING)
     spacing = usual if spacing is None else spacing
-    cells = tuple(side if (side - 1) * spacing < n else 1 for n in image.shape)
+    shape = image.shape if volume else (1, *image.shape[1:])
+    cells = tuple(side if (side - 1) * spacing < n else 1 for n in shape)
     bits = NUMBER_BITS_VOLUME if volume else NUMBER_BITS
-    n_facies = int(image.max()) + 1
+    n_facies = int(image.max()) + (0 if unknown.size else 1)
     exact = n_facies ** prod(cells) <= 2**bits
     known = np.zeros(2 ** (bits - 3), np.uint8)
     base = np.uint32(n_facies if exact else HASH)
@@ -89,7 +98,11 @@ def known_patterns(image: NDArray[np.uint8], spacing: int | None = None) -> Patt
     reach = tuple((n - 1) * spacing for n in cells)
     patterns = Patterns(known, cells, spacing, reach, labels, base, row_base, shift)  # type: ignore[arg-type]
     strip = 1, min(ROWS_AT_ONCE, image.shape[1]), image.shape[2]
-    mark_known(image, patterns, *_pattern_buffers(patterns, strip))
+    counts = unknown
+    for axis, n in enumerate(reach if unknown.size else ()):
+        ends = np.arange(image.shape[axis] - n)
+        counts = np.take(counts, ends + n + 1, axis) - np.take(counts, ends, axis)
+    mark_known(image, patterns, counts > 0, *_pattern_buffers(patterns, strip))
     return patterns
 
 
@@ -196,8 +209,12 @@ def is_known(patterns, number):
 
 
 @kernel
-def mark_known(image, patterns, rows, numbers):
-    """Mark all patterns of an image, shape (nz, ny, nx); `rows` and `numbers` are workspace."""
+def mark_known(image, patterns, excluded, rows, numbers):
+    """Mark all patterns of an image, shape (nz, ny, nx), that are not `excluded`.
+
+    `excluded` has the shape of the first cells of patterns, or is empty; `rows` and `numbers` are
+    workspace.
+    """
     reach_z, reach_y, reach_x = patterns.reach
     nz, ny, nx = image.shape[0] - reach_z, image.shape[1] - reach_y, image.shape[2] - reach_x
     known, at_once = patterns.known, rows.shape[1] - reach_y
@@ -209,6 +226,8 @@ def mark_known(image, patterns, rows, numbers):
             for y in range(n):
                 number_patterns(rows, 0, y, nx, patterns, numbers)
                 for x in range(nx):
+                    if excluded.size and excluded[z, first + y, x]:
+                        continue
                     number = numbers[x] >> np.uint32(patterns.shift)
                     known[number >> np.uint32(3)] |= np.uint8(1) << (number & np.uint32(7))
 

@@ -21,7 +21,7 @@ COUNTED = 2**14
 
 
 class Ranking(NamedTuple):
-    """Workspace to select the K best of n scores."""
+    """Workspace to select the K best of at most n scores."""
 
     minima: NDArray[np.number[Any]]  # shape (n_segments(n),), in the type of the scores
     segments: NDArray[np.int64]  # shape (n_segments(n),): segments with good scores
@@ -103,8 +103,9 @@ def best_places(scores, rng, ranking):
     `scores`, shape (n,), are raveled. Locations with a better score than the K-th best location are
     listed first.
     """
-    minima, segments, good, values, places = ranking
-    k, n_parts = len(places), len(minima)
+    _, segments, good, values, places = ranking
+    k, n_parts = len(places), -(-len(scores) // SEGMENT)
+    minima = ranking.minima[:n_parts]
     segment_minima(scores, minima)
     # k segments have a minimum of at most this value, so the k-th best score is not higher
     least = kth_smallest(minima, n_parts, min(k, n_parts))
@@ -200,21 +201,23 @@ def place_of(number, n_places, block):
 
 
 @part_of_kernel
-def rule_out_continuations(box, before, patches, locations, block, reach, scores):
+def rule_out_continuations(box, before, patches, locations, block, reach, layer, scores):
     """Set the worst score for locations that continue a neighbouring patch almost verbatim.
 
     Otherwise the training image would be copied patch after patch, because continuations fit best.
     `before`, shape (4,), has the numbers of the neighbouring patches, −1 for none. `patches`, shape
-    (n, 10), and `locations`, shape (n, 3), include all patches of the realization.
+    (n, 10), and `locations`, shape (n, 3), include all patches of the realization. `scores` begin
+    with layer `layer` of locations.
     """
     worst = scores.dtype.type(2 ** (8 * scores.itemsize - 1) - 1)
     for number in before:
         if number < 0:
             continue
-        z = (locations[number, 0] + box.z0 - patches[number, 0]) // block[0]
+        z = (locations[number, 0] + box.z0 - patches[number, 0]) // block[0] - layer
         y = (locations[number, 1] + box.y0 - patches[number, 1]) // block[1]
         x = (locations[number, 2] + box.x0 - patches[number, 2]) // block[2]
-        for pz in range(max(z - reach[0], 0), min(z + reach[0] + 2, scores.shape[0])):
+        last_z = z + reach[0] + min(reach[0], 1) + 1
+        for pz in range(max(z - reach[0], 0), min(last_z, scores.shape[0])):
             for py in range(max(y - reach[1], 0), min(y + reach[1] + 2, scores.shape[1])):
                 for px in range(max(x - reach[2], 0), min(x + reach[2] + 2, scores.shape[2])):
                     scores[pz, py, px] = worst

@@ -210,7 +210,9 @@ def forced_side(old, new, datum):
 
 
 @part_of_kernel
-def add_missed(phases, grid, data, box, times, proportions, weights, datum_cost, work, totals):
+def add_missed(
+    phases, layers, grid, data, box, times, proportions, weights, datum_cost, work, totals
+):
     """Add the cost of data that the patch would not honour to the score of every location.
 
     The co-template begins at the first cell of the box; its lengths are `times` the lengths of the
@@ -218,10 +220,12 @@ def add_missed(phases, grid, data, box, times, proportions, weights, datum_cost,
     proportion of its facies; `proportions` has the shape (n_facies,). `weights` are multiplied by
     `datum_cost`, the score of one wrong cell of overlap. `phases` is a field of `Pyramid`;
     `make_misses` creates `work`. `grid` has the shape (nz, ny, nx), and `totals` has one value per
-    location.
+    location. `layers` are the first layer of these locations, and the number of layers of blocks
+    of the image from this layer on.
     """
     uz, uy, ux, mz, my, mx = phases.shape
     nz, ny, nx = totals.shape
+    layer, end = layers
     shape = data.facies.shape
     cells, terms, n, beyond = phases.reshape(-1), work.terms, 0, False
     for z in range(box.z0, min(box.z0 + times * box.nz, shape[0])):
@@ -238,17 +242,17 @@ def add_missed(phases, grid, data, box, times, proportions, weights, datum_cost,
                     weight = weights.held
                 (dz, up), (dy, down) = divmod(z - box.z0, uz), divmod(y - box.y0, uy)
                 dx, along = divmod(x - box.x0, ux)
-                layers, rows = min(nz, max(mz - dz, 0)), min(ny, max(my - dy, 0))
+                layers, rows = min(nz, max(end - dz, 0)), min(ny, max(my - dy, 0))
                 columns = min(nx, max(mx - dx, 0))
                 if layers < nz or rows < ny or columns < nx:
                     expected = np.int64(weight * datum_cost * (1.0 - proportions[facies]))
-                    _expect(work, layers, rows, columns, expected)
+                    _expect(work, nz, layers, rows, columns, expected)
                     beyond = True
                 cost = np.int64(weight * datum_cost)
                 if cost == 0 or layers == 0 or rows == 0 or columns == 0:
                     continue
                 phase = (up * uy + down) * ux + along
-                terms[0, n] = ((phase * mz + dz) * my + dy) * mx + dx
+                terms[0, n] = ((phase * mz + layer + dz) * my + dy) * mx + dx
                 terms[1, n], terms[2, n], terms[3, n] = layers, rows, columns
                 terms[4, n], terms[5, n] = facies, cost
                 n += 1
@@ -261,15 +265,15 @@ def add_missed(phases, grid, data, box, times, proportions, weights, datum_cost,
 
 
 @part_of_kernel
-def _expect(work, layers, rows, columns, cost):
-    """Add a cost to all locations outside the first `layers`, `rows` and `columns`."""
+def _expect(work, nz, layers, rows, columns, cost):
+    """Add a cost to all of `nz` layers of locations outside the first layers, rows and columns."""
     beyond, changes = work.beyond, work.changes
     for corner in range(1, 8):
         z = layers if corner & 4 else 0
         y = rows if corner & 2 else 0
         x = columns if corner & 1 else 0
         odd = (corner ^ corner >> 1 ^ corner >> 2) & 1
-        if z < beyond.shape[0] and y < beyond.shape[1] and x < beyond.shape[2]:
+        if z < nz and y < beyond.shape[1] and x < beyond.shape[2]:
             beyond[z, y, x] += cost if odd else -cost
             changes[z, y] = True
 
@@ -365,11 +369,12 @@ def _add_beyond(work, totals):
 
 
 @part_of_kernel
-def start_totals(scores, share, totals):
+def start_totals(scores, share, illegal, totals):
     """Copy scores to `totals`; rule out all locations except the share with the best overlaps.
 
-    Both arrays have the shape (n,). The limit is computed from a histogram of 256 classes, because
-    sorting all scores would take longer than the search.
+    `illegal` locations are also ruled out; the array may be empty. The others have the shape (n,).
+    The limit is computed from a histogram of 256 classes, because sorting all scores would take
+    longer than the search.
     """
     least = most = scores[0]
     for x in range(len(scores)):
@@ -394,6 +399,8 @@ def start_totals(scores, share, totals):
     for x in range(len(scores)):
         total = totals.dtype.type(scores[x])
         totals[x] = total + out if scores[x] > limit else total
+    for x in range(np.uint64(len(illegal))):
+        totals[x] = out if illegal[x] else totals[x]
 
 
 @part_of_kernel

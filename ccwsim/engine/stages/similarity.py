@@ -26,6 +26,7 @@ from ccwsim.engine.stages.path import Triple, inside_overlap, overlap_cells
 
 ROWS_AT_ONCE = 16
 """Number of rows of locations scored in one loop; their data fit into the processor's cache."""
+VECTOR = 16  # number of scores that vector instructions process at once
 AT_ONCE = 4  # number of terms that are added in one loop over locations
 SCORE_TYPES = np.int16, np.int32, np.int64
 SUM_TYPES = np.uint16, np.uint32, np.uint64
@@ -146,19 +147,39 @@ def overlap_energies(squares, box, block, energies):
 
 
 @part_of_kernel
-def cached_overlap_energies(squares, box, block, energies, energies_of):
+def cached_overlap_energies(squares, illegal, layer, box, block, energies, energies_of):
     """Fill `energies` like `overlap_energies`, unless the previous box had an equal overlap.
 
-    `energies_of`, shape (4,), has the numbers of layers, rows and columns of the previous box, and
-    the sides of its overlap.
+    `energies` begin with layer `layer` of locations. An `illegal` location gets half of the largest
+    score; `illegal` has the shape of all locations, or is empty. `energies_of`, shape (nz, 4), has
+    for each first layer the numbers of layers, rows and columns of the previous box, and the sides
+    of its overlap.
     """
     lengths = box.nz, box.ny, box.nx, box.sides
     same = True
     for k in range(4):
-        same = same and energies_of[k] == lengths[k]
-        energies_of[k] = lengths[k]
+        same = same and energies_of[layer, k] == lengths[k]
+        energies_of[layer, k] = lengths[k]
     if not same:
-        overlap_energies(squares, box, block, energies)
+        overlap_energies(squares[layer:], box, block, energies)
+        flat, excluded = energies.reshape(-1), illegal[layer : layer + len(energies)].reshape(-1)
+        worst = flat.dtype.type(2 ** (8 * energies.itemsize - 2))
+        for x in range(np.uint64(len(excluded))):
+            flat[x] = worst if excluded[x] else flat[x]
+
+
+def legal_spans(illegal: NDArray[np.uint8]) -> NDArray[np.int64]:
+    """Return first and last column (exclusive) of the legal locations in each row, shape (…, 2).
+
+    The ends are rounded outwards, because loops over vectors are then faster.
+    """
+    legal, n = illegal == 0, illegal.shape[-1]
+    if not illegal.size:
+        return np.zeros((0, 0, 2), np.int64)
+    ends = np.stack([legal.argmax(axis=-1), n - legal[..., ::-1].argmax(axis=-1)], axis=-1)
+    ends[..., 0] -= ends[..., 0] % VECTOR
+    ends[..., 1] = np.minimum(ends[..., 1] + -ends[..., 1] % VECTOR, n)
+    return np.where(legal.any(axis=-1, keepdims=True), ends, 0)
 
 
 class Terms(NamedTuple):
@@ -276,10 +297,11 @@ def line_terms(grid, cells, block, facies, sums, n, terms):
 
 
 @part_of_kernel
-def score_places(running, terms, n_groups, energy, scores):
+def score_places(running, layer, spans, terms, n_groups, energy, scores):
     """Fill `scores` with SSD − ΣB² of every location, or −2·ΣA·B if `energy` is 0 (correlation).
 
-    `energy` and `scores` have the shape (nz, ny, nx) of locations. Several rows are summed in one
+    `energy` and `scores` have the shape (nz, ny, nx) of locations, from layer `layer` on. `spans`
+    come from `legal_spans`; outside them, scores are `energy`. Several rows are summed in one
     loop, because single rows are short; sums beyond the last location of a row are discarded.
     Indices are unsigned, because a check for negative indices would prevent vectorization.
     """
@@ -288,14 +310,18 @@ def score_places(running, terms, n_groups, energy, scores):
     energies, flat, values = energy.reshape(-1), scores.reshape(-1), running.reshape(-1)
     offsets, weights, sums = terms.offsets, terms.weights, terms.sums
     kind, two = scores.dtype.type, scores.dtype.type(2)
-    at_once = _rows_at_once(nx, mx)
-    if n_groups == 0:
+    at_once = 1 if spans.size else _rows_at_once(nx, mx)
+    if n_groups == 0 or spans.size:
         for x in range(np.uint64(len(flat))):
             flat[x] = energies[x]
+    low, n_columns = np.int64(0), np.int64(nx)
     for z in range(nz):
         for first in range(0, ny, at_once):
-            rows, base = min(at_once, ny - first), (z * my + first) * mx
-            length = np.uint64((rows - 1) * mx + nx)
+            if spans.size:
+                low, n_columns = spans[layer + z, first, 0], spans[layer + z, first, 1]
+                n_columns -= low
+            rows, base = min(at_once, ny - first), ((layer + z) * my + first) * mx + low
+            length = np.uint64((rows - 1) * mx + n_columns if n_columns else 0)
             for group in range(n_groups):
                 start = terms.ends[group - 1] if group > 0 else 0
                 for n in range(start, terms.ends[group], AT_ONCE):
@@ -315,12 +341,12 @@ def score_places(running, terms, n_groups, energy, scores):
                                 + wc * values[c + x] + wd * values[d + x]
                             )  # fmt: skip
                 for y in range(rows):
-                    own, of_run = np.uint64((z * ny + first + y) * nx), np.uint64(y * mx)
+                    own, of_run = np.uint64((z * ny + first + y) * nx + low), np.uint64(y * mx)
                     if group == 0:
-                        for x in range(np.uint64(nx)):
+                        for x in range(np.uint64(n_columns)):
                             flat[own + x] = energies[own + x] - two * kind(sums[of_run + x])
                     else:
-                        for x in range(np.uint64(nx)):
+                        for x in range(np.uint64(n_columns)):
                             flat[own + x] -= two * kind(sums[of_run + x])
 
 

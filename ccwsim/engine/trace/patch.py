@@ -52,6 +52,7 @@ class DataTerms:
 
 def data_terms(
     phases: NDArray[np.uint8],
+    layers: tuple[int, int],
     grid: NDArray[np.uint8],
     data: PlacedData,
     box: Box,
@@ -66,7 +67,9 @@ def data_terms(
     certain = np.ones(256)  # data beyond the end of the image cost nothing
     counts = {kind: np.zeros(totals.shape, np.int64) for kind in ONE_KIND}
     for kind, weight in ONE_KIND.items():
-        add_missed(phases, grid, data, box, times, certain, weight, 1.0, misses, counts[kind])
+        add_missed(
+            phases, layers, grid, data, box, times, certain, weight, 1.0, misses, counts[kind]
+        )
     kinds = {kind: own(count) for kind, count in counts.items()}
     out = own(totals >= ruled_out(totals) // 2)
     seen, reach = seen_data(data, grid, box, times), times * box.nx

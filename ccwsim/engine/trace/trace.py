@@ -185,7 +185,8 @@ class Trace:
         """The realization, the windows of local re-simulation, and the cells before seam repair."""
         stepper = self._stepper
         stepper.go_to(len(self.patches))
-        indices, sources = to_grid(stepper.simulated, self.path, self.study)
+        shape = self._image.shape
+        indices, sources = to_grid(stepper.simulated, self.path, self.study, shape)
         indices, sources = indices.copy(), sources.copy()  # the stepper needs unchanged arrays
         rng = random_numbers(0, 0)
         rng.bit_generator.state = stepper.rng.bit_generator.state
@@ -249,30 +250,45 @@ class Trace:
         blocks, ends = sums.astype(np.int64), np.reshape(inside_overlap(box), (3, 2))
         inside = (slice(*n // b) for n, b in zip(ends, search.block, strict=True))
         blocks[:, *inside] = 0
-        totals, data, slack = work.totals.copy(), None, None
-        volume = len(self.study.grid.shape) == 3
+        tz, ty, tx = place
+        layer, n_layers = inputs.layers[min(p.number, len(inputs.layers) - 1)].tolist()
+        volume, data, slack = len(self.study.grid.shape) == 3, None, None
+        totals = work.totals[:n_layers]
 
         def own(array: NDArray) -> NDArray:
             return array if volume else array[..., 0, :, :]
 
+        def of_places(array: NDArray) -> NDArray:
+            """Return values for all layers of locations; in a map, for the copy of `place`."""
+            if not volume:
+                return array[tz - layer]
+            fill = False if array.dtype == bool else np.iinfo(array.dtype).max
+            whole = np.full(self.oriented.places, fill, array.dtype)
+            whole[layer : layer + n_layers] = array
+            return whole
+
         if sides and search.slack >= 0:
             slack = int(search.slack)
-        scores, copies = self._all_scores(blocks)
+        scores, copies = self._all_scores(blocks, layer, n_layers)
         if seen_data(self.data, before, box, search.co_template):
             weights = SPARSE if p.split == 0 else DENSE
             slack = int(weights.slack * search.slack_cost)
-            known = pyramid.phases, before, self.data, box, search.co_template
-            data = data_terms(*known, weights, slack, totals, own)
-        tz, ty, tx = place
+            layers = layer, n_layers + search.template[0] // search.block[0] - 1
+            known = pyramid.phases, layers, before, self.data, box, search.co_template
+            data = data_terms(*known, weights, slack, totals, of_places)
         correlation = self.study.parameters.similarity == "correlation"
-        places = np.stack(np.unravel_index(work.ranking.places, work.scores.shape), axis=1)
+        places = np.stack(np.unravel_index(work.ranking.places, self.oriented.places), axis=1)
+        if not volume:
+            shown = places[:, 0] == tz
+            n_candidates, drawn = int(shown[:n_candidates].sum()), int(shown[:drawn].sum())
+            places = places[shown]
         return TracedPatch(
             patch=p,
             box=box,
             before=own(before),
             after=own(self._stepper.simulated.grid).copy(),
             blocks=own(blocks),
-            scores=own(scores),
+            scores=of_places(scores),
             energy=0 if correlation else int(np.square(blocks).sum()),
             block=search.block,
             places=places if volume else places[:, 1:],
@@ -285,22 +301,24 @@ class Trace:
             overlap=search.overlap[2],
             correlation=correlation,
             slack=slack,
-            copies=own(copies),
+            copies=of_places(copies),
             steered=inputs.steering.is_on,
             data=data,
-            totals=own(totals) if data is not None or search.location_cost > 0 else None,
+            totals=of_places(totals).copy()
+            if data is not None or search.location_cost > 0
+            else None,
         )
 
     def _all_scores(
-        self, blocks: NDArray[np.int64]
+        self, blocks: NDArray[np.int64], layer: int, n_layers: int
     ) -> tuple[NDArray[np.number[Any]], NDArray[np.bool_]]:
-        """Return the real scores of all locations, and a mask of excluded continuations."""
-        scores = self._stepper.work.scores.copy()
+        """Return the real scores of locations from `layer` on, and which are continuations."""
+        scores = self._stepper.work.scores[:n_layers].copy()
         copies = np.zeros(scores.shape, bool)
         if not self._stepper.plan.inputs.before.shape[1]:
             return scores, copies
         copies = scores == 2 ** (8 * scores.itemsize - 1) - 1
-        sums, energies = self.oriented.pyramid.sums, self._stepper.work.energies
+        sums, energies = self.oriented.pyramid.sums[:, layer:], self._stepper.work.energies[layer:]
         for place in np.argwhere(copies):
             part = tuple(slice(k, k + n) for k, n in zip(place, blocks.shape[1:], strict=True))
             both = (sums[:, *part].astype(np.int64) * blocks).sum()

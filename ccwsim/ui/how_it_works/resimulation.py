@@ -55,7 +55,7 @@ def _takes_long(trace: Trace) -> bool:
     """Whether placing the remaining patches takes noticeable time."""
     search = trace.search
     n_blocks = overlap_cells(search.template, search.overlap) / prod(search.block)
-    terms = n_blocks * len(trace.oriented.pyramid.sums) * trace.oriented.n_places
+    terms = n_blocks * len(trace.oriented.pyramid.sums) * int(trace.oriented.n_places.max())
     return len(trace.patches) * terms > MAX_TERMS and trace.n_done < len(trace.patches)
 
 

@@ -28,6 +28,8 @@ from ccwsim.engine.stages.pyramid import build_pyramid
 from ccwsim.engine.stages.similarity import running_sums
 from tests.small_images import blobs
 
+ALL_LEGAL = np.zeros((0, 0, 0), np.uint8)
+
 
 @pytest.mark.parametrize("layers", [1, 3])
 def test_the_candidate_that_corrects_the_proportions_is_taken(layers):
@@ -67,7 +69,7 @@ def test_weighted_patches_have_the_proportions_of_the_image(shape, n_facies):
     sums = build_pyramid(image, level, 1 if n_facies == 2 else n_facies).sums
     size = (min(4, shape[0]), 8, 8)
     cells = size[0] * 16 * 16
-    weights = margin_weights(patch_shares(sums, size, cells), proportions)
+    weights = margin_weights(patch_shares(sums, size, cells, ALL_LEGAL), proportions)
     windows = np.lib.stride_tricks.sliding_window_view(
         np.stack([image == k for k in range(n_facies)]), (size[0], 16, 16), axis=(1, 2, 3)
     )[:, :, ::2, ::2]
@@ -84,7 +86,7 @@ def test_many_facies_take_a_bounded_number_of_products(n_facies, monkeypatch):
     image = np.random.default_rng(0).integers(0, n_facies, (1, 300, 300)).astype(np.uint8)
     proportions = np.bincount(image.ravel(), minlength=n_facies) / image.size
     sums = build_pyramid(image, (0, 1, 1), n_facies).sums
-    own, steps, shares = np.linalg.lstsq, [], patch_shares(sums, (1, 8, 8), 256)
+    own, steps, shares = np.linalg.lstsq, [], patch_shares(sums, (1, 8, 8), 256, ALL_LEGAL)
     monkeypatch.setattr(np.linalg, "lstsq", lambda *a, **k: (steps.append(1), own(*a, **k))[1])
     weights = margin_weights(shares, proportions)
     assert shares.size <= MAX_SHARES
@@ -102,12 +104,12 @@ def test_a_candidate_is_drawn_as_often_as_its_proportions_say(n_facies):
     counts = np.arange(1, n_facies + 1) * 100
     target, gain = np.full(n_facies, 1 / n_facies), np.linspace(0.01, 0.02, n_facies)
     targets = np.stack([1 - target, target, 0 * target])  # of patches 0, 1 and 2
-    steering = Steering(targets, np.linspace(0.0, 2.0, n_facies), gain, True)
+    steering = Steering(targets, np.linspace(0.0, 2.0, n_facies)[None], gain, True)
     tilt, chances = np.zeros(n_facies), np.zeros(4)
     running = running_sums(sums, (0, 1, 1), (2, 8, 8))
     fixed = running, candidates, 1, box, block, n_places, steering, counts, tilt, chances
     drawn = np.bincount([draw_towards(*fixed, rng) for _ in range(4000)], minlength=4)
-    weights = steering.margin + gain * (counts - target * counts.sum())
+    weights = steering.margin[0] + gain * (counts - target * counts.sum())
     expected = []
     for number in candidates:
         z, y, x = place_of(number, n_places, block)
@@ -124,7 +126,7 @@ def test_only_rare_facies_have_a_larger_gain():
     image[0, 20:26, 30:50] = 2
     sums = build_pyramid(image, (0, 1, 1), 3).sums
     proportions = np.bincount(image.ravel()) / image.size
-    factors = gain_factors(patch_shares(sums, (1, 8, 8), 256), proportions)
+    factors = gain_factors(patch_shares(sums, (1, 8, 8), 256, ALL_LEGAL), proportions)
     assert factors[:2].tolist() == [1, 1]
     assert 1 < factors[2] <= MAX_FACTOR
 

@@ -88,6 +88,7 @@ def test_a_pattern_that_is_passed_over_has_no_location(n_facies, size, seed):
                         grid[None],
                         box,
                         (1, *image.shape),
+                        (0, 1),
                         whole(box, (1, *image.shape)),
                         mask,
                     )
@@ -129,10 +130,21 @@ def test_progress_goes_on_while_windows_are_simulated():
 NO_SOURCES = np.zeros((0, 0, 0), np.int32)
 
 
+def whole_image(image: NDArray[np.uint8]) -> tuple[tuple[int, ...], tuple[int, int]]:
+    """Return the shape of an image, and its first layer and number of layers."""
+    return image.shape, (0, len(image))
+
+
 def target_of(image, grid, cells, facies, sources: NDArray[np.int32] = NO_SOURCES) -> Target:
     bits = to_bits(image), to_square_bits(image)
     return Target(
-        image, *bits, data_grid(cells, facies, grid.shape), grid, sources, np.zeros(256, np.int64)
+        image,
+        *bits,
+        data_grid(cells, facies, grid.shape),
+        grid,
+        sources,
+        np.zeros(256, np.int64),
+        volume=len(image) > 1,
     )
 
 
@@ -270,7 +282,7 @@ def test_places_that_honour_all_data_are_marked(seed, volume, n_data, n_facies):
     image, _, data, box = random_window(seed, volume, n_data, n_facies)
     bits = to_bits(image)
     mask = np.full(bits.shape[1:], 0x5A5A5A5A5A5A5A5A, np.uint64)  # old content is replaced
-    n = honouring_places(bits, data, box, image.shape, whole(box, image.shape), mask)
+    n = honouring_places(bits, data, box, *whole_image(image), whole(box, image.shape), mask)
     expected = honours(image, data, box)
     assert n == np.count_nonzero(expected)
     x = np.arange(expected.shape[2])
@@ -291,11 +303,19 @@ def test_a_part_of_the_rows_goes_on_from_the_last_to_the_first(seed, volume, n_d
     honouring, strips = make_honouring(bits), strips_of(image, grid, box)
     first, some = first % n_rows, 1 + seed % n_rows
     own = [(first + k) % n_rows for k in range(some)]
-    n = honouring_places(bits, data, box, image.shape, (first, some), honouring.mask)
+    n = honouring_places(bits, data, box, *whole_image(image), (first, some), honouring.mask)
     assert n == np.count_nonzero(rows[own])
     if n:
         best, rng = np.empty((N_BEST, 4), np.int64), np.random.default_rng(seed)
-        known = to_square_bits(image), image.shape, honouring, box, (first, some), strips
+        known = (
+            to_square_bits(image),
+            image.shape,
+            whole_stack(image),
+            honouring,
+            box,
+            (first, some),
+            strips,
+        )
         n_best = best_windows(*known, (n, n, False), 10**6, NO_GAPS, rng, best)
         assert n_best == min(n, N_BEST)
         for _, *place in best[:n_best].tolist():
@@ -310,7 +330,7 @@ def test_the_best_windows_are_those_whose_ring_fits_best(seed, volume, n_data, t
     image, grid, data, box = random_window(seed, volume, n_data)
     bits, every = to_bits(image), whole(box, image.shape)
     honouring = make_honouring(bits)
-    n_places = honouring_places(bits, data, box, image.shape, every, honouring.mask)
+    n_places = honouring_places(bits, data, box, *whole_image(image), every, honouring.mask)
     if n_places == 0:
         return
     strips = strips_of(image, grid, box)
@@ -323,7 +343,7 @@ def test_the_best_windows_are_those_whose_ring_fits_best(seed, volume, n_data, t
         for place in np.argwhere(honours(image, data, box))
     }
     best, rng = np.empty((N_BEST, 4), np.int64), np.random.default_rng(seed)
-    known = to_square_bits(image), image.shape, honouring, box, every, strips
+    known = to_square_bits(image), *whole_image(image), honouring, box, every, strips
     n = best_windows(*known, (n_places, n_places, False), limit, NO_GAPS, rng, best)
     fitting = sorted(misfit for misfit in misfits.values() if misfit <= limit)
     found = best[:n].tolist()
@@ -344,9 +364,17 @@ def looked_at(every: float, rng: np.random.Generator, by_chance: bool = False) -
     data = np.full(grid.shape, UNKNOWN, np.uint8)
     data[0, 0, 2] = 0
     honouring, part = make_honouring(bits), whole(box, image.shape)
-    n_places = honouring_places(bits, data, box, image.shape, part, honouring.mask)
+    n_places = honouring_places(bits, data, box, *whole_image(image), part, honouring.mask)
     best, sample = np.empty((300, 4), np.int64), (n_places, n_places / every, by_chance)
-    known = to_square_bits(image), image.shape, honouring, box, part, strips_of(image, grid, box)
+    known = (
+        to_square_bits(image),
+        image.shape,
+        whole_stack(image),
+        honouring,
+        box,
+        part,
+        strips_of(image, grid, box),
+    )
     n = best_windows(*known, sample, 4, NO_GAPS, rng, best)
     return sorted(best[:n, 3].tolist())
 
@@ -386,9 +414,17 @@ def test_equal_windows_are_found_equally_often_in_a_volume():
     data[2:4, 2:4, 2:4] = 0
     box, bits = Box(2, 2, 2, 2, 2, 2, LEFT, 0, 1, 1), to_bits(image)
     honouring, every = make_honouring(bits), whole(box, image.shape)
-    n_places = honouring_places(bits, data, box, image.shape, every, honouring.mask)
+    n_places = honouring_places(bits, data, box, *whole_image(image), every, honouring.mask)
     assert n_places == 3 * 3 * 4 - 1
-    known = to_square_bits(image), image.shape, honouring, box, every, strips_of(image, grid, box)
+    known = (
+        to_square_bits(image),
+        image.shape,
+        whole_stack(image),
+        honouring,
+        box,
+        every,
+        strips_of(image, grid, box),
+    )
     best, rng, seen = np.empty((N_BEST, 4), np.int64), np.random.default_rng(0), np.zeros((3, 3, 4))
     for _ in range(3000):
         n = best_windows(*known, (n_places, n_places, False), 8, NO_GAPS, rng, best)

@@ -26,7 +26,7 @@ from ccwsim.engine.corrections.unseen_patterns import EVERY, n_unseen, unseen_pl
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.realization import Realization, simulate_realization, target_of
 from ccwsim.engine.stages.bits import to_bits, to_square_bits
-from ccwsim.engine.stages.path import ABOVE, BELOW, BOTTOM, LEFT, RIGHT, TOP, UNKNOWN, Box
+from ccwsim.engine.stages.path import ABOVE, BELOW, BOTTOM, LEFT, RIGHT, TOP, UNKNOWN, Box, Triple
 from ccwsim.jobs.workers import Watch
 from ccwsim.model.study import Study
 from tests.small_images import blobs, noise
@@ -58,14 +58,22 @@ def unseen(cells: NDArray[np.uint8], image: NDArray[np.uint8], repair: Repair) -
 def prepared(shape: tuple[int, int, int], n_facies: int) -> tuple[NDArray[np.uint8], Repair]:
     image = blobs(shape, n_facies)
     template = (1, 24, 24) if shape[0] == 1 else (8, 16, 16)
-    return image, prepare_repair(image, template, (shape[0], 60, 50), n_facies)
+    return image, repair_of(image, template, (shape[0], 60, 50), n_facies)
+
+
+def repair_of(
+    image: NDArray[np.uint8], template: Triple, grid_shape: Triple, n_facies: int
+) -> Repair:
+    room = tuple(min(a, b) for a, b in zip(image.shape, grid_shape, strict=True))
+    no_gaps = np.zeros((0, 0, 0), np.int64)
+    return prepare_repair(image, template, room, n_facies, len(image) > 1, no_gaps)  # type: ignore[arg-type]
 
 
 def as_target(image: NDArray[np.uint8], grid: NDArray[np.uint8], data: NDArray[np.uint8]) -> Target:
     """Return a realization to correct, without sources."""
     bits = to_bits(image), to_square_bits(image)
     no_sources, balance = np.zeros((0, 0, 0), np.int32), np.zeros(int(image.max()) + 1, np.int64)
-    return Target(image, *bits, data, grid, no_sources, balance)
+    return Target(image, *bits, data, grid, no_sources, balance, volume=len(image) > 1)
 
 
 @pytest.mark.parametrize("n_facies", [2, 3, 5])
@@ -215,7 +223,7 @@ def test_repair_leaves_fewer_unseen_patterns_and_all_data(shape, n_data):
 def test_any_grid_and_any_image_will_do(grid_shape, image_shape, n_facies, seed):
     image = noise(image_shape, n_facies, seed)
     template = (min(image_shape[0], 4), 8, 8)
-    repair = prepare_repair(image, template, grid_shape, n_facies)
+    repair = repair_of(image, template, grid_shape, n_facies)
     rng = np.random.default_rng(seed)
     grid = rng.integers(0, n_facies, grid_shape).astype(np.uint8)
     data = np.where(rng.random(grid_shape) < 0.1, grid, UNKNOWN).astype(np.uint8)

@@ -157,7 +157,7 @@ def test_what_goes_on_with_a_patch_beside_is_left_out(block):
     locations = np.array([[4, 9, 13], [0, 0, 0]], np.int32)
     box = Box(0, 6, 0, 1, 8, 8, 0, 0, 4, 4)
     before = scores.copy()
-    rule_out_continuations(box, np.array([0, -1]), patches, locations, block, (1, 1, 1), scores)
+    rule_out_continuations(box, np.array([0, -1]), patches, locations, block, (1, 1, 1), 0, scores)
     place = (locations[0] + box[:3] - patches[0, :3]) // np.array(block)
     out = np.zeros(scores.shape, bool)
     out[tuple(slice(max(k - 1, 0), k + 3) for k in place)] = True

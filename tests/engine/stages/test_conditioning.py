@@ -113,7 +113,19 @@ def test_missed_data_cost_what_a_plain_loop_counts(
     misses = make_misses(n, phases.shape[3:], places)
     if seed % 4 == 0:  # as if column numbers did not fit into a byte
         misses = misses._replace(column_of=misses.column_of[:0])
-    given = phases, grid, data, box, co_template, proportions, weights, float(datum_cost), misses
+    layers = 0, phases.shape[3]
+    given = (
+        phases,
+        layers,
+        grid,
+        data,
+        box,
+        co_template,
+        proportions,
+        weights,
+        float(datum_cost),
+        misses,
+    )
     before = totals.copy()
     add_missed(*given, totals)
     np.testing.assert_array_equal(totals, expected)
@@ -135,7 +147,9 @@ def test_data_beyond_the_end_of_the_image_cost_their_chance_along_each_axis(axis
     proportions = np.array([0.5, 0.25, 0.25])
     misses = make_misses(1, image.shape, places)  # type: ignore[arg-type]
     box = Box._make((0, 0, 0, *template.tolist(), 0, 1, 1, 1))
-    add_missed(phases, grid, data, box, 2, proportions, SPARSE, 10.0, misses, totals)
+    add_missed(
+        phases, (0, phases.shape[3]), grid, data, box, 2, proportions, SPARSE, 10.0, misses, totals
+    )
     chance = np.moveaxis(totals, axis, 0)
     assert (chance[1] == int(10 * SPARSE.ahead * 0.75)).all()
     facies = np.moveaxis(image, axis, 0)[template[axis], 1:3, 1:3]
@@ -185,7 +199,7 @@ def test_the_best_share_of_the_overlaps_is_kept(seed, share, spread, of_scores, 
     rng = np.random.default_rng(seed)
     scores = rng.integers(-spread // 2, spread // 2, 13 * 17).astype(of_scores)
     totals = np.empty(scores.shape, of_totals)
-    start_totals(scores, share, totals)
+    start_totals(scores, share, np.zeros(0, np.uint8), totals)
     out = ruled_out(totals)
     kept = totals < out // 2
     assert (totals[kept] == scores[kept]).all()
@@ -199,7 +213,7 @@ def test_the_best_share_of_the_overlaps_is_kept(seed, share, spread, of_scores, 
 
 def test_where_all_overlaps_are_alike_none_is_ruled_out():
     totals = np.empty(30, np.int64)
-    start_totals(np.full(30, 3, np.int16), 0.01, totals)
+    start_totals(np.full(30, 3, np.int16), 0.01, np.zeros(0, np.uint8), totals)
     assert (totals == 3).all()
 
 

@@ -24,6 +24,8 @@ from ccwsim.engine.stages.similarity import (
 )
 from tests.small_images import blobs, noise
 
+NO_SPANS = np.zeros((0, 0, 2), np.int64)
+
 SHAPES = [LEFT, TOP, L_SHAPE]
 VOLUME_SHAPES = [*range(1, 8)]
 
@@ -82,7 +84,7 @@ def compiled_scores(image, grid, place, sizes, shape, n_planes, similarity="ssd"
     terms = make_terms(running, sizes.template, sizes.overlap, sizes.block)
     n_groups = overlap_terms(grid, box, sizes.block, running, terms)
     scores = np.empty_like(energy)
-    score_places(running, terms, n_groups, energy, scores)
+    score_places(running, 0, NO_SPANS, terms, n_groups, energy, scores)
     tile = grid[tuple(slice(at, at + n) for at, n in zip(place, sizes.template, strict=True))]
     own = build_pyramid(tile, sizes.level, n_planes).sums.astype(np.int64)
     return scores, int(np.square(own[:, overlap_of(sizes, shape)]).sum())

@@ -1,0 +1,256 @@
+"""Copies of the training images, turned, scaled and mirrored, in which patches are searched.
+
+All copies are layers of one array, the *stack*. Each cell of the grid has a *kind*: the zone, and
+the class of its angle, scale and dip. The copies of a kind are adjacent in the stack, so that a
+patch is compared with these layers only. Cells of a copy outside the image are unknown; patches
+with unknown cells are excluded. This is not in the paper.
+"""
+
+from itertools import combinations
+from math import prod
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.engine.stages.path import Triple, in_layers
+from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.missing import UNKNOWN
+from ccwsim.model.secondary import Secondary
+from ccwsim.model.study import Study
+
+MAX_TURNS = 16  # maximum number of combinations of angle, scale and dip
+WIDER = 1.25  # factor of all tolerances while there are more combinations
+SCALE_TOLERANCE = 0.04  # maximum difference of ln(scale) from the map, as of angles
+GAP = 8  # the layers of a copy of a volume, with unknown layers, are a multiple of this number
+MAX_CELLS = 400_000_000  # maximum number of cells of all copies
+
+
+class Copies(NamedTuple):
+    """The stack of copies of a study, in the orientation of the grid."""
+
+    indices: NDArray[np.uint8]  # shape (nz, ny, nx); n_facies in unknown cells
+    known: NDArray[np.bool_]  # known cells of the stack
+    # number of the cell in the training images, one after the other, −1 in unknown cells
+    origins: NDArray[np.int32]
+    layers: NDArray[np.int64]  # shape (n_kinds, 2): first layer and number of layers of a kind
+    kinds: NDArray[np.uint8]  # shape (nz, ny, nx) of the grid: the kind of each cell
+    # weights of images, whose kinds follow the kind of a cell; (1.0,) if images have no weights
+    weights: tuple[float, ...]
+    proportions: NDArray[np.float64]  # shape (n_kinds, n_facies)
+    turns: NDArray[np.float64]  # shape (n_kinds, 5): angle, scale along x, y and z, dip
+
+    @property
+    def expected(self) -> NDArray[np.float64]:
+        """Mean proportions of the kinds in the grid, shape (n_facies,)."""
+        shares = np.bincount(self.kinds.ravel(), minlength=len(self.layers)) / self.kinds.size
+        own = np.outer(shares[:: len(self.weights)], self.weights).ravel()
+        return (own if len(self.weights) > 1 else shares) @ self.proportions
+
+    def around(self) -> NDArray[np.int64]:
+        """Return `layers` for windows, which use the images of all weights."""
+        n, found = len(self.weights), self.layers.copy()
+        for k in range(0, len(found), n):
+            found[k : k + n] = found[k, 0], found[k : k + n, 1].sum()
+        return found
+
+
+def make_copies(study: Study) -> Copies | None:
+    """Return the copies of a study; None if it uses only the unchanged training image.
+
+    Raises `CCWSIMError` if the copies have too many cells.
+    """
+    secondary = study.secondary
+    if secondary is None or not secondary.has_copies:
+        return None
+    if (n_cells := n_cells_of_copies(study)) > MAX_CELLS:
+        raise CCWSIMError(
+            f"the turned, scaled and mirrored copies of the images have {n_cells:,} cells, but "
+            f"{MAX_CELLS:,} are allowed: use a larger angle_tolerance, or a smaller scale or image"
+        )
+    images = [study.training_image, *secondary.images]
+    turns, turn_of = turns_of(secondary, in_layers(study.grid.shape))
+    together = secondary.zones is None and secondary.weights is None
+    groups = [range(len(images))] if together else [range(k, k + 1) for k in range(len(images))]
+    kinds, used = turn_of * len(groups), np.arange(len(turns) * len(groups))
+    if secondary.zones is not None:
+        zones = secondary.zones.reshape(kinds.shape)
+        used, kinds = np.unique(kinds + zones, return_inverse=True)
+    n_facies, numbers = study.training_image.n_facies, _numbers([i.shape for i in images])
+    stack: list[tuple[NDArray, NDArray]] = []
+    layers, proportions = [], []
+    for kind in used.tolist():
+        turn, group = divmod(kind, len(groups))
+        first, counts = sum(len(values) for values, _ in stack), np.zeros(n_facies)
+        for k in groups[group]:
+            indices = images[k].indices
+            counts += np.bincount(indices.ravel(), minlength=256)[:n_facies]
+            for flipped in _flips(secondary.mirrored):
+                origins = _turned(numbers[k], flipped, turns[turn], study.grid.cell_size)
+                stack.append((_values(indices, numbers[k], origins), origins))
+        layers.append((first, sum(len(values) for values, _ in stack) - first))
+        proportions.append(counts / counts.sum())
+    shape = [max(values.shape[axis] for values, _ in stack) for axis in (1, 2)]
+    indices = np.concatenate([_padded(values, shape, UNKNOWN) for values, _ in stack])
+    return Copies(
+        np.minimum(indices, n_facies),
+        indices != UNKNOWN,
+        np.concatenate([_padded(origins, shape, -1) for _, origins in stack]),
+        np.array(layers, np.int64),
+        kinds.reshape(in_layers(study.grid.shape)).astype(np.uint8),
+        secondary.weights or (1.0,),
+        np.array(proportions),
+        turns[used // len(groups)],
+    )
+
+
+def n_cells_of_copies(study: Study) -> int:
+    """Return about how many cells the copies of a study have; at most a little too many."""
+    secondary = study.secondary
+    if secondary is None or not secondary.has_copies:
+        return study.training_image.indices.size
+    turns, _ = turns_of(secondary, in_layers(study.grid.shape))
+    shapes = [in_layers(i.shape) for i in (study.training_image, *secondary.images)]
+    turned = [_shape_of(_forward(turn, study.grid.cell_size), n) for turn in turns for n in shapes]
+    n_layers = sum(z + (GAP if z > 1 else 0) for z, _, _ in turned)
+    y, x = (max(shape[axis] for shape in turned) for axis in (1, 2))
+    return n_layers * y * x * 2 ** len(set(secondary.mirrored))
+
+
+def turns_of(
+    secondary: Secondary, shape: tuple[int, int, int]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return the combinations of angle, scales and dip, shape (n, 5), and that of each cell."""
+    scales = secondary.scale or ()
+    fields = [secondary.angle, *(np.log(s) for s in scales), secondary.dip]
+    tolerance, wider = secondary.angle_tolerance, 1.0
+    tolerances = [tolerance, *[SCALE_TOLERANCE] * len(scales), tolerance]
+    where = [0, *range(1, 1 + len(scales)), 4]
+    while True:
+        codes, centres = np.zeros(shape, np.int64), []
+        for k, (field, limit) in enumerate(zip(fields, tolerances, strict=True)):
+            values = np.zeros(()) if field is None else np.asarray(field)
+            middles, of_value = classes_of(values, limit * wider, 360.0 if k == 0 else None)
+            volume = of_value.reshape(shape) if of_value.ndim else of_value
+            codes = codes * len(middles) + volume
+            centres.append(middles)
+        used, of_cell = np.unique(codes, return_inverse=True)
+        if len(used) <= MAX_TURNS:
+            break
+        wider *= WIDER
+    turns = np.zeros((len(used), 5))
+    for at, middles in zip(reversed(where), reversed(centres), strict=True):
+        used, k = np.divmod(used, len(middles))
+        turns[:, at] = middles[k]
+    turns[:, 1:4] = np.exp(turns[:, 1:4])
+    return turns, of_cell.reshape(shape)
+
+
+def classes_of(
+    values: NDArray[np.float64], tolerance: float, period: float | None = None
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return the middles of as few classes as possible, and the class of each value.
+
+    No value differs from the middle of its class by more than `tolerance`.
+    """
+    distinct, of_value = np.unique(values, return_inverse=True)
+    first = 0
+    if period is not None and len(distinct) > 1:  # classes begin after the largest gap
+        gaps = np.diff(distinct, prepend=distinct[-1] - period)
+        first = int(np.argmax(gaps))
+        distinct = np.concatenate([distinct[first:], distinct[:first] + period])
+    ends, start = [], 0
+    while start < len(distinct):
+        ends.append(start)
+        start = int(np.searchsorted(distinct, distinct[start] + 2 * tolerance, side="right"))
+    last = np.array([*ends[1:], len(distinct)]) - 1
+    middles = (distinct[ends] + distinct[last]) / 2
+    of_distinct = np.searchsorted(ends, np.arange(len(distinct)), side="right") - 1
+    of_distinct = np.roll(of_distinct, first)
+    return middles if period is None else middles % period, of_distinct[of_value].reshape(
+        values.shape
+    )
+
+
+def _numbers(shapes: list[tuple[int, ...]]) -> list[NDArray[np.int32]]:
+    """Return the numbers of the cells of images, one image after the other."""
+    found, first = [], 0
+    for shape in shapes:
+        volume = in_layers(shape)
+        found.append(np.arange(first, first + prod(volume), dtype=np.int32).reshape(volume))
+        first += prod(volume)
+    return found
+
+
+def _flips(mirrored: tuple[str, ...]) -> list[tuple[int, ...]]:
+    """Return the axes of each mirrored copy, beginning with the unchanged image."""
+    axes = ["zyx".index(axis) for axis in dict.fromkeys(mirrored)]
+    return [some for n in range(len(axes) + 1) for some in combinations(axes, n)]
+
+
+def _forward(turn: NDArray[np.float64], cell_size: tuple[float, ...]) -> NDArray[np.float64]:
+    """Return the matrix that scales, inclines and turns vectors in cells along z, y and x."""
+    angle, sx, sy, sz, dip = turn
+    a, d = np.radians([angle, dip])
+    # layers are inclined towards the north, then north turns to the azimuth; axes x, y and z
+    inclined = np.array([[1, 0, 0], [0, np.cos(d), np.sin(d)], [0, -np.sin(d), np.cos(d)]])
+    about_z = np.array([[np.cos(a), np.sin(a), 0], [-np.sin(a), np.cos(a), 0], [0, 0, 1]])
+    size = np.diag((*cell_size, 1.0)[:3])
+    forward = np.linalg.inv(size) @ about_z @ inclined @ size @ np.diag([sx, sy, sz])
+    return np.round(forward[::-1, ::-1], 12)
+
+
+def _shape_of(forward: NDArray[np.float64], shape: Triple) -> Triple:
+    """Return the shape of the box around a turned image."""
+    nz, ny, nx = np.maximum(np.floor(np.abs(forward) @ np.array(shape) + 1e-6), 1).astype(int)
+    return 1 if shape[0] == 1 else int(nz), int(ny), int(nx)
+
+
+def _turned(
+    numbers: NDArray[np.int32],
+    flipped: tuple[int, ...],
+    turn: NDArray[np.float64],
+    cell_size: tuple[float, ...],
+) -> NDArray[np.int32]:
+    """Return the numbers of the cells of a mirrored, scaled and turned copy; −1 outside the image.
+
+    Each cell of the copy has the nearest cell of the image. All cells of the image are kept, as
+    cropping would change proportions.
+    """
+    copy, forward = np.flip(numbers, flipped), _forward(turn, cell_size)
+    if (forward != np.eye(3)).any():
+        from scipy.ndimage import affine_transform  # slow to import
+
+        shape, inverse = _shape_of(forward, numbers.shape), np.linalg.inv(forward)  # type: ignore[arg-type]
+        offset = (np.array(copy.shape) - 1) / 2 - inverse @ ((np.array(shape) - 1) / 2)
+        options = {"order": 0, "mode": "grid-constant", "cval": -1}
+        copy = affine_transform(copy, inverse, offset, shape, **options)
+    if len(numbers) > 1:  # refinement must not shift a patch into the next copy
+        copy = np.pad(copy, [(0, GAP - len(copy) % GAP), (0, 0), (0, 0)], constant_values=-1)
+    return copy
+
+
+def _values(
+    indices: NDArray[np.uint8], numbers: NDArray[np.int32], origins: NDArray[np.int32]
+) -> NDArray[np.uint8]:
+    """Return the facies indices of a copy, `UNKNOWN` outside the image."""
+    flat = np.append(indices.ravel(), np.uint8(UNKNOWN))
+    return flat[np.where(origins < 0, len(flat) - 1, origins - numbers.flat[0])]
+
+
+def _padded(values: NDArray, shape: list[int], fill: int) -> NDArray:
+    wide = [(0, 0), *((0, n - m) for n, m in zip(shape, values.shape[1:], strict=True))]
+    return np.pad(values, wide, constant_values=fill)
+
+
+def check_pieces(copies: Copies, legal: NDArray[np.int64], template: tuple[int, ...]) -> None:
+    """Raise an error if a kind has no location without unknown cells; `legal`, shape (n_kinds,)."""
+    if legal.all():
+        return
+    angle, *scale, dip = copies.turns[int(np.argmin(legal))].tolist()
+    size = " × ".join(map(str, template[-2:] if template[0] == 1 else template))
+    raise CCWSIMError(
+        f"no piece of {size} cells of the training image is complete when it is turned by "
+        f"{angle:.0f}° and scaled by {min(scale):.2g}{f', with a dip of {dip:.0f}°' * bool(dip)}: "
+        "use a smaller template or a larger image"
+    )
