@@ -309,8 +309,7 @@ def test_a_part_of_the_rows_goes_on_from_the_last_to_the_first(seed, volume, n_d
         best, rng = np.empty((N_BEST, 4), np.int64), np.random.default_rng(seed)
         known = (
             to_square_bits(image),
-            image.shape,
-            whole_stack(image),
+            *whole_image(image),
             honouring,
             box,
             (first, some),
@@ -368,8 +367,7 @@ def looked_at(every: float, rng: np.random.Generator, by_chance: bool = False) -
     best, sample = np.empty((300, 4), np.int64), (n_places, n_places / every, by_chance)
     known = (
         to_square_bits(image),
-        image.shape,
-        whole_stack(image),
+        *whole_image(image),
         honouring,
         box,
         part,
@@ -418,8 +416,7 @@ def test_equal_windows_are_found_equally_often_in_a_volume():
     assert n_places == 3 * 3 * 4 - 1
     known = (
         to_square_bits(image),
-        image.shape,
-        whole_stack(image),
+        *whole_image(image),
         honouring,
         box,
         every,
