@@ -12,6 +12,7 @@ import click
 from ccwsim import Auxiliary, CCWSIMError, Grid, HardData, Parameters, Secondary, TrainingImage
 from ccwsim.cli import options as types
 from ccwsim.cli.options import GroupedOption, suggestion
+from ccwsim.model.errors import shown
 from ccwsim.model.parameters import CHOICES, parameter_table
 from ccwsim.sharing.codec import fields_of
 
@@ -189,12 +190,12 @@ def parameters_of(options: Any, usual: Parameters) -> Parameters:
     return Parameters(**{**asdict(usual), **_given(options, names)})
 
 
-def image_of(options: Any) -> TrainingImage:
-    """Return the training image given in a command line."""
+def image_of(options: Any, name: str | None = None) -> TrainingImage:
+    """Return the training image given in a command line, or another one by its name."""
     from ccwsim import datasets
     from ccwsim.io import read_training_image
 
-    name = options.training_image
+    name = name or str(options.training_image)
     reading, bundled = _given(options, IMAGE_ARGUMENTS), datasets.all_image_names()
     if name in bundled:
         if reading:
@@ -299,5 +300,28 @@ def secondary_of(options: Any, grid: Grid, image: TrainingImage) -> Secondary | 
         name, _, path = ("", "", text) if Path(text).exists() else text.partition("=")
         facies = int(name) if name.isdecimal() else name or None
         probabilities |= read_probabilities(path or text, grid, facies)
-    given = Secondary(active, probabilities or None, auxiliary, options.soft_weight)
+
+    def field(name: str) -> Any:
+        """Return a number or, from the name of a file, a map."""
+        text = getattr(options, name)
+        try:
+            return None if text is None else float(text)
+        except ValueError:
+            return read_values(text, grid)
+
+    weights = options.image_weights and options.image_weights.split(",")
+    try:
+        weights = weights and [float(weight) for weight in weights]
+    except ValueError:
+        raise CCWSIMError(
+            f"--image-weights {shown(options.image_weights)}: give numbers, such as 3,1"
+        ) from None
+    given = Secondary(
+        *(active, probabilities or None, auxiliary, options.soft_weight),
+        images=[image_of(options, name) for name in options.other_images],
+        zones=options.zones and read_values(options.zones, grid),
+        weights=weights,
+        **{name: field(name) for name in ("angle", "scale", "dip")},
+        mirrored=options.mirrored or (),
+    )
     return None if given.is_empty else given

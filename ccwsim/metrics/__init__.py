@@ -58,6 +58,8 @@ from ccwsim.metrics.diagnosis import feature_spacing as feature_spacing
 from ccwsim.metrics.diagnosis import granulometry as granulometry
 from ccwsim.metrics.diagnosis import templates_that_fit as templates_that_fit
 from ccwsim.metrics.diagnosis import warn_of_level as warn_of_level
+from ccwsim.metrics.direction import direction_error as direction_error
+from ccwsim.metrics.direction import local_direction as local_direction
 from ccwsim.metrics.etype import EType as EType
 from ccwsim.metrics.etype import entropy as entropy
 from ccwsim.metrics.etype import etype as etype

@@ -98,7 +98,8 @@ def judge(ensemble: Ensemble, facies: int | None = None) -> Quality:
     relative = proportions(ensemble) / image.proportions - 1
     worst = int(np.abs(relative.mean(axis=0)).argmax())
     sources = () if ensemble.sources is None else ensemble.sources
-    copied = np.array([copying(one, image.shape).largest_block for one in sources], float)
+    own = [np.where(one < image.indices.size, one, -1) for one in sources]  # not of other images
+    copied = np.array([copying(one, image.shape).largest_block for one in own], float)
     return Quality(
         n=ensemble.n,
         pattern_distances=cast(tuple[float, float, float], tuple(each.mean(axis=0).tolist())),

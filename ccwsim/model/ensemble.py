@@ -53,11 +53,12 @@ class Ensemble:
     """Number that identifies each realization in the study, shape (n,)."""
     sources: NDArray[np.int32] | None = None
     """Flat index of each cell's source in the training image, shape of `indices`; −1 for cells that
-    were forced or set by seam repair. None if `simulate` was called without `keep_sources`."""
+    were forced or set by seam repair. Further images are numbered on from the last cell of the
+    training image. None if `simulate` was called without `keep_sources`."""
     revised: bool = False
     """Whether `revise` adapted the ensemble to edited data; the seed then cannot reproduce it."""
     secondary: Secondary | None = None
-    """Probabilities, auxiliary variables and active cells, as arrays of the grid."""
+    """Secondary information, as arrays of the grid."""
 
     def __post_init__(self) -> None:
         for name in ("indices", "cpu_seconds", "data_status", "numbers", "sources"):

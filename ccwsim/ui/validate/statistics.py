@@ -211,7 +211,9 @@ def reference_scores(
 @as_task
 def copied(progress: Fraction, ensemble: Ensemble, r: int) -> metrics.Copying:
     """Return the pieces copied in realization r; if its sources are unknown, simulate r again."""
-    return metrics.copying(sources_of(ensemble, r), ensemble.training_image.shape)
+    sources, image = sources_of(ensemble, r), ensemble.training_image
+    own = np.where(sources < image.indices.size, sources, -1)  # not of further images
+    return metrics.copying(own, image.shape)
 
 
 def sources_of(ensemble: Ensemble, r: int) -> NDArray[np.int32]:
