@@ -55,7 +55,6 @@ def guides_step(state: State) -> None:
             _active(state, guides, change)
             _auxiliary(guides, change)
         if not guides.is_empty:
-            _draw_board(state, guides)
             button("No guides", key="guides_none", on_click=use_guides, args=(state, GuideChoice()))
 
 
@@ -95,15 +94,13 @@ def _choice(
 ) -> None:
     """Draw the choice between no guide, named shapes with default values, and uploaded files."""
     chosen = next((name for name, shape in shapes.items() if type(shape) is type(given)), "none")
-    options = dict.fromkeys(("none", *shapes))
     if files := GuideChoice(**{attribute: given}).files:
         chosen = f"file {' and '.join(file.name for file in files)}"
-        options[chosen] = None
 
     def write(name: str) -> None:
         change(**{attribute: shapes.get(name)})
 
-    options = options_of({name: name for name in options})
+    options = options_of({name: name for name in ("none", *shapes, chosen)})
     field(st.selectbox, label, key=f"guides_{attribute}", value=chosen, write=write, **options)
 
 
@@ -136,20 +133,18 @@ def _probabilities(state: State, guides: GuideChoice, change: Callable[..., None
 
 
 def _active(state: State, guides: GuideChoice, change: Callable[..., None]) -> None:
-    shapes = {"inside an outline": octagon(state.choices.grid)}
+    shapes = {"inside an outline": frame(state.choices.grid)}
     _choice("Active cells", guides.active, shapes, change, "active")
     tip = "A grid with 0 or no value in inactive cells, or polygons in GeoJSON."
     take = {"take": lambda upload: change(active=upload), "help": tip}
     file_uploader("or a mask", key="guides_mask_file", **take)
 
 
-def octagon(grid: Grid) -> Corners:
-    """Return the corners of a polygon in the middle of a grid."""
-    (sx, sy), (x, y) = grid.cell_size[:2], grid.origin[:2]
-    wide, high = grid.nx * sx, grid.ny * sy
-    turns = np.arange(8) * np.pi / 4
-    xs, ys = x + wide * (0.5 + 0.4 * np.cos(turns)), y + high * (0.5 + 0.4 * np.sin(turns))
-    return tuple(zip(xs.round(6).tolist(), ys.round(6).tolist(), strict=True))
+def frame(grid: Grid) -> Corners:
+    """Return the corners of a rectangle in the middle of a grid."""
+    x, y = grid.axes[0], grid.axes[1]
+    (west, east), (south, north) = (np.quantile(k, (0.1, 0.9)).round(6).tolist() for k in (x, y))
+    return (west, south), (east, south), (east, north), (west, north)
 
 
 def _auxiliary(guides: GuideChoice, change: Callable[..., None]) -> None:

@@ -64,7 +64,7 @@ def test_the_step_guides_a_run_from_the_page():
     assert not app.error
     guides = app.session_state[KEY].choices.guides
     assert guides.probabilities == Gradient(azimuth=0.0)
-    assert len(guides.active) == 8
+    assert len(guides.active) == 4
     named(app.button, "guides_none").click().run()
     assert app.session_state[KEY].choices.guides.is_empty
 
@@ -214,6 +214,15 @@ def test_unusable_guides_are_refused_in_one_sentence(what):
     named(app.button, "guides_keep").click().run()
     assert not app.error
     assert study_of(app.session_state[KEY].choices).secondary is None
+
+
+def test_simulate_shows_the_given_map_beside_the_e_type():
+    state = run(State(choices=replace(STUDY, guides=GuideChoice(STROKES))))
+    app = opened("simulate", state).run()
+    assert not app.exception
+    assert "Given probability of" in html(app)
+    plain = run(State(choices=STUDY))
+    assert "Given probability of" not in html(opened("simulate", plain).run())
 
 
 def test_validate_shows_the_given_map_and_its_reliability():
