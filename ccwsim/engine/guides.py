@@ -1,6 +1,7 @@
 """The guide of a path: maps of the image and of the grid, prepared for the search."""
 
 from collections.abc import Iterator
+from itertools import product
 from math import prod
 
 import numpy as np
@@ -10,6 +11,7 @@ from ccwsim.engine.corrections.guidance import AT_ONCE, NAT, Guide, mismatch_cos
 from ccwsim.engine.lengths import USUAL_OVERLAP, ScaledLengths
 from ccwsim.engine.prepared_image import OrientedImage, PreparedImage
 from ccwsim.engine.stages.path import RasterPath, in_layers, to_path
+from ccwsim.engine.stages.similarity import summed_up
 
 N_PARTS = (2, 4, 4)
 """Number of parts of a patch along z, y and x; one part along an axis of one block."""
@@ -42,12 +44,13 @@ def make_guide(
         axes = [np.arange(n)[:, None] * k for n, k in zip(shape, size, strict=True)]
         ends = [axis + length for axis, length in zip(axes, part * size, strict=True)]
         maps = _maps_of_image(image, path.orientation)
-        found = [_means_along(_sums(values), axes, ends) for values in maps]
+        found = [_means_along(summed_up(values), axes, ends) for values in maps]
         return np.array(found, np.float32).reshape(-1, *shape)
 
     def of_grid(name: object, values: NDArray) -> NDArray[np.float64]:
         table = image.part(
-            ("map of grid", name, *key), lambda: _sums(to_path(_volume(values), path.orientation))
+            ("map of grid", name, *key),
+            lambda: summed_up(to_path(_volume(values), path.orientation)),
         )
         return _box_means(table, *cells) / prod(counts)
 
@@ -108,16 +111,6 @@ def _scaled(values: NDArray, reference: NDArray) -> NDArray[np.float64]:
     return (values - low) / ((high - low) or 1.0)
 
 
-def _sums(values: NDArray) -> NDArray[np.float64]:
-    """Return running sums along three axes, shape (nz + 1, ny + 1, nx + 1)."""
-    table = np.zeros([n + 1 for n in values.shape])
-    table[1:, 1:, 1:] = values
-    for axis, n in enumerate(values.shape):
-        if n > 1:
-            np.cumsum(table, axis, out=table)
-    return table
-
-
 def _means_along(
     table: NDArray[np.float64], first: list[NDArray], last: list[NDArray]
 ) -> NDArray[np.float64]:
@@ -139,11 +132,13 @@ def _box_means(
 
     `first` and `last` (exclusive) have the shape (…, 3). A box outside takes the nearest cell.
     """
-    ends = np.array(table.shape) - 1
-    low = np.clip(first, 0, ends - 1)
-    high = np.maximum(np.clip(last, 1, ends), low + 1)
-    total = np.zeros(first.shape[:-1])
-    for upper in np.ndindex(2, 2, 2):
-        at = tuple((high if up else low)[..., axis] for axis, up in enumerate(upper))
-        total += (-1) ** (3 - sum(upper)) * table[at]
-    return total / (high - low).prod(axis=-1)
+    low, high, n_cells = [], [], np.ones(first.shape[:-1])
+    for axis, n in enumerate(np.array(table.shape) - 1):
+        low.append(np.clip(first[..., axis], 0, n - 1))
+        high.append(np.maximum(np.clip(last[..., axis], 1, n), low[-1] + 1))
+        n_cells *= high[-1] - low[-1]
+    total, (_, ny, nx), flat = np.zeros(n_cells.shape), table.shape, table.ravel()
+    for upper in product(*((1,) if n == 2 else (0, 1) for n in table.shape)):  # sums begin with 0
+        z, y, x = (b if up else a for a, b, up in zip(low, high, upper, strict=True))
+        total += (-1) ** (3 - sum(upper)) * flat[(z * ny + y) * nx + x]
+    return total / n_cells

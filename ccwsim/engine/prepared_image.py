@@ -106,7 +106,7 @@ def illegal_places(
 
     `known` has the shape of the image at the finest scale; `places` is the shape of the result.
     """
-    table, ends = summed_up((~known).astype(np.int64)), []
+    table, ends = summed_up(~known), []
     sizes = lengths.template, lengths.block, lengths.cell_size
     for n, m, t, b, s in zip(known.shape, places, *sizes, strict=True):
         first = np.arange(m) * b * s
@@ -183,8 +183,7 @@ class PreparedImage:
         known = self.study.training_image.known
         if known is None:
             return np.zeros((0, 0, 0), np.int64)
-        cells = (~known.reshape(in_layers(known.shape))).astype(np.int64)
-        return self.part(("unknown",), lambda: summed_up(cells))
+        return self.part(("unknown",), lambda: summed_up(~known.reshape(in_layers(known.shape))))
 
     def bits(self) -> NDArray[np.uint64]:
         """Return the bits of the image, row by row, as computed by `to_bits`."""
