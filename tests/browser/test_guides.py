@@ -65,23 +65,19 @@ def spot(page: Any, key: str, x: float, y: float, left: int = 1, bottom: int = 1
 
 def drag(page: Any, *shares: tuple[float, float]) -> None:
     """Draw on the map of the guides, and wait for the run."""
-    old = page.url
-
-    def draw() -> None:
-        at_rest(page)
-        spots = [spot(page, "guide_board", *share) for share in shares]
-        page.mouse.move(*spots[0])
-        page.mouse.down()
-        for place in spots[1:]:
-            page.mouse.move(*place, steps=5)
-        page.mouse.up()
-
-    until(draw, lambda wait: soon(lambda: differs(page, old), wait))
+    old, spots = page.url, [spot(page, "guide_board", *share) for share in shares]
+    page.mouse.move(*spots[0])
+    page.mouse.down()
+    for place in spots[1:]:
+        page.mouse.move(*place, steps=5)
+    page.mouse.up()
+    changed(page, old)
     current(page)
 
 
-def differs(page: Any, old: str) -> None:
-    assert page.url != old
+def changed(page: Any, old: str) -> None:
+    """Wait until the address differs from an old one."""
+    page.wait_for_url(lambda url: url != old, timeout=SLOW)
 
 
 def read(page: Any, key: str, x: float, y: float, **edges: int) -> str:
@@ -118,7 +114,7 @@ def test_a_brush_draws_probabilities_that_realizations_follow(page):
     board = page.locator(".st-key-guide_board")
     stroke = page.url
     board.locator("[data-step=undo]").click(timeout=SLOW)
-    soon(lambda: differs(page, stroke), SLOW)
+    changed(page, stroke)
     assert "stroke" not in page.url
     board.locator("[data-step=redo]").click(timeout=SLOW)
     page.wait_for_url(stroke, timeout=SLOW)
@@ -145,7 +141,7 @@ def test_an_outline_makes_cells_inactive(page):
     old = page.url
     page.keyboard.press("ArrowLeft")
     page.keyboard.press("Enter")  # moves the nearest corner
-    soon(lambda: differs(page, old), SLOW)
+    changed(page, old)
 
 
 def test_a_direction_turns_the_trend_of_an_image(tab, address):

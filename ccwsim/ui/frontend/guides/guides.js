@@ -1,7 +1,7 @@
 // The map of the guides as a drawing board: a brush draws probabilities, and an outline encloses the active
 // cells. All positions are world coordinates. This code is appended to map.js and edits.js.
 const HANDLE = 5, GRIP = 10, FINGER_GRIP = 18; // radius of a corner, and distances at which it is gripped
-const TRIES = 5; // maximum number of times that a drawing is sent
+const TRIES = 30; // maximum number of times that a drawing is sent
 const MAX_POINTS = 200; // maximum number of corners of an outline, and of points of a stroke
 const STEPS = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, -1], ArrowRight: [0, 1] };
 const BRUSH = { value: 0.8, width: 0.16, softness: 0.5 };
