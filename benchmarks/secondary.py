@@ -30,10 +30,10 @@ N_REALIZATIONS, N_WELLS, N_TURNS, N_A_TURN = 20, 200, 5, 16
 
 
 def halves(name: str) -> tuple[TrainingImage, np.ndarray]:
-    """Return one half of an image as training image, and the facies of the other half."""
+    """Return where the last facies is: one half of an image, and the other half as truth."""
     image = datasets.load(name)
-    middle = image.shape[-1] // 2
-    return TrainingImage(image.array[..., :middle]), image.array[..., -middle:]
+    cells, middle = (image.array == image.codes[-1]).astype(np.uint8), image.shape[-1] // 2
+    return TrainingImage(cells[..., :middle]), cells[..., -middle:]
 
 
 def map_of(truth: np.ndarray, blur: float) -> np.ndarray:
