@@ -105,7 +105,7 @@ def rows_of_time() -> Iterator[str]:
         cases = {
             "none": None,
             "probabilities": Secondary(probabilities={1: ramp}),
-            "auxiliary variable": Secondary(auxiliary=Auxiliary(of_image, 2 * ramp)),
+            "auxiliary variable": Secondary(auxiliary=[Auxiliary(of_image, 2 * ramp)]),
             "square of 25 %": Secondary(active=np.maximum(abs(rows), abs(columns)) < n / 4),
             "disc of 25 %": Secondary(active=np.hypot(rows, columns) < n / np.sqrt(4 * np.pi)),
         }
@@ -115,9 +115,12 @@ def rows_of_time() -> Iterator[str]:
             each: dict[str, list[float]] = {name: [] for name in cases}
             for turn in range(N_TURNS + 1):
                 for name, secondary in cases.items():
-                    options = {"n_realizations": N_A_TURN, "first_realization": N_A_TURN * turn}
-                    options |= {"n_workers": 1, "secondary": secondary}
-                    e = simulate(image, (n, n), hard_data=data, **options)
+                    e = simulate(
+                        *(image, (n, n), None, data, N_A_TURN),
+                        n_workers=1,
+                        first_realization=N_A_TURN * turn,
+                        secondary=secondary,
+                    )
                     each[name] += e.cpu_seconds.tolist() if turn else []
             for name, seconds in each.items():
                 took, usual = np.median(seconds), np.median(each["none"])

@@ -84,8 +84,10 @@ def warn_of_probabilities(
     'no piece of the image has more than 50 % facies 1: the map asks for 97 %'
     """
     notes = _warn_of_few_locations(secondary, image, parameters) if secondary.guides else []
+    if secondary.probabilities is None:
+        return notes
     template, given = parameters.along(image.shape).template, secondary.probabilities
-    for k, name in enumerate(image.facies_names if given is not None else ()):
+    for k, name in enumerate(image.facies_names):
         there = _means(image.indices == k, image.indices != UNKNOWN, template)
         known = ~np.isnan(given[k])
         known &= True if secondary.active is None else secondary.active

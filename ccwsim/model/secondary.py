@@ -186,7 +186,7 @@ class Secondary:
         from scipy import ndimage
 
         active = np.ones(grid.shape, bool) if self.active is None else _active(self.active, grid)
-        parts, n = ndimage.label(active)
+        parts, n = ndimage.label(active)  # type: ignore[misc]
         return [replace(self, active=arrays.frozen(parts == k)) for k in range(1, n + 1)]
 
     def resized(self, shape: tuple[int, ...], image: TrainingImage) -> Secondary:

@@ -133,7 +133,7 @@ def test_an_auxiliary_variable_turns_a_trend(turns):
     image = TrainingImage((field > limits).astype(int))
     own = np.tile(shares[:, None], (1, 200))
     wanted = np.rot90(own, turns)
-    secondary = Secondary(auxiliary=Auxiliary(own, wanted))
+    secondary = Secondary(auxiliary=[Auxiliary(own, wanted)])
     e = simulate(image, (200, 200), Parameters(24, 6, 1), None, 12, secondary=secondary)
     slope = np.polyfit(wanted.ravel(), e.probability(1).ravel(), 1)[0]
     assert 0.8 < slope < 1.2
@@ -200,5 +200,5 @@ def test_few_locations_that_fit_the_guides_are_noted():
     assert not notes(probabilities={SAND: 0.25})
     assert not notes(active=disc(shape))
     of_image = rng.random(CHANNELS.shape)
-    assert notes(auxiliary=Auxiliary(of_image, np.full(shape, 9.0), weight=10))
-    assert not notes(auxiliary=Auxiliary(of_image, rng.random(shape), weight=0.01))
+    assert notes(auxiliary=[Auxiliary(of_image, np.full(shape, 9.0), weight=10)])
+    assert not notes(auxiliary=[Auxiliary(of_image, rng.random(shape), weight=0.01)])
