@@ -42,9 +42,11 @@ def make_guide(
         size = np.multiply(lengths.block, lengths.cell_size)
         shape = oriented.pyramid.sums.shape[1:]
         axes = [np.arange(n)[:, None] * k for n, k in zip(shape, size, strict=True)]
-        ends = [axis + length for axis, length in zip(axes, part * size, strict=True)]
-        maps = _maps_of_image(image, path.orientation)
-        found = [_means_along(summed_up(values), axes, ends) for values in maps]
+        found = []
+        for values, is_whole in _maps_of_image(image, path.orientation):
+            box = np.array(lengths.template) * lengths.cell_size if is_whole else part * size
+            ends = [axis + length for axis, length in zip(axes, box, strict=True)]
+            found.append(_means_along(summed_up(values), axes, ends))
         return np.array(found, np.float32).reshape(-1, *shape)
 
     def of_grid(name: object, values: NDArray) -> NDArray[np.float64]:
@@ -64,11 +66,13 @@ def make_guide(
         for tilt in tilts:
             factors[:, plane] = -c * of_grid(plane, tilt)
             plane += 1
+    is_whole = (patches[:, 3:6] == lengths.template).all(axis=1)
     for each in secondary.auxiliary if secondary else ():
-        factors[:, plane] = mismatch * each.weight / prod(counts)
+        factors[is_whole, plane, 0] = mismatch * each.weight
+        factors[~is_whole, plane + 1] = mismatch * each.weight / prod(counts)
         wanted = of_grid(plane, np.clip(_scaled(each.grid, each.image), -0.5, 1.5))
-        factors[:, plane + 1] = -2 * mismatch * each.weight * wanted
-        plane += 2
+        factors[:, plane + 2] = -2 * mismatch * each.weight * wanted
+        plane += 3
     n_terms = len(values) * prod(counts) + AT_ONCE
     work = np.zeros(n_terms, np.int64), np.zeros(n_terms, np.float32)
     costs = np.zeros(prod(values.shape[2:]), np.float32)
@@ -89,16 +93,17 @@ def _parts(
     return starts, first, first + np.minimum(part, sizes) * block
 
 
-def _maps_of_image(image: PreparedImage, orientation: int) -> Iterator[NDArray]:
-    """Yield the maps whose means are `Guide.values`, in path coordinates."""
+def _maps_of_image(image: PreparedImage, orientation: int) -> Iterator[tuple[NDArray, bool]]:
+    """Yield the maps whose means over parts, or whole patches, are `Guide.values`."""
     secondary = image.study.secondary
     if secondary is not None and secondary.probabilities is not None:
         for k in range(1, image.study.training_image.n_facies):
-            yield image.scaled(orientation) == k
+            yield image.scaled(orientation) == k, False
     for each in secondary.auxiliary if secondary else ():
         values = _scaled(to_path(_volume(each.image), orientation), each.image)
-        yield values**2
-        yield values
+        yield values**2, True
+        yield values**2, False
+        yield values, False
 
 
 def _volume(values: NDArray) -> NDArray:
