@@ -15,7 +15,7 @@ from ccwsim.model.arrays import check_number
 from ccwsim.model.facies_property import values_by_facies
 from ccwsim.ui.flow.solving import duration
 from ccwsim.ui.session.resolve import fitted, position_along, taken_by_code
-from ccwsim.ui.study.guides_step import corners_of, octagon
+from ccwsim.ui.study.guides_step import frame
 from ccwsim.ui.widgets.fields import bound_to
 from ccwsim.ui.widgets.text import plain
 
@@ -62,8 +62,7 @@ def test_sweeps():
 
 def test_choices_of_a_page():
     assert position_along(90.0, Grid(1, 3)).tolist() == [[0.0, 0.5, 1.0]]
-    assert octagon(Grid(10, 20))[0] == (18.0, 5.0)
-    assert corners_of("0, 0\n9 0\n9; 5.5") == ((0.0, 0.0), (9.0, 0.0), (9.0, 5.5))
+    assert frame(Grid(11, 21))[2] == (18.5, 9.5)
     assert taken_by_code(["mud", "sand"], datasets.load("stone_wall")) == {"mud": 0, "sand": 1}
     names = ["interdune", "slip face", "sand body"]
     assert taken_by_code(names, datasets.load("dunes")) == {}

@@ -1,6 +1,7 @@
 """The guide of a path: maps of the image and of the grid, prepared for the search."""
 
 from collections.abc import Iterator
+from itertools import product
 from math import prod
 
 import numpy as np
@@ -10,6 +11,7 @@ from ccwsim.engine.corrections.guidance import AT_ONCE, NAT, Guide, mismatch_cos
 from ccwsim.engine.lengths import USUAL_OVERLAP, ScaledLengths
 from ccwsim.engine.prepared_image import OrientedImage, PreparedImage
 from ccwsim.engine.stages.path import RasterPath, in_layers, to_path
+from ccwsim.engine.stages.similarity import summed_up
 
 N_PARTS = (2, 4, 4)
 """Number of parts of a patch along z, y and x; one part along an axis of one block."""
@@ -40,14 +42,17 @@ def make_guide(
         size = np.multiply(lengths.block, lengths.cell_size)
         shape = oriented.pyramid.sums.shape[1:]
         axes = [np.arange(n)[:, None] * k for n, k in zip(shape, size, strict=True)]
-        ends = [axis + length for axis, length in zip(axes, part * size, strict=True)]
-        maps = _maps_of_image(image, path.orientation)
-        found = [_means_along(_sums(values), axes, ends) for values in maps]
+        found = []
+        for values, is_whole in _maps_of_image(image, path.orientation):
+            box = np.array(lengths.template) * lengths.cell_size if is_whole else part * size
+            ends = [axis + length for axis, length in zip(axes, box, strict=True)]
+            found.append(_means_along(summed_up(values), axes, ends))
         return np.array(found, np.float32).reshape(-1, *shape)
 
     def of_grid(name: object, values: NDArray) -> NDArray[np.float64]:
         table = image.part(
-            ("map of grid", name, *key), lambda: _sums(to_path(_volume(values), path.orientation))
+            ("map of grid", name, *key),
+            lambda: summed_up(to_path(_volume(values), path.orientation)),
         )
         return _box_means(table, *cells) / prod(counts)
 
@@ -62,11 +67,13 @@ def make_guide(
         for tilt in tilts:
             factors[:, plane] = -c * of_grid(plane, tilt)
             plane += 1
+    is_whole = (patches[:, 3:6] == lengths.template).all(axis=1)
     for each in secondary.auxiliary:
-        factors[:, plane] = mismatch * each.weight / prod(counts)
+        factors[is_whole, plane, 0] = mismatch * each.weight
+        factors[~is_whole, plane + 1] = mismatch * each.weight / prod(counts)
         wanted = of_grid(plane, np.clip(_scaled(each.grid, each.image), -0.5, 1.5))
-        factors[:, plane + 1] = -2 * mismatch * each.weight * wanted
-        plane += 2
+        factors[:, plane + 2] = -2 * mismatch * each.weight * wanted
+        plane += 3
     n_terms = len(values) * prod(counts) + AT_ONCE
     work = np.zeros(n_terms, np.int64), np.zeros(n_terms, np.float32)
     costs = np.zeros(prod(values.shape[2:]), np.float32)
@@ -87,19 +94,20 @@ def _parts(
     return starts, first, first + np.minimum(part, sizes) * block
 
 
-def _maps_of_image(image: PreparedImage, orientation: int) -> Iterator[NDArray]:
-    """Yield the maps whose means are `Guide.values`, in path coordinates."""
+def _maps_of_image(image: PreparedImage, orientation: int) -> Iterator[tuple[NDArray, bool]]:
+    """Yield the maps whose means over parts, or whole patches, are `Guide.values`."""
     secondary = image.study.secondary
     if secondary is not None and secondary.probabilities is not None:
         for k in range(1, image.study.training_image.n_facies):
-            yield image.scaled(orientation) == k
+            yield image.scaled(orientation) == k, False
     for each in secondary.auxiliary if secondary else ():
         values = _volume(each.image)
         if image.copies:
             values = values.ravel()[image.copies.origins]  # in unknown cells, any value
         values = _scaled(to_path(values, orientation), each.image)
-        yield values**2
-        yield values
+        yield values**2, True
+        yield values**2, False
+        yield values, False
 
 
 def _volume(values: NDArray) -> NDArray:
@@ -110,16 +118,6 @@ def _scaled(values: NDArray, reference: NDArray) -> NDArray[np.float64]:
     """Return values of an auxiliary variable with the range of the image as the unit."""
     low, high = float(reference.min()), float(reference.max())
     return (values - low) / ((high - low) or 1.0)
-
-
-def _sums(values: NDArray) -> NDArray[np.float64]:
-    """Return running sums along three axes, shape (nz + 1, ny + 1, nx + 1)."""
-    table = np.zeros([n + 1 for n in values.shape])
-    table[1:, 1:, 1:] = values
-    for axis, n in enumerate(values.shape):
-        if n > 1:
-            np.cumsum(table, axis, out=table)
-    return table
 
 
 def _means_along(
@@ -143,11 +141,13 @@ def _box_means(
 
     `first` and `last` (exclusive) have the shape (…, 3). A box outside takes the nearest cell.
     """
-    ends = np.array(table.shape) - 1
-    low = np.clip(first, 0, ends - 1)
-    high = np.maximum(np.clip(last, 1, ends), low + 1)
-    total = np.zeros(first.shape[:-1])
-    for upper in np.ndindex(2, 2, 2):
-        at = tuple((high if up else low)[..., axis] for axis, up in enumerate(upper))
-        total += (-1) ** (3 - sum(upper)) * table[at]
-    return total / (high - low).prod(axis=-1)
+    low, high, n_cells = [], [], np.ones(first.shape[:-1])
+    for axis, n in enumerate(np.array(table.shape) - 1):
+        low.append(np.clip(first[..., axis], 0, n - 1))
+        high.append(np.maximum(np.clip(last[..., axis], 1, n), low[-1] + 1))
+        n_cells *= high[-1] - low[-1]
+    total, (_, ny, nx), flat = np.zeros(n_cells.shape), table.shape, table.ravel()
+    for upper in product(*((1,) if n == 2 else (0, 1) for n in table.shape)):  # sums begin with 0
+        z, y, x = (b if up else a for a, b, up in zip(low, high, upper, strict=True))
+        total += (-1) ** (3 - sum(upper)) * flat[(z * ny + y) * nx + x]
+    return total / n_cells

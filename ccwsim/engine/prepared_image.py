@@ -138,7 +138,7 @@ def illegal_places(
 
     `known` has the shape of the image at the finest scale; `places` is the shape of the result.
     """
-    table, ends = summed_up((~known).astype(np.int64)), []
+    table, ends = summed_up(~known), []
     sizes = lengths.template, lengths.block, lengths.cell_size
     for n, m, t, b, s in zip(known.shape, places, *sizes, strict=True):
         first = np.arange(m) * b * s
@@ -244,7 +244,7 @@ class PreparedImage:
         def make() -> NDArray[np.int64]:
             if self._known is None:
                 return np.zeros((0, 0, 0), np.int64)
-            return summed_up((~to_path(self._known, orientation)).astype(np.int64))
+            return summed_up(~to_path(self._known, orientation))
 
         return self.part(("unknown", orientation), make)
 

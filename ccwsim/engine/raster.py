@@ -41,6 +41,7 @@ from ccwsim.engine.stages.path import (
     to_path,
 )
 from ccwsim.engine.stages.pyramid import upgrid_data
+from ccwsim.engine.stages.similarity import summed_up
 from ccwsim.jobs.workers import Watch
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
@@ -107,10 +108,7 @@ def make_plan(
     data = tuple(_data_at(study, image, path, lengths, k) for k in range(p.scale + 1))
     n_places = int(oriented.n_places.min())
     search = _search(image, lengths, n_places, orientation)
-    active = study.active
-    if active is not None:
-        active = to_path(active.reshape(in_layers(active.shape)), orientation)
-    patches, before = _patches(image, path, lengths, oriented, n_places, data[0], active)
+    patches, before = _patches(image, path, lengths, oriented, n_places, data[0])
     kinds = _kinds(image.copies, path, lengths[-1], patches, rng)
     steering = _steering(image, path, lengths[-1], oriented, patches, kinds, rng)
     totals = image.part(("totals",), lambda: totals_of(image))
@@ -176,36 +174,42 @@ def _patches(
     oriented: OrientedImage,
     n_places: int,
     data: conditioning.PlacedData,
-    active: NDArray[np.bool_] | None,
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the patches in the order of the path, and the earlier neighbours of each patch.
 
-    `n_places` is the number of locations without unknown cells. `active` are the active cells in
-    path coordinates, or None if all are active.
+    `n_places` is the number of locations without unknown cells.
     """
     p, splits = image.study.parameters, oriented.splits
-    fine, coarse = lengths[0], lengths[-1]
+    fine, coarse, active = lengths[0], lengths[-1], image.study.active
 
-    def make(split_of: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        patches = make_patches(path, coarse.step, coarse.overlap, splits, split_of)
-        if active is not None:
-            patches = active_patches(patches, path, active, coarse.step, coarse.cell_size)
+    def sums() -> NDArray[np.int64]:
+        assert active is not None
+        return summed_up(to_path(active.reshape(in_layers(active.shape)), path.orientation))
+
+    def make(split_of: NDArray[np.int64]) -> NDArray[np.int64]:
+        return make_patches(path, coarse.step, coarse.overlap, splits, split_of)
+
+    def find_before() -> NDArray[np.int64]:
         few = n_places < FEW_LOCATIONS + 4 * p.n_candidates
         if p.draws_as_published or few or fine.volume:
-            return patches, np.zeros((len(patches), 0), np.int64)
-        return patches, patches_before(patches, path)
+            return np.zeros((len(patches), 0), np.int64)
+        return patches_before(patches, path)
 
-    if (
-        len(splits) == 1 and active is None
-    ):  # without splits, equal numbers of tiles give equal patches
-        key = "patches", path.tiles, path.order, fine.template, fine.overlap
-        patches, before = image.part(key, lambda: make(np.zeros(prod(path.tiles), np.int64)))
+    if len(splits) == 1:  # without splits, equal numbers of tiles give equal patches
+        key = path.tiles, path.order, fine.template, fine.overlap
+        patches = image.part(("patches", *key), lambda: make(np.zeros(prod(path.tiles), np.int64)))
+        if active is None:
+            before = image.part(("before", *key), find_before)
     else:
         legal = [(z, y, x) for z, y, x in splits.tolist()]
         sizes = fine.template, fine.overlap
-        patches, before = make(
-            conditioning.split_tiles(legal, data, path, *sizes, fine.max_data, fine.volume)
-        )
+        split_of = conditioning.split_tiles(legal, data, path, *sizes, fine.max_data, fine.volume)
+        patches = make(split_of)
+    if active is not None:
+        used = image.part(("active", path.orientation), sums)
+        patches = active_patches(patches, path, used, coarse.step, coarse.cell_size)
+    if active is not None or len(splits) > 1:
+        before = find_before()
     if fine.volume and p.random_path and not p.draws_as_published:
         patches = clip_patches(patches, path, coarse.overlap, coarse.block, coarse.cell_size)
         before = before[: len(patches)]

@@ -3,17 +3,23 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim.engine.prepared_image import PreparedImage
+from ccwsim.engine.raster import SLACK, make_plan
 from ccwsim.engine.stages.similarity import box_sums, summed_up
 from ccwsim.metrics.etype import facies_counts
 from ccwsim.metrics.reference import Calibration, pooled_calibration
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.grid import Grid
 from ccwsim.model.missing import UNKNOWN
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.secondary import Secondary
+from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 
 NOTED = 0.05  # noted difference between an asked proportion and the nearest one of a piece
+FEW, MANY = 5, 0.2  # fewer locations are noted if more than the share MANY of patches have them
+N_PATCHES = 200  # maximum number of patches that are examined
 
 
 def reliability(ensemble: Ensemble, facies: int | None = None, n_bins: int = 10) -> Calibration:
@@ -54,7 +60,7 @@ def warn_of_probabilities(
 
     The mean probability of each piece of the grid of the size of a template is compared with the
     largest and the smallest proportion in such a piece of the training image. `secondary` is
-    `Study.secondary`.
+    `Study.secondary`. Another sentence says that few locations of the image fit the guides.
 
     Examples
     --------
@@ -66,10 +72,10 @@ def warn_of_probabilities(
     >>> warn_of_probabilities(study.secondary, stripes, study.parameters)[1]
     'no piece of the image has more than 50 % facies 1: the map asks for 97 %'
     """
+    notes = _warn_of_few_locations(secondary, image, parameters) if secondary.guides else []
     if secondary.probabilities is None:
-        return []
-    template = parameters.along(image.shape).template
-    notes, given = [], secondary.probabilities
+        return notes
+    template, given = parameters.along(image.shape).template, secondary.probabilities
     for k, name in enumerate(image.facies_names):
         there = _means(image.indices == k, image.indices != UNKNOWN, template)
         known = ~np.isnan(given[k])
@@ -85,6 +91,35 @@ def warn_of_probabilities(
                     f"{wants:.0%}".replace("%", " %")
                 )
     return notes
+
+
+def _warn_of_few_locations(
+    secondary: Secondary, image: TrainingImage, parameters: Parameters
+) -> list[str]:
+    """Return a sentence if the guides alone leave few locations for many patches of a path."""
+    maps = [each.grid for each in secondary.auxiliary]
+    shape = (maps if secondary.probabilities is None else secondary.probabilities)[0].shape
+    study = Study(image, Grid.of(shape), parameters, secondary=secondary)
+    template = parameters.along(shape).template
+    inputs = make_plan(study, template, PreparedImage(study), np.random.default_rng(0)).inputs
+    guide, places = inputs.guide, inputs.oriented.places
+    assert guide is not None
+    patches = range(0, len(guide.factors), -(-len(guide.factors) // N_PATCHES))
+    n_few = 0
+    for number in patches:
+        costs = np.zeros(places)
+        for plane, part in np.argwhere(guide.factors[number]):
+            first = guide.starts[number, part]
+            box = tuple(slice(k, k + n) for k, n in zip(first, places, strict=True))
+            costs += guide.factors[number, plane, part] * guide.values[plane][box]
+        slack = SLACK * inputs.search.cell_cost
+        n_few += np.count_nonzero(costs <= costs.min() + slack) < FEW
+    share = 100 * n_few // len(patches)
+    note = (
+        f"fewer than {FEW} locations of the image fit the guides in {share} % of the patches, so "
+        "pieces are repeated: reduce the weight, or use a larger image"
+    )
+    return [note] if share > 100 * MANY else []
 
 
 def _means(values: NDArray, known: NDArray[np.bool_], size: tuple[int, ...]) -> NDArray[np.float64]:

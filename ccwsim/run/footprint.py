@@ -114,7 +114,7 @@ def _of_guide(study: Study, blocks: float) -> int:
         return 0
     soft = study.training_image.n_facies - 1 if secondary.probabilities is not None else 0
     several = len(secondary.auxiliary)
-    return int((soft + 2 * several) * 4 * blocks + (soft + several) * 8 * study.grid.n_cells)
+    return int((soft + 3 * several) * 4 * blocks + (soft + several) * 8 * study.grid.n_cells)
 
 
 def _of_search(study: Study) -> int:

@@ -2,12 +2,14 @@
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import chain
 from typing import Any, Literal
 
-from ccwsim import Grid, HardData, Parameters, Secondary
-from ccwsim.model.arrays import digest
+from ccwsim import CCWSIMError, Grid, HardData, Parameters, Secondary
+from ccwsim.model.arrays import check_number, digest
 
 DataSource = Literal["none", "bundled", "file", "sampled", "placed"]
+MAX_CORNERS = 1000  # maximum number of corners of a drawn polygon, and of points of a stroke
 EMap = Literal["probability", "most likely", "entropy"]
 Answers = tuple[tuple[str, Any], ...]
 """The user's answers to the questions of a file reader, as sorted (argument, value) pairs."""
@@ -108,20 +110,43 @@ class Directions:
     grid: float = 0.0
 
 
-Corners = tuple[tuple[float, float], ...]  # corners (x, y) of a polygon in world coordinates
+Corners = tuple[tuple[float, float], ...]  # (x, y) of a polygon or a line, world coordinates
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """A stroke of a brush, which draws a probability of the chosen facies."""
+
+    value: float  # probability in the middle of the stroke
+    radius: float  # half of the width of the brush, in world coordinates
+    softness: float  # share of the radius within which the probability becomes that around
+    points: Corners
+
+    def __post_init__(self) -> None:
+        for name, low, high in (("value", 0, 1), ("softness", 0, 1), ("radius", 1e-12, 1e300)):
+            check_number(f"{name} of a stroke", getattr(self, name), low, high)
+        if not 1 <= len(self.points) <= MAX_CORNERS:
+            raise CCWSIMError(f"a stroke of {len(self.points)} points: draw 1 to {MAX_CORNERS}")
 
 
 @dataclass(frozen=True)
 class GuideChoice:
     """Choice of the secondary information: files and shapes, or the arrays of a project."""
 
-    probabilities: Upload | Gradient | None = None
-    facies: int = 1  # index of the facies of a gradient, or of a file with one variable
+    probabilities: Upload | Gradient | tuple[Stroke, ...] | None = None
+    facies: int = 1  # index of the facies of a shape, or of a file with one variable
     soft_weight: float = 1.0
     active: Upload | Corners | None = None
     auxiliary: tuple[Upload | None, Upload | None] | Directions | None = None  # of image and grid
     auxiliary_weight: float = 1.0
     saved: Secondary | None = None  # arrays of a project, used instead of files and shapes
+
+    @property
+    def points(self) -> Corners:
+        """The points of all shapes drawn on the map."""
+        strokes = self.probabilities if isinstance(self.probabilities, tuple) else ()
+        lines = [self.active if isinstance(self.active, tuple) else ()]
+        return tuple(chain(*lines, *(stroke.points for stroke in strokes)))
 
     @property
     def files(self) -> tuple[Upload, ...]:

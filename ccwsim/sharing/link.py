@@ -15,7 +15,7 @@ import numpy as np
 from ccwsim import CCWSIMError, Grid, HardData, Parameters, datasets
 from ccwsim.io.data_file import printable
 from ccwsim.model import bounds
-from ccwsim.model.arrays import check_number, digest
+from ccwsim.model.arrays import check_int, check_number, digest
 from ccwsim.model.bounds import MAX_LINK_DATA, MAX_LINK_LETTERS, MAX_LINK_VALUES
 from ccwsim.sharing.choices import (
     Choices,
@@ -25,6 +25,7 @@ from ccwsim.sharing.choices import (
     GuideChoice,
     ImageChoice,
     Shown,
+    Stroke,
 )
 from ccwsim.sharing.codec import FIELDS, MAX_LETTERS, FieldSpec, fields_of, parts_of
 
@@ -52,8 +53,8 @@ def link_of(choices: Choices, shown: Shown | None = None) -> dict[str, list[str]
     """Return the names and values by which an address describes a study, except default values."""
     names = own_choices(choices)
     query = {**_image_query(choices.image), **_data_query(choices)}
-    if not choices.guides.is_empty:
-        query[GUIDES] = [_guides_word(choices.guides)]
+    if word := _guides_word(choices.guides):
+        query[GUIDES] = [word]
     for key, choice in names.items():
         query[KEY_OF[type(choice)]] = [key]
     own, usual = parts_of(choices, shown or Shown()), parts_of(Choices(), Shown())
@@ -102,8 +103,7 @@ def own_choices(choices: Choices) -> dict[str, Own]:
             data, upload=None, tables=None
         )
     guides = choices.guides
-    corners = guides.active if isinstance(guides.active, tuple) else ()
-    if guides.files or guides.saved is not None or len(corners) > MAX_LINK_DATA:
+    if guides.files or guides.saved is not None or len(guides.points) > MAX_LINK_DATA:
         found[f"{OWN}-{guides.digest}"] = guides
     return found
 
@@ -378,6 +378,9 @@ def _guides_word(guides: GuideChoice) -> str:
     if isinstance(soft := guides.probabilities, Gradient):
         size = soft.start, soft.end, soft.azimuth
         given.append(("gradient", *size, guides.facies, guides.soft_weight))
+    for line in soft if isinstance(soft, tuple) else ():
+        brush = line.value, line.radius, line.softness, guides.facies, guides.soft_weight
+        given.append(("stroke", *brush, *chain(*line.points)))
     if isinstance(guides.active, tuple):
         given.append(("polygon", *chain(*guides.active)))
     if isinstance(ways := guides.auxiliary, Directions):
@@ -395,10 +398,16 @@ def guides_of(text: str) -> GuideChoice:
         if kind == "polygon" and 6 <= len(numbers) <= 2 * MAX_LINK_DATA:
             corners = zip(numbers[::2], numbers[1::2], strict=True)
             guides = replace(guides, active=tuple(corners))
-        elif kind == "gradient":
-            start, end, azimuth, _, weight = numbers
-            soft = Gradient(azimuth, *(check_number(kind, p, 0.0, 1.0) for p in (start, end)))
-            facies = int(check_number(kind, int(words[3]), 0, bounds.MAX_FACIES - 1))
+        elif kind in ("gradient", "stroke"):
+            first, second, third, _, weight, *xy = numbers
+            if kind == "gradient" and not xy:
+                ends = (check_number(kind, p, 0.0, 1.0) for p in (first, second))
+                soft = Gradient(third, *ends)
+            else:
+                line = Stroke(first, second, third, tuple(zip(xy[::2], xy[1::2], strict=True)))
+                before = guides.probabilities
+                soft = *(before if isinstance(before, tuple) else ()), line
+            facies = check_int(kind, int(words[3]), 0, bounds.MAX_FACIES - 1)
             weight = check_number(kind, weight, 0.0, bounds.MAX_SOFT_WEIGHT)
             guides = replace(guides, probabilities=soft, facies=facies, soft_weight=weight)
         elif kind == "along":

@@ -109,6 +109,10 @@ class Picture(NamedTuple):
 
 
 STUDY = "grid=256x256&data=sampled&data-n=40&data-seed=4"
+GUIDES = (
+    "stroke_0.75_25_0.5_1_1_60_60_120_150_200_190~stroke_0.05_25_0.6_1_1_190_60"
+    "~polygon_20_30_130_15_235_40_245_170_190_235_90_240_25_170"
+)
 VOLUME = "ti=sinuous_channels&data=sinuous_channels_10_wells&grid=100x100x48&realizations=8"
 PICTURES = {
     "simulate": Picture(f"simulate?{STUDY}", 830),
@@ -118,6 +122,7 @@ PICTURES = {
     "import": Picture("import", 750, FILLED["import"]),
     "import-wells": Picture("import?data=none", 1030, fill_with_wells),
     "hard-data": Picture(f"data?{STUDY}", 790, draw_a_well),
+    "guides": Picture(f"simulate?{STUDY}&guides={GUIDES}", 760),
     "validate": Picture(f"validate?{STUDY}&realizations=20", 930),
     "flow": Picture(f"flow?{STUDY}", 900, FILLED["flow"]),
     "compare": Picture(f"compare?{STUDY}", 960),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ccwsim import Auxiliary, Grid, Parameters, Secondary, TrainingImage, datasets, simulate
-from ccwsim.metrics import reliability
+from ccwsim.metrics import reliability, warn_of_probabilities
 from ccwsim.model.missing import UNKNOWN
 from tests.small_images import blobs
 from tests.some import some
@@ -134,7 +134,7 @@ def test_an_auxiliary_variable_turns_a_trend(turns):
     image = TrainingImage((field > limits).astype(int))
     own = np.tile(shares[:, None], (1, 200))
     wanted = np.rot90(own, turns)
-    secondary = Secondary(auxiliary=Auxiliary(own, wanted))
+    secondary = Secondary(auxiliary=[Auxiliary(own, wanted)])
     e = simulate(image, (200, 200), Parameters(24, 6, 1), None, 12, secondary=secondary)
     slope = np.polyfit(wanted.ravel(), e.probability(1).ravel(), 1)[0]
     assert 0.8 < slope < 1.2
@@ -171,3 +171,37 @@ def test_processes_and_revisions_use_secondary_information():
     assert after.n_mismatched.tolist() == [0, 0]
     assert after.hard_data.n == 1
     assert (after.indices[:, ~disc((90, 100))] == UNKNOWN).all()
+
+
+def test_compartments_are_the_connected_parts():
+    active = np.zeros((60, 90), bool)
+    active[5:55, 3:40] = active[10:30, 45:85] = True
+    soft = {SAND: np.full((60, 90), 0.4)}
+    parts = Secondary(active=active, probabilities=soft).compartments(Grid(60, 90))
+    assert [part.active.sum() for part in parts] == [50 * 37, 20 * 40]
+    assert (parts[0].active | parts[1].active == active).all()
+    each = [
+        simulate(CHANNELS, (60, 90), n_realizations=1, seed=seed, secondary=part)
+        for seed, part in enumerate(parts)
+    ]
+    assert not (each[0].indices[0] < 2)[parts[1].active].any()
+    other = simulate(CHANNELS, (60, 90), n_realizations=1, seed=1, secondary=parts[1])
+    assert other.digest == each[1].digest
+    assert [part.active.all() for part in Secondary().compartments(Grid(9, 9))] == [True]
+
+
+def test_few_locations_that_fit_the_guides_are_noted():
+    shape = (200, 200)
+
+    def notes(**given):
+        secondary = Secondary(**given).fitted(Grid(*shape), CHANNELS)
+        found = warn_of_probabilities(secondary, CHANNELS, Parameters())
+        return [note for note in found if "locations" in note]
+
+    rng = np.random.default_rng(0)
+    assert notes(probabilities={SAND: rng.random(shape)})
+    assert not notes(probabilities={SAND: 0.25})
+    assert not notes(active=disc(shape))
+    of_image = rng.random(CHANNELS.shape)
+    assert notes(auxiliary=[Auxiliary(of_image, np.full(shape, 9.0), weight=10)])
+    assert not notes(auxiliary=[Auxiliary(of_image, rng.random(shape), weight=0.01)])

@@ -132,13 +132,15 @@ def guided_energies(guide, number, layer, energies, guided):
     out, own = guided.reshape(-1), energies.reshape(-1)
     for z in range(nz):
         base = (layer + z) * my * mx
-        for x in range(np.uint64(len(costs))):
-            costs[x] = np.float32(0)
         for k in range(0, n, AT_ONCE):
             a, b = np.uint64(base + offsets[k]), np.uint64(base + offsets[k + 1])
             c, d = np.uint64(base + offsets[k + 2]), np.uint64(base + offsets[k + 3])
             fa, fb, fc, fd = terms[k], terms[k + 1], terms[k + 2], terms[k + 3]
-            for x in range(length):
+            for x in range(length if k == 0 else np.uint64(0)):
+                costs[x] = (fa * flat[a + x] + fb * flat[b + x]) + (
+                    fc * flat[c + x] + fd * flat[d + x]
+                )
+            for x in range(length if k > 0 else np.uint64(0)):
                 costs[x] += (fa * flat[a + x] + fb * flat[b + x]) + (
                     fc * flat[c + x] + fd * flat[d + x]
                 )
@@ -146,5 +148,6 @@ def guided_energies(guide, number, layer, energies, guided):
             first, of_run = np.uint64((z * ny + y) * nx), np.uint64(y * mx)
             for x in range(np.uint64(nx)):
                 energy = own[first + x]
-                out[first + x] = energy if energy == worst else energy + kind(costs[of_run + x])
+                cost = kind(costs[of_run + x]) if n > 0 else kind(0)
+                out[first + x] = energy if energy == worst else energy + cost
     return guided

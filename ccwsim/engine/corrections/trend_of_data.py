@@ -15,6 +15,7 @@ from ccwsim.engine.corrections.proportions import DataProportions
 from ccwsim.engine.stages.path import RasterPath, Triple
 
 N_PIXELS = 64  # number of pixels of the map along the longer side of the grid
+N_PIXELS_GIVEN = 32  # this number for given probabilities; it is the resolution of the targets
 FRACTIONS = (1 / 4, 1 / 6, 1 / 8, 1 / 12, 1 / 16, 1 / 24, 1 / 32)
 """Standard deviations of the Gaussian that are tried, divided by the longer side of the grid."""
 MIN_COLUMNS = 10  # minimum number of columns of data from which a trend is estimated
@@ -76,7 +77,7 @@ def trend_of_map(probabilities: NDArray[np.float64], proportions: NDArray[np.flo
     given = np.moveaxis(probabilities, 0, -1)
     filled = np.where(np.isnan(given), proportions, given)
     plane = filled.mean(axis=0) if filled.ndim == 4 else filled
-    pixel = max(1, -(-max(plane.shape[:2]) // N_PIXELS))
+    pixel = max(1, -(-max(plane.shape[:2]) // N_PIXELS_GIVEN))
     for axis, n in enumerate(plane.shape[:2]):
         first = np.arange(0, n, pixel)
         counts = np.diff(np.append(first, n)).reshape([-1 if a == axis else 1 for a in range(3)])

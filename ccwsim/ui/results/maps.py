@@ -162,6 +162,22 @@ def uncertainty_map(state: State, ensemble: Ensemble, colours: Sequence[str]) ->
     return share_map(shares, word, alt, point_colours=colours)
 
 
+def given_map(ensemble: Ensemble, facies: int) -> CellMap | None:
+    """Return the given probability of a facies in active cells; None if none is given."""
+    if ensemble.secondary is None or ensemble.secondary.probabilities is None:
+        return None
+    given = ensemble.secondary.probabilities[facies]
+    shown = given if ensemble.active is None else np.where(ensemble.active, given, np.nan)
+    word = f"given P({ensemble.training_image.facies_names[facies]}) ="
+    return share_map(shown, word, "Given probability")
+
+
+def draw_given(shown: CellMap, name: str, **options: Any) -> None:
+    """Draw the given probability of the facies with a name."""
+    panel_title(f"Given probability of {name}")
+    draw_cells(shown, "given", link="grid", name="given_probability", **options)
+
+
 def draw_training_image(image: TrainingImage, colours: Sequence[str]) -> None:
     """Draw the training image with its name; volumes share the cursor of the results."""
     panel_title("Training image", pretty(image.name))

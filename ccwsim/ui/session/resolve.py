@@ -42,6 +42,7 @@ from ccwsim.sharing.choices import (
     Gradient,
     GuideChoice,
     ImageChoice,
+    Stroke,
     Upload,
     WellTables,
 )
@@ -97,11 +98,15 @@ def _active_of(choice: GuideChoice, grid: Grid) -> Any:
 
 
 def _probabilities_of(choice: GuideChoice, grid: Grid, image: TrainingImage) -> Any:
-    code = int(image.codes[min(choice.facies, image.n_facies - 1)])
-    if isinstance(given := choice.probabilities, Gradient):
+    facies = min(choice.facies, image.n_facies - 1)
+    code = int(image.codes[facies])
+    if isinstance(given := choice.probabilities, (Gradient, tuple)):
         if image.n_facies == 1:
-            raise CCWSIMError("the training image has only one facies; a gradient needs two")
-        p = given.start + (given.end - given.start) * position_along(given.azimuth, grid)
+            raise CCWSIMError("the training image has only one facies; probabilities need two")
+        if isinstance(given, tuple):
+            p = drawn_map(given, image.proportions[facies], grid)
+        else:
+            p = given.start + (given.end - given.start) * position_along(given.azimuth, grid)
         others = [k for k in image.codes.tolist() if k != code]
         shares = image.proportions[[image.index_of(k) for k in others]]
         rest = dict(zip(others, shares / shares.sum(), strict=True))
@@ -136,6 +141,24 @@ def position_along(azimuth: float, grid: Grid) -> NDArray[np.float64]:
     at = x[None] * np.sin(np.deg2rad(azimuth)) + y[:, None] * np.cos(np.deg2rad(azimuth))
     at = (at - at.min()) / max(at.max() - at.min(), np.finfo(float).tiny)
     return np.broadcast_to(at, grid.shape).copy()
+
+
+def drawn_map(strokes: Sequence[Stroke], start: float, grid: Grid) -> NDArray[np.float64]:
+    """Return a map of the number `start`, changed by one stroke after another."""
+    x, y = grid.axes[0], grid.axes[1]
+    drawn = np.full((len(y), len(x)), float(start))
+    for stroke in strokes:
+        strength, points = np.zeros_like(drawn), np.array(stroke.points)
+        for first, last in zip(points, [*points[1:], points[-1]], strict=True):
+            reach = np.sort([first, last], axis=0) + np.array([[-1], [1]]) * stroke.radius
+            near = tuple(slice(*np.searchsorted(axis, reach[:, k])) for k, axis in ((1, y), (0, x)))
+            dx, dy = x[near[1]] - first[0], y[near[0]][:, None] - first[1]
+            wx, wy = last - first
+            t = np.clip((dx * wx + dy * wy) / max(wx**2 + wy**2, 1e-300), 0, 1)
+            inside = 1 - np.hypot(dx - t * wx, dy - t * wy) / stroke.radius
+            np.maximum(strength[near], inside / max(stroke.softness, 1e-9), out=strength[near])
+        drawn += np.minimum(strength, 1) * (stroke.value - drawn)
+    return np.broadcast_to(drawn, grid.shape).copy()
 
 
 @cached(max_entries=32)

@@ -63,20 +63,25 @@ def _results(state: State, ensemble: Ensemble) -> None:
     with st.container(horizontal=True, vertical_alignment="center", key="facts_row"):
         draw_facts(ensemble)
         draw_downloads(state, ensemble, colours)
+    given, after = maps.given_map(ensemble, state.facies), []
     if ensemble.grid.nz is not None:  # two maps side by side, with the image below them
         with st.container(key="volumes"):
             middle, right = st.columns(2, gap="medium")
         beside = shares = None
     else:
         with st.container(key="maps"):
-            widths = (image_width(ensemble), *MAP_WIDTHS)
-            left, middle, right = maps.map_columns(widths, 1, ensemble.grid)
+            widths = (image_width(ensemble), *MAP_WIDTHS, *[MAP_WIDTHS[1]] * bool(given))
+            left, middle, right, *after = maps.map_columns(widths, 1, ensemble.grid)
             beside = left.container(key="image_beside")
         shares = beside if room_below_image(ensemble) else None
     with middle:  # drawn first, so that the map appears first
         maps.draw_realization(state, ensemble, colours, state.shown, ensemble.grid)
     with right:
         maps.draw_e_type(state, ensemble, colours)
+    if given is not None:
+        with after[0] if after else right:
+            name = ensemble.training_image.facies_names[state.facies]
+            maps.draw_given(given, name, scale="maps")
     maps.draw_gallery(state, ensemble, colours)
     if beside is None:
         with st.container(key="volume_below"):
@@ -91,6 +96,9 @@ def _results(state: State, ensemble: Ensemble) -> None:
 
 def image_width(ensemble: Ensemble) -> float:
     """Return the width of the training image, relative to the width of a realization."""
+    secondary = ensemble.secondary
+    if secondary is not None and secondary.probabilities is not None:  # a fourth map needs room
+        return SMALLEST_IMAGE
     share = ensemble.training_image.shape[1] / ensemble.grid.nx
     return min(max(share, SMALLEST_IMAGE), 1.0)
 

@@ -1,31 +1,42 @@
 """Guides, between hard data and grid: probabilities, active cells and an auxiliary variable."""
 
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import astuple, replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 import streamlit as st
 
-from ccwsim import CCWSIMError, Secondary, TrainingImage
-from ccwsim.figures import data_map_png, steps_of
+from ccwsim import Secondary, TrainingImage
 from ccwsim.metrics import warn_of_probabilities
 from ccwsim.model.bounds import MAX_AUXILIARY_WEIGHT, MAX_SOFT_WEIGHT
 from ccwsim.model.grid import Grid
-from ccwsim.sharing.choices import Choices, Corners, Directions, Gradient, GuideChoice
+from ccwsim.model.missing import UNKNOWN
+from ccwsim.sharing.choices import (
+    MAX_CORNERS,
+    Choices,
+    Corners,
+    Directions,
+    Gradient,
+    GuideChoice,
+    Stroke,
+)
+from ccwsim.ui.frontend.cells import CellMap, map_content, share_map
+from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results.maps import middle_layer
 from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.resolve import image_of, secondary_of, study_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.session.uploads import file_uploader
+from ccwsim.ui.study.run import start_run_if_needed
 from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
 from ccwsim.ui.widgets.text import pair, plain, step_note
 
 _warnings = cached(max_entries=64)(warn_of_probabilities)
-MAX_CORNERS = 1000  # maximum number of typed corners
-PIXELS = 520  # length in pixels of the longer side of the picture of a map
+MAX_HEIGHT = 480  # maximum height of the map in pixels
+ACTIVE = "#9AA9B8"  # colour of active cells, if there are no other guides
 AZIMUTH = {"min_value": -360.0, "max_value": 360.0, "step": 15.0, "format": "%g"}
 
 
@@ -35,14 +46,14 @@ def guides_step(state: State) -> None:
     change = partial(_change, state)
     with st.expander("Guides", expanded=not guides.is_empty, key="guides"):
         _draw_problem(state)
+        if not guides.is_empty:
+            _draw_board(state, guides)
         if guides.saved is not None:
             step_note(f"From the project: {guides.saved.describe()}")
         else:
             _probabilities(state, guides, change)
             _active(state, guides, change)
             _auxiliary(guides, change)
-        if not state.choices.guides.is_empty:
-            _draw_maps(state)
         if not guides.is_empty:
             button("No guides", key="guides_none", on_click=use_guides, args=(state, GuideChoice()))
 
@@ -79,25 +90,24 @@ def _draw_problem(state: State) -> None:
 
 
 def _choice(
-    label: str, given: Any, shape: Any, name: str, change: Callable[..., None], attribute: str
+    label: str, given: Any, shapes: Mapping[str, Any], change: Callable[..., None], attribute: str
 ) -> None:
-    """Draw the choice between no guide, a shape with default values, and uploaded files."""
-    options = {"none": "none", "shape": name}
-    files = GuideChoice(**{attribute: given}).files
-    if files:
-        options["file"] = f"file {' and '.join(file.name for file in files)}"
-    kind = "none" if given is None else "file" if files else "shape"
+    """Draw the choice between no guide, named shapes with default values, and uploaded files."""
+    chosen = next((name for name, shape in shapes.items() if type(shape) is type(given)), "none")
+    if files := GuideChoice(**{attribute: given}).files:
+        chosen = f"file {' and '.join(file.name for file in files)}"
 
-    def write(kind: str) -> None:
-        change(**{attribute: shape if kind == "shape" else None})
+    def write(name: str) -> None:
+        change(**{attribute: shapes.get(name)})
 
-    key = f"guides_{attribute}"
-    field(st.selectbox, label, key=key, value=kind, write=write, **options_of(options))
+    options = options_of({name: name for name in ("none", *shapes, chosen)})
+    field(st.selectbox, label, key=f"guides_{attribute}", value=chosen, write=write, **options)
 
 
 def _probabilities(state: State, guides: GuideChoice, change: Callable[..., None]) -> None:
     image, given = image_of(state.choices.image), guides.probabilities
-    _choice("Probabilities of facies", given, Gradient(), "a gradient", change, "probabilities")
+    shapes = {"a gradient": Gradient(), "drawn on the map": ()}
+    _choice("Probabilities of facies", given, shapes, change, "probabilities")
     if given is not None:
         names = options_of(dict(enumerate(image.facies_names)))
         facies = bound_to(guides, "facies", change)
@@ -123,50 +133,25 @@ def _probabilities(state: State, guides: GuideChoice, change: Callable[..., None
 
 
 def _active(state: State, guides: GuideChoice, change: Callable[..., None]) -> None:
-    given = guides.active
-    shape = octagon(state.choices.grid)
-    _choice("Active cells", given, shape, "inside a polygon", change, "active")
-    if isinstance(given, tuple):
-        text = "\n".join(f"{x:.12g}, {y:.12g}" for x, y in given)
-        tip = "One corner a line: x, y in world coordinates."
-        corners = {"value": text, "write": lambda new: change(active=corners_of(new)), "help": tip}
-        field(st.text_area, "Corners", key="guides_corners", **corners)
+    shapes = {"inside an outline": frame(state.choices.grid)}
+    _choice("Active cells", guides.active, shapes, change, "active")
     tip = "A grid with 0 or no value in inactive cells, or polygons in GeoJSON."
     take = {"take": lambda upload: change(active=upload), "help": tip}
     file_uploader("or a mask", key="guides_mask_file", **take)
 
 
-def octagon(grid: Grid) -> Corners:
-    """Return the corners of a polygon in the middle of a grid."""
-    (sx, sy), (x, y) = grid.cell_size[:2], grid.origin[:2]
-    wide, high = grid.nx * sx, grid.ny * sy
-    turns = np.arange(8) * np.pi / 4
-    xs, ys = x + wide * (0.5 + 0.4 * np.cos(turns)), y + high * (0.5 + 0.4 * np.sin(turns))
-    return tuple(zip(xs.round(6).tolist(), ys.round(6).tolist(), strict=True))
-
-
-def corners_of(text: str) -> Corners:
-    """Convert lines of "x, y" to the corners of a polygon."""
-    corners = []
-    for number, line in enumerate(filter(str.strip, text.splitlines()), 1):
-        try:
-            x, y = map(float, line.replace(",", " ").replace(";", " ").split())
-        except ValueError:
-            raise CCWSIMError(
-                f"corner {number} of the polygon ({line.strip()[:40]}) is not a pair x, y; write "
-                "two numbers a line"
-            ) from None
-        corners.append((x, y))
-    if not 3 <= len(corners) <= MAX_CORNERS:
-        raise CCWSIMError(f"{len(corners)} corners: give 3 to {MAX_CORNERS}, or a mask as file")
-    return tuple(corners)
+def frame(grid: Grid) -> Corners:
+    """Return the corners of a rectangle in the middle of a grid."""
+    x, y = grid.axes[0], grid.axes[1]
+    (west, east), (south, north) = (np.quantile(k, (0.1, 0.9)).round(6).tolist() for k in (x, y))
+    return (west, south), (east, south), (east, north), (west, north)
 
 
 def _auxiliary(guides: GuideChoice, change: Callable[..., None]) -> None:
     given = guides.auxiliary
     image, grid = given if isinstance(given, tuple) else (None, None)
-    name = "position along a direction"
-    _choice("Auxiliary variable", given, Directions(), name, change, "auxiliary")
+    shapes = {"position along a direction": Directions()}
+    _choice("Auxiliary variable", given, shapes, change, "auxiliary")
     if isinstance(given, Directions):
 
         def write(**changes: Any) -> None:
@@ -189,34 +174,57 @@ def _auxiliary(guides: GuideChoice, change: Callable[..., None]) -> None:
         field(st.slider, "Weight of the variable", key="guides_auxiliary_weight", **weight)
 
 
-def _draw_maps(state: State) -> None:
-    """Draw the maps of the study, and what the training image cannot provide."""
-    choices = state.choices
-    if problem_in(lambda: study_of(choices)):
+def _draw_board(state: State, guides: GuideChoice) -> None:
+    """Draw the first map of the guides with the tools to draw on it, and notes on the guides."""
+    choices, image = state.choices, image_of(state.choices.image)
+    study = None if problem_in(lambda: study_of(choices)) else study_of(choices)
+    secondary = study.secondary if study else None
+    soft, corners = guides.probabilities, guides.active
+    strokes = isinstance(soft, tuple) and [(*astuple(s)[:3], s.points) for s in soft]
+    tools = {"strokes": strokes, "corners": isinstance(corners, tuple) and corners}
+    ground = _ground(secondary, image, min(guides.facies, image.n_facies - 1), choices.grid)
+    options: dict[str, Any] = {"grid": choices.grid, "name": "guides", "max_height": MAX_HEIGHT}
+
+    def take(drawn: Mapping[str, Any]) -> None:
+        take_drawing(state, drawn)
+        start_run_if_needed(state, live=True)
+
+    content = map_content(ground, **options) | tools | {"axes": False}
+    draw_component("guides", "guide_board", content, "drawn", take)
+    if study is None or secondary is None:  # without a weight, nothing guides
         return
-    secondary, image = study_of(choices).secondary, image_of(choices.image)
-    if secondary is None:  # all weights are 0
-        return
-    facies = min(choices.guides.facies, image.n_facies - 1)
-    picture, caption = _picture(secondary, image, facies)
-    st.image(picture, width="stretch", caption=plain(caption), alt=caption)
     notes = _warnings(secondary, image, choices.parameters)
-    if n_left := study_of(choices).inactive_data.n:
+    if n_left := study.inactive_data.n:
         notes = [f"{n_left} hard data are in inactive cells and are left out", *notes]
     for note in notes:
         st.caption(plain(f"{note[:1].upper()}{note[1:]}."))
 
 
-@cached(max_entries=64)
-def _picture(secondary: Secondary, image: TrainingImage, facies: int) -> tuple[bytes, str]:
-    """Return a picture of the first map of secondary information, and its name."""
-    if secondary.probabilities is not None:
-        values, name = secondary.probabilities[facies], f"P({image.facies_names[facies]})"
-    elif secondary.auxiliary:
-        values, name = secondary.auxiliary[0].grid, "Auxiliary variable of the grid"
+def take_drawing(state: State, drawn: Mapping[str, Any]) -> None:
+    """Take strokes (value, radius, softness, points) and corners, which are false if not drawn."""
+    shapes: dict[str, Any] = {}
+    if (corners := drawn["corners"]) is not False:
+        shapes["active"] = _points(corners)
+    if (lines := drawn["strokes"]) is not False:
+        shapes["probabilities"] = tuple(Stroke(v, r, s, _points(line)) for v, r, s, line in lines)
+    _change(state, **shapes)
+
+
+def _points(given: Sequence[Sequence[float]]) -> Corners:
+    return tuple((float(x), float(y)) for x, y in given[:MAX_CORNERS])
+
+
+def _ground(secondary: Secondary | None, image: TrainingImage, facies: int, grid: Grid) -> CellMap:
+    """Return the first map of secondary information; of a volume, the middle layer."""
+    active = None if secondary is None else secondary.active
+    active = np.ones(grid.shape, bool) if active is None else active
+    if secondary is not None and secondary.probabilities is not None:
+        values, name = secondary.probabilities[facies], f"P({image.facies_names[facies]}) ="
+    elif secondary is not None and secondary.auxiliary:
+        values, name = secondary.auxiliary[0].grid, "variable, scaled to 1:"
         values = (values - values.min()) / max(values.max() - values.min(), 1e-300)
     else:
-        values, name = np.ones(secondary.active.shape), "Active cells"
-    if secondary.active is not None:
-        values = np.where(secondary.active, values, np.nan)
-    return data_map_png(*steps_of(middle_layer(values)), longest=PIXELS), name
+        shown = np.where(active, np.uint8(0), np.uint8(UNKNOWN))
+        return CellMap(middle_layer(shown), [ACTIVE], ["active"], "Active cells")
+    shown = middle_layer(np.where(active, values, np.nan))
+    return share_map(shown, name, f"Guides: {name.removesuffix(' =')}")

@@ -33,7 +33,7 @@ from ccwsim.model.numbers import three_digits
 from ccwsim.model.study import Study
 from ccwsim.ui.frontend.cells import CellMap, draw_cells, facies_map, points_of, share_map
 from ccwsim.ui.results.charts import titled_chart
-from ccwsim.ui.results.maps import pretty, with_data
+from ccwsim.ui.results.maps import draw_given, given_map, pretty, with_data
 from ccwsim.ui.session.cached import as_task
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_step import data_fit, minus, numbers, verdict
@@ -54,22 +54,16 @@ def draw_uncertainty(state: State, ensemble: Ensemble, colours: Sequence[str]) -
     """Draw three maps: probability of the chosen facies, most likely facies, and entropy."""
     task = statistics.e_type(ensemble)
     panel(state, "uncertainty", task, lambda e: draw_e_type_maps(e, state, ensemble, colours))
-    if ensemble.secondary is not None and ensemble.secondary.probabilities is not None:
-        _draw_given(state, ensemble, ensemble.secondary.probabilities[state.facies])
+    if (given := given_map(ensemble, state.facies)) is not None:
+        _draw_reliability(state, ensemble, given)
 
 
-def _draw_given(state: State, ensemble: Ensemble, given: NDArray[np.float64]) -> None:
+def _draw_reliability(state: State, ensemble: Ensemble, given: CellMap) -> None:
     """Draw the given probabilities below the E-type, and the reliability of the realizations."""
     image, name = ensemble.training_image, ensemble.training_image.facies_names[state.facies]
     left, right = st.columns([1.0, 2.0], gap="medium")
     with left:
-        panel_title(f"Given probability of {name}")
-        active = True if ensemble.active is None else ensemble.active
-        shown = share_map(
-            np.where(active, given, np.nan), f"given P({name}) =", "Given probability"
-        )
-        options: dict[str, Any] = {"scale": "three", "body": False, "max_height": 400}
-        draw_cells(shown, "given", link="grid", name="given_probability", **options)
+        draw_given(given, name, scale="three", body=False, max_height=400)
     with right:
         table = reliability(ensemble, int(image.codes[state.facies]))
         values = table.forecast, table.observed, table.count

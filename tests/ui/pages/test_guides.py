@@ -9,7 +9,7 @@ from io import BytesIO
 import numpy as np
 import pytest
 
-from ccwsim import Grid, Parameters
+from ccwsim import CCWSIMError, Grid, Parameters
 from ccwsim.io import write_maps
 from ccwsim.sharing.choices import (
     Choices,
@@ -18,6 +18,7 @@ from ccwsim.sharing.choices import (
     Gradient,
     GuideChoice,
     Shown,
+    Stroke,
     Upload,
 )
 from ccwsim.sharing.link import left_out, link_of, own_choices, read_link
@@ -25,7 +26,7 @@ from ccwsim.sharing.project import project_as_bytes
 from ccwsim.ui.session.resolve import same_realizations, secondary_of, study_of
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.share.menu import open_project, project_of
-from ccwsim.ui.study.guides_step import problem_of_guides, use_guides
+from ccwsim.ui.study.guides_step import problem_of_guides, take_drawing, use_guides
 from ccwsim.ui.study.run import collect, start_run
 from ccwsim.ui.validate.statistics import Validation
 from tests.ui.widgets import html, named, opened
@@ -34,6 +35,7 @@ from tests.waiting import wait_until
 GRID = Grid(60, 80)
 STUDY = Choices(data=DataChoice(), grid=GRID, parameters=Parameters(16, 4, 1), n_realizations=4)
 TRIANGLE = ((0.0, 0.0), (80.0, 0.0), (0.0, 60.0))
+STROKES = Stroke(0.9, 9.5, 0.5, ((30.0, 20.0), (60.0, 40.25))), Stroke(0, 5, 1, ((0.1, -2),))
 GUIDES = GuideChoice(Gradient(), active=TRIANGLE, auxiliary=Directions(0.0, 90.0))
 
 
@@ -55,14 +57,14 @@ def run(state: State) -> State:
 def test_the_step_guides_a_run_from_the_page():
     app = opened("simulate", State(choices=STUDY)).run()
     assert not app.exception
-    named(app.selectbox, "guides_probabilities").set_value("shape").run()
-    named(app.selectbox, "guides_active").set_value("shape").run()
+    named(app.selectbox, "guides_probabilities").set_value("a gradient").run()
+    named(app.selectbox, "guides_active").set_value("inside an outline").run()
     named(app.number_input, "guides_azimuth").set_value(0.0).run()
     assert not app.exception
     assert not app.error
     guides = app.session_state[KEY].choices.guides
     assert guides.probabilities == Gradient(azimuth=0.0)
-    assert len(guides.active) == 8
+    assert len(guides.active) == 4
     named(app.button, "guides_none").click().run()
     assert app.session_state[KEY].choices.guides.is_empty
 
@@ -76,6 +78,32 @@ def test_a_gradient_and_a_polygon_reach_the_realizations():
     assert not np.isnan(p[active]).any()
     west, east = p[:, :20][active[:, :20]].mean(), p[:, 40:][active[:, 40:]].mean()
     assert west < east
+
+
+def test_strokes_draw_probabilities_one_over_the_other():
+    choices = replace(STUDY, guides=GuideChoice(STROKES))
+    study = study_of(choices)
+    assert study.secondary is not None
+    drawn, share = study.secondary.probabilities[1], study.training_image.proportions[1]
+    np.testing.assert_allclose(drawn[20, 30], 0.9, atol=0.01)  # a cell from the line
+    np.testing.assert_allclose(drawn[30, 45], 0.9, atol=0.01)
+    np.testing.assert_allclose(drawn[[0, 59], [79, 0]], share)
+    assert share < drawn[20, 23] < 0.9
+    assert drawn[0, 0] < share  # the second stroke begins outside the grid
+
+
+def test_a_drawing_of_the_browser_becomes_strokes_and_corners():
+    state = State(choices=replace(STUDY, guides=GuideChoice((), active=TRIANGLE)))
+    lines = [[s.value, s.radius, s.softness, list(map(list, s.points))] for s in STROKES]
+    take_drawing(state, {"strokes": lines, "corners": [[0, 0], [50, 0], [0, 40.5]]})
+    guides = state.choices.guides
+    assert guides.probabilities == STROKES
+    assert guides.active == ((0.0, 0.0), (50.0, 0.0), (0.0, 40.5))
+    with pytest.raises(CCWSIMError, match="value of a stroke = 3"):
+        take_drawing(state, {"strokes": [[3, 1, 1, [[0, 0]]]], "corners": False})
+    take_drawing(state, {"strokes": [], "corners": [[900, 0], [999, 0], [999, 9]]})
+    assert state.guides_draft is not None  # no cell is active
+    assert state.choices.guides.active == guides.active
 
 
 def test_other_guides_are_other_realizations():
@@ -113,6 +141,7 @@ def test_a_link_names_files_of_guides_and_a_reload_keeps_them():
         GuideChoice(Gradient(-37.5, 0.1, 1 / 3), facies=0, soft_weight=2.5),
         GuideChoice(active=((1e6 + 0.1, -5.0), (2e6, 1e-7), (3.0, 4e20))),
         GuideChoice(auxiliary=Directions(90.0, -15.0), auxiliary_weight=3.0),
+        GuideChoice(STROKES, facies=0, active=TRIANGLE),
     ],
 )
 def test_a_link_contains_shapes_that_guide(guides):
@@ -127,7 +156,8 @@ def test_a_link_contains_shapes_that_guide(guides):
         "", "gradient", "gradient_0_1_90_1", "gradient_0_2_90_1_1", "gradient_0_1_90_1_9",
         "gradient_0_1_90_1.5_1", "gradient_0_1_90_999_1", "along_0_90_11", "along_0_nan_1",
         "along_0_1_2_3", "polygon_0_0_1_1", "polygon_0_0_1_1_2", "polygon_inf_0_1_1_2_2",
-        "circle_1", "along_0_90_1~", "polygon" + "_1" * 5000,
+        "circle_1", "stroke_2_1_1_1_1_0_0", "stroke_1_0_1_1_1_0_0",
+        "stroke_1_1_1_1_1", "stroke_1_1_1_1_1_0", "along_0_90_1~", "polygon" + "_1" * 5000,
     ],
 )  # fmt: skip
 def test_other_words_guide_nothing_and_are_named(text):
@@ -184,6 +214,15 @@ def test_unusable_guides_are_refused_in_one_sentence(what):
     named(app.button, "guides_keep").click().run()
     assert not app.error
     assert study_of(app.session_state[KEY].choices).secondary is None
+
+
+def test_simulate_shows_the_given_map_beside_the_e_type():
+    state = run(State(choices=replace(STUDY, guides=GuideChoice(STROKES))))
+    app = opened("simulate", state).run()
+    assert not app.exception
+    assert "Given probability of" in html(app)
+    plain = run(State(choices=STUDY))
+    assert "Given probability of" not in html(opened("simulate", plain).run())
 
 
 def test_validate_shows_the_given_map_and_its_reliability():

@@ -1,0 +1,140 @@
+"""Effect and time of secondary information: ``python -m benchmarks.secondary [reliability|time]``.
+
+*reliability*: One half of an image is the training image, and the other half is the truth. The map
+is the mean of the truth at each value of a blurred truth with noise. A row has the slope of the
+E-type on the map, the largest difference between the given probability and the share in the
+realizations (in bins of probability that contain at least 2 % of the cells), and the Brier scores
+of map, wells, and both.
+
+*time*: CPU time of a realization of channels on 512 × 512 and 1024 × 1024 cells, relative to that
+without secondary information. All cases are measured in turns.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+
+import numpy as np
+from scipy.ndimage import gaussian_filter
+
+from ccwsim import Auxiliary, Ensemble, Parameters, Secondary, TrainingImage, datasets, simulate
+from ccwsim.metrics import reliability
+
+IMAGES = ("channels", "stone_wall", "barchans", "sinuous_channels")
+BLURS = (8, 20)  # standard deviations of the Gaussian in cells
+NOISE = 0.05
+SETTINGS = ((32, 8, 2), (24, 8, 1), (48, 12, 2), (32, 8, 0), (32, 8, 3))  # T, OR, J
+MIN_SHARE = 0.02
+N_REALIZATIONS, N_WELLS, N_TURNS, N_A_TURN = 20, 200, 5, 16
+
+
+def halves(name: str) -> tuple[TrainingImage, np.ndarray]:
+    """Return where the last facies is: one half of an image, and the other half as truth."""
+    image = datasets.load(name)
+    cells, middle = (image.array == image.codes[-1]).astype(np.uint8), image.shape[-1] // 2
+    return TrainingImage(cells[..., :middle]), cells[..., -middle:]
+
+
+def map_of(truth: np.ndarray, blur: float) -> np.ndarray:
+    """Return the mean of a truth of zeros and ones at each value of the blurred truth."""
+    sides = (0,) * (truth.ndim - 2) + (blur, blur)
+    rng = np.random.default_rng(0)
+    noise = gaussian_filter(rng.normal(size=truth.shape), sides)
+    blurred = gaussian_filter(truth.astype(float), sides)
+    blurred += NOISE * noise / noise.std()
+    order = np.argsort(blurred, axis=None)
+    parts = np.array_split(order, 20)
+    at = [blurred.ravel()[part].mean() for part in parts]
+    return np.interp(blurred, at, [truth.ravel()[part].mean() for part in parts])
+
+
+def worst_bin(e: Ensemble, code: int) -> float:
+    """Return the largest difference of a bin that contains enough cells."""
+    table = reliability(e, code)
+    held = table.count >= MIN_SHARE * table.count.sum()
+    return float(np.abs(table.observed - table.forecast)[held].max())
+
+
+def rows_of_reliability() -> Iterator[str]:
+    """Yield the lines of the table of reliability."""
+    yield "image, blur, T, OR, J | slope | worst bin | Brier: map, wells, both | wrong data"
+    for name in IMAGES:
+        image, values = halves(name)
+        code = int(image.codes[-1])
+        truth = (values == code).astype(float)
+        volume = truth.ndim == 3
+        settings = [Parameters()] if volume else [Parameters(*each) for each in SETTINGS]
+        if volume:
+            settings = [Parameters((8, 16, 16), (2, 4, 4), (0, 1, 1))]
+        for blur in BLURS:
+            given = map_of(truth, blur)
+            secondary = Secondary(probabilities={code: given})
+            rng = np.random.default_rng(1)
+            cells = np.column_stack([rng.integers(0, n, N_WELLS) for n in truth.shape])
+            cells = np.unique(cells, axis=0)
+            wells = cells, values[tuple(cells.T)]
+            for p in settings:
+                found = {
+                    what: simulate(
+                        image, truth.shape, p, data, N_REALIZATIONS, secondary=soft, n_workers=1
+                    )
+                    for what, (data, soft) in {
+                        "map": (None, secondary), "wells": (wells, None), "both": (wells, secondary)
+                    }.items()
+                }  # fmt: skip
+                brier = [((e.probability(code) - truth) ** 2).mean() for e in found.values()]
+                e_type = found["map"].probability(code)
+                slope = np.polyfit(given.ravel(), e_type.ravel(), 1)[0]
+                wrong = max(int(e.n_mismatched.max()) for e in found.values())
+                sizes = ", ".join(map(str, (p.template_size, p.overlap_size, p.wavelet_level)))
+                yield (
+                    f"{name}, {blur}, {sizes} | {slope:.2f} | {worst_bin(found['map'], code):.3f}"
+                    f" | {', '.join(f'{score:.3f}' for score in brier)} | {wrong}"
+                )
+
+
+def rows_of_time() -> Iterator[str]:
+    """Yield the lines of the table of times."""
+    image = datasets.load("channels")
+    yield "cells | case | data | CPU time | relative"
+    for n in (512, 1024):
+        ramp = np.linspace(0.1, 0.5, n)[None].repeat(n, axis=0)
+        of_image = np.linspace(0.0, 1.0, image.shape[1])[None].repeat(image.shape[0], axis=0)
+        rows, columns = np.indices((n, n)) - n / 2
+        cases = {
+            "none": None,
+            "probabilities": Secondary(probabilities={1: ramp}),
+            "auxiliary variable": Secondary(auxiliary=[Auxiliary(of_image, 2 * ramp)]),
+            "square of 25 %": Secondary(active=np.maximum(abs(rows), abs(columns)) < n / 4),
+            "disc of 25 %": Secondary(active=np.hypot(rows, columns) < n / np.sqrt(4 * np.pi)),
+        }
+        cells = np.unique(np.random.default_rng(0).integers(0, n, (400, 2)), axis=0)
+        facies = np.random.default_rng(1).integers(0, 2, len(cells))
+        for data in (None, (cells, facies)):
+            each: dict[str, list[float]] = {name: [] for name in cases}
+            for turn in range(N_TURNS + 1):
+                for name, secondary in cases.items():
+                    e = simulate(
+                        *(image, (n, n), None, data, N_A_TURN),
+                        n_workers=1,
+                        first_realization=N_A_TURN * turn,
+                        secondary=secondary,
+                    )
+                    each[name] += e.cpu_seconds.tolist() if turn else []
+            for name, seconds in each.items():
+                took, usual = np.median(seconds), np.median(each["none"])
+                n_data = 0 if data is None else len(cells)
+                yield (f"{n} × {n} | {name} | {n_data} | {1000 * took:.1f} ms | {took / usual:.2f}")
+
+
+def main() -> None:
+    """Print the table that is named on the command line, or both."""
+    tables = {"reliability": rows_of_reliability, "time": rows_of_time}
+    for name in sys.argv[1:] or tables:
+        for line in tables[name]():
+            print(line, flush=True)
+
+
+if __name__ == "__main__":
+    main()
