@@ -95,10 +95,10 @@ class DataChoice:
 
 @dataclass(frozen=True)
 class Gradient:
-    """Probability of the chosen facies that changes linearly across the grid."""
+    """A probability of the chosen facies, or an angle, that changes linearly across the grid."""
 
     azimuth: float = 90.0  # direction of the change, in degrees from north, clockwise
-    start: float = 0.0  # probability at the edge where the change begins
+    start: float = 0.0  # value at the edge where the change begins
     end: float = 1.0
 
 
@@ -139,6 +139,9 @@ class GuideChoice:
     active: Upload | Corners | None = None
     auxiliary: tuple[Upload | None, Upload | None] | Directions | None = None  # of image and grid
     auxiliary_weight: float = 1.0
+    angle: Upload | Gradient | float | None = None  # in degrees from north, clockwise
+    scale: float = 1.0
+    mirrored: str = ""  # axes, of x, y and z
     saved: Secondary | None = None  # arrays of a project, used instead of files and shapes
 
     @property
@@ -152,14 +155,14 @@ class GuideChoice:
     def files(self) -> tuple[Upload, ...]:
         """The uploaded files."""
         pair = self.auxiliary if isinstance(self.auxiliary, tuple) else ()
-        given = (self.probabilities, self.active, *pair)
+        given = (self.probabilities, self.active, self.angle, *pair)
         return tuple(file for file in given if isinstance(file, Upload))
 
     @property
     def is_empty(self) -> bool:
         """Whether nothing is chosen."""
-        given = self.probabilities, self.active, self.auxiliary, self.saved
-        return all(one is None for one in given)
+        given = self.probabilities, self.active, self.auxiliary, self.angle, self.saved
+        return all(one is None for one in given) and self.scale == 1 and not self.mirrored
 
     @property
     def digest(self) -> str:

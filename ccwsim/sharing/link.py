@@ -385,6 +385,14 @@ def _guides_word(guides: GuideChoice) -> str:
         given.append(("polygon", *chain(*guides.active)))
     if isinstance(ways := guides.auxiliary, Directions):
         given.append(("along", ways.image, ways.grid, guides.auxiliary_weight))
+    if isinstance(guides.angle, Gradient):
+        given.append(("turning", guides.angle.start, guides.angle.end, guides.angle.azimuth))
+    elif isinstance(guides.angle, float):
+        given.append(("angle", guides.angle))
+    if guides.scale != 1:
+        given.append(("scale", guides.scale))
+    if guides.mirrored:
+        given.append(("mirrored", *("xyz".index(axis) for axis in guides.mirrored)))
     return "~".join("_".join(map(str, words)) for words in given)
 
 
@@ -414,6 +422,18 @@ def guides_of(text: str) -> GuideChoice:
             image, grid, weight = numbers
             weight = check_number(kind, weight, 0.0, bounds.MAX_AUXILIARY_WEIGHT)
             guides = replace(guides, auxiliary=Directions(image, grid), auxiliary_weight=weight)
+        elif kind in ("turning", "angle"):
+            *ends, way = numbers if kind == "turning" else (*numbers, 0.0)
+            limits = -bounds.MAX_DEGREES, bounds.MAX_DEGREES
+            ends = [check_number(kind, end, *limits) for end in ends]
+            angle = Gradient(way, *ends) if kind == "turning" else ends[0]
+            guides = replace(guides, angle=angle)
+        elif kind == "scale":
+            (scale,) = numbers
+            scale = check_number(kind, scale, bounds.MIN_SCALE, bounds.MAX_SCALE)
+            guides = replace(guides, scale=scale)
+        elif kind == "mirrored" and 0 < len(numbers) <= 3 and set(numbers) <= {0, 1, 2}:
+            guides = replace(guides, mirrored="".join("xyz"[int(n)] for n in numbers))
         else:
             raise ValueError(text)
     return guides

@@ -87,6 +87,9 @@ def _secondary(choice: GuideChoice, grid: Grid, image: TrainingImage) -> Seconda
         probabilities=_probabilities_of(choice, grid, image),
         auxiliary=_auxiliary_of(choice, grid, image),
         soft_weight=choice.soft_weight,
+        angle=_angle_of(choice.angle, grid),
+        scale=None if choice.scale == 1 else choice.scale,
+        mirrored=choice.mirrored,
     ).fitted(grid, image)
 
 
@@ -106,7 +109,7 @@ def _probabilities_of(choice: GuideChoice, grid: Grid, image: TrainingImage) -> 
         if isinstance(given, tuple):
             p = drawn_map(given, image.proportions[facies], grid)
         else:
-            p = given.start + (given.end - given.start) * position_along(given.azimuth, grid)
+            p = _ramp(given, grid)
         others = [k for k in image.codes.tolist() if k != code]
         shares = image.proportions[[image.index_of(k) for k in others]]
         rest = dict(zip(others, shares / shares.sum(), strict=True))
@@ -133,6 +136,19 @@ def _auxiliary_of(choice: GuideChoice, grid: Grid, image: TrainingImage) -> list
             with opened(upload) as file:
                 maps.append(io.read_values(file, own))
     return [Auxiliary(*maps, weight=choice.auxiliary_weight)]
+
+
+def _angle_of(given: Upload | Gradient | float | None, grid: Grid) -> Any:
+    if isinstance(given, Gradient):
+        return _ramp(given, grid)
+    if not isinstance(given, Upload):
+        return given
+    with opened(given) as file:
+        return io.read_values(file, grid)
+
+
+def _ramp(given: Gradient, grid: Grid) -> NDArray[np.float64]:
+    return given.start + (given.end - given.start) * position_along(given.azimuth, grid)
 
 
 def position_along(azimuth: float, grid: Grid) -> NDArray[np.float64]:

@@ -10,7 +10,7 @@ import streamlit as st
 
 from ccwsim import Secondary, TrainingImage
 from ccwsim.metrics import warn_of_probabilities
-from ccwsim.model.bounds import MAX_AUXILIARY_WEIGHT, MAX_SOFT_WEIGHT
+from ccwsim.model.bounds import MAX_AUXILIARY_WEIGHT, MAX_SCALE, MAX_SOFT_WEIGHT, MIN_SCALE
 from ccwsim.model.grid import Grid
 from ccwsim.model.missing import UNKNOWN
 from ccwsim.sharing.choices import (
@@ -54,6 +54,7 @@ def guides_step(state: State) -> None:
             _probabilities(state, guides, change)
             _active(state, guides, change)
             _auxiliary(guides, change)
+            _copies(state, guides, change)
         if not guides.is_empty:
             button("No guides", key="guides_none", on_click=use_guides, args=(state, GuideChoice()))
 
@@ -174,6 +175,36 @@ def _auxiliary(guides: GuideChoice, change: Callable[..., None]) -> None:
         field(st.slider, "Weight of the variable", key="guides_auxiliary_weight", **weight)
 
 
+def _copies(state: State, guides: GuideChoice, change: Callable[..., None]) -> None:
+    given = guides.angle
+    shapes = {"one angle": 45.0, "turning across the grid": Gradient(90.0, 0.0, 90.0)}
+    _choice("Turned image", given, shapes, change, "angle")
+    if isinstance(given, float):
+        tip = "Azimuth to which the north of the image is turned, clockwise, in degrees."
+        number = bound_to(guides, "angle", change, help=tip)
+        field(st.number_input, "Angle", key="guides_one_angle", **number, **AZIMUTH)
+    elif isinstance(given, Gradient):
+
+        def write(**changes: Any) -> None:
+            change(angle=replace(given, **changes))
+
+        for column, name, label in zip(pair(), ("start", "end"), ("From", "To"), strict=True):
+            with column:
+                number = bound_to(given, name, write)
+                field(st.number_input, label, key=f"guides_angle_{name}", **number, **AZIMUTH)
+        way = bound_to(given, "azimuth", write, help="From north, clockwise, in degrees.")
+        field(st.number_input, "Towards (azimuth)", key="guides_angle_azimuth", **way, **AZIMUTH)
+    tip = "A grid of angles: degrees clockwise from north to which the image is turned."
+    take = {"take": lambda upload: change(angle=upload), "help": tip}
+    file_uploader("or a map of angles", key="guides_angle_file", **take)
+    scale = bound_to(guides, "scale", change, min_value=MIN_SCALE, max_value=MAX_SCALE, step=0.1)
+    field(st.number_input, "Scale of the image", key="guides_scale", **scale)
+    names = {"": "none", "x": "west–east", "y": "south–north", "xy": "both"}
+    mirrored = bound_to(guides, "mirrored", change, help="Further patterns of a small image.")
+    mirrored["value"] = guides.mirrored if guides.mirrored in names else "xy"  # z by a link
+    field(st.selectbox, "Mirrored copies", key="guides_mirrored", **mirrored, **options_of(names))
+
+
 def _draw_board(state: State, guides: GuideChoice) -> None:
     """Draw the first map of the guides with the tools to draw on it, and notes on the guides."""
     choices, image = state.choices, image_of(state.choices.image)
@@ -220,6 +251,8 @@ def _ground(secondary: Secondary | None, image: TrainingImage, facies: int, grid
     active = np.ones(grid.shape, bool) if active is None else active
     if secondary is not None and secondary.probabilities is not None:
         values, name = secondary.probabilities[facies], f"P({image.facies_names[facies]}) ="
+    elif secondary is not None and (angle := secondary.angle) is not None:
+        values, name = np.broadcast_to(angle / 360, grid.shape), "angle / 360° ="
     elif secondary is not None and secondary.auxiliary:
         values, name = secondary.auxiliary[0].grid, "variable, scaled to 1:"
         values = (values - values.min()) / max(values.max() - values.min(), 1e-300)
