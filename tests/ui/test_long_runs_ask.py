@@ -142,7 +142,7 @@ def test_a_link_to_many_cells_asks_even_if_they_take_little_time(side, n, asks, 
 
 def test_a_link_asks_if_its_run_takes_most_of_the_memory_that_is_free_now(monkeypatch):
     state = State(choices=SMALL, needs_confirmation=True)
-    need = demand_of_run(state).n_bytes + limits.RESERVE
+    need = demand_of_run(state.choices).n_bytes + limits.RESERVE
     for free, asks in ((need, True), (4 * need, False)):
         monkeypatch.setattr(limits, "free_memory", lambda free=free: free)
         assert bool(question_of(state)) == asks
