@@ -166,9 +166,8 @@ def draw_training_image(image: TrainingImage, colours: Sequence[str]) -> None:
     """Draw the training image with its name; volumes share the cursor of the results."""
     panel_title("Training image", pretty(image.name))
     shown = facies_map(image.indices, image, colours, f"Training image {image.name}")
-    options: dict[str, Any] = {"scale": "maps", "leads": False, "body": False}
     link = "grid" if image.n_dimensions == 3 else "image"
-    draw_cells(shown, "image", name="training_image", link=link, **options)
+    draw_cells(shown, "image", name="training_image", link=link, scale="maps", leads=False)
 
 
 def draw_realization(

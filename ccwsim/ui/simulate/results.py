@@ -63,24 +63,26 @@ def _results(state: State, ensemble: Ensemble) -> None:
     with st.container(horizontal=True, vertical_alignment="center", key="facts_row"):
         draw_facts(ensemble)
         draw_downloads(state, ensemble, colours)
-    if ensemble.grid.nz is not None:  # two maps side by side, with the image below them
-        with st.container(key="volumes"):
-            middle, right = st.columns(2, gap="medium")
-        beside = shares = None
-    else:
-        with st.container(key="maps"):
+    volume, shares = ensemble.grid.nz is not None, None
+    with st.container(key="volumes" if volume else "maps"):
+        if volume:  # image and realization side by side, with the E-type below
+            (left, middle), right = st.columns(2, gap="medium"), None
+        else:
             widths = (image_width(ensemble), *MAP_WIDTHS)
             left, middle, right = maps.map_columns(widths, 1, ensemble.grid)
-            beside = left.container(key="image_beside")
-        shares = beside if room_below_image(ensemble) else None
+        beside = left if volume else left.container(key="image_beside")
+    gallery = st.container()
+    if right is None:
+        with st.container(key="volume_below"):
+            right, shares = st.columns(2, gap="medium")
+    elif room_below_image(ensemble):
+        shares = beside
     with middle:  # drawn first, so that the map appears first
         maps.draw_realization(state, ensemble, colours, state.shown, ensemble.grid)
     with right:
         maps.draw_e_type(state, ensemble, colours)
-    maps.draw_gallery(state, ensemble, colours)
-    if beside is None:
-        with st.container(key="volume_below"):
-            beside, shares = st.columns(2, gap="medium")
+    with gallery:
+        maps.draw_gallery(state, ensemble, colours)
     with beside:
         maps.draw_training_image(ensemble.training_image, colours)
     if shares is not None:

@@ -44,9 +44,8 @@ def uninterrupted() -> Iterator[None]:
     again for the same change, which would be lost.
     """
     context = get_script_run_ctx(suppress_warning=True)
-    shared = vars(context.session_state) if context else {"_yield_callback": None}
-    look = shared["_yield_callback"]
-    shared["_yield_callback"] = lambda: None
+    shared: dict[str, Any] = vars(context.session_state) if context else {"_yield_callback": None}
+    look, shared["_yield_callback"] = shared["_yield_callback"], lambda: None
     try:
         yield
     finally:
