@@ -188,15 +188,16 @@ def draw_gallery(state: State, ensemble: Ensemble, colours: Sequence[str]) -> No
     width, height = tile_size(ensemble.grid.shape[-2:], longest)
     if ensemble.grid.nz is not None:
         step_note(f"Layer {ensemble.grid.nz // 2} of each realization; 0 is the bottom")
-    png, columns = _sheet(ensemble, tuple(colours), 2 * longest)
+    png, columns = sheet(ensemble, tuple(colours), 2 * longest, ensemble.n)
     data = {"png": png, "n": ensemble.n, "columns": columns, "shown": state.shown}
     data |= {"width": width, "height": height}
     draw_component("sheet", "gallery", data, "chosen", lambda r: setattr(state, "shown", int(r)))
 
 
-@cached(max_entries=16)
-def _sheet(ensemble: Ensemble, colours: tuple[str, ...], longest: int) -> tuple[str, int]:
-    png, columns = contact_sheet(middle_layers(ensemble.indices), colours, longest=longest)
+@cached(max_entries=80)
+def sheet(ensemble: Ensemble, colours: tuple[str, ...], longest: int, n: int) -> tuple[str, int]:
+    """Return a picture of the first `n` realizations as text, and its number of columns."""
+    png, columns = contact_sheet(middle_layers(ensemble.indices[:n]), colours, longest=longest)
     return b64encode(png).decode(), columns
 
 

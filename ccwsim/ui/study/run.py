@@ -17,6 +17,7 @@ from ccwsim.jobs.job import PATIENCE, Job, server_queue
 from ccwsim.jobs.limits import Demand, limits_of_environment, needs_consent
 from ccwsim.jobs.workers import Cancel, Progress
 from ccwsim.model.bounds import MAX_REALIZATIONS, MAX_SEED
+from ccwsim.model.numbers import seconds as in_seconds
 from ccwsim.run.executors import executor_of_environment
 from ccwsim.run.footprint import demand_of
 from ccwsim.run.shared import SharedRun, SharedRuns
@@ -73,8 +74,7 @@ def run_step(state: State) -> None:
         step_note(limits)
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="run_row"):
         run_button(state, "run")
-        live = bound_to(state, "live", help=LIVE)
-        live["value"] = is_live(state)
+        live = bound_to(state, "live", help=LIVE) | {"value": is_live(state)}
         field(st.toggle, "Live", key="live", **live)
 
 
@@ -167,6 +167,15 @@ def estimated_seconds(choices: Choices) -> float:
     each = typical_seconds(choices.parameters, *sizes, disorder=image.disorder)
     cores = n_cores() / (1 + server_queue().n_of_others)
     return choices.n_realizations * each / min(cores, choices.n_realizations)
+
+
+def describe_price(choices: Choices, **changes: Any) -> str:
+    """Return the estimated time of a realization after changes of parameters, and its ratio."""
+    image = resolve.image_of(choices.image)
+    one = replace(resolve.fitted_to_image(choices, image), n_realizations=1)
+    changed = resolve.fitted(one.parameters, image.shape, **changes)
+    each, now = map(estimated_seconds, (replace(one, parameters=changed), one))
+    return f"about {in_seconds(float(f'{each:.2g}'))} a realization, {each / now:.2g} × today's"
 
 
 def _is_changed(state: State) -> bool:

@@ -6,6 +6,7 @@ const BESIDE = 420, BESIDE_GAP = 16, SHARE = 8 / 13; // minimum width, gap and s
 const ABOVE = 220; // pixels of a full screen that titles, sliders and legend take
 const STEPS_UP = [1, 2, 3, 5, 10, 20, 50, 100, 200]; // choices of the vertical exaggeration
 const LOWEST = 0.2, HIGHEST = 1.5; // limits of a section's height, as shares of the longer horizontal side
+const USUAL = { link: '', name: 'volume', body: true, max_height: 480, picks: false }; // options of a volume, by default
 const CACHED = 8; // number of unpacked volumes in memory
 // State of several or of removed components, stored in the window because each component has a copy of this
 // module.
@@ -33,7 +34,8 @@ class VolumeView {
   }
 
   // The old volume stays on the screen until the cells of the new one are unpacked.
-  async show(data) {
+  async show(given) {
+    const data = { ...USUAL, ...given };
     this.start();
     this.latest = data;
     this.queue.taken(data.ack ?? 0);
