@@ -74,7 +74,7 @@ def run_step(state: State) -> None:
         step_note(limits)
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="run_row"):
         run_button(state, "run")
-        live = bound_to(state, "live", help=LIVE) | {"value": is_live(state)}
+        live: dict[str, Any] = bound_to(state, "live", help=LIVE) | {"value": is_live(state)}
         field(st.toggle, "Live", key="live", **live)
 
 
