@@ -146,7 +146,7 @@ def opened(chromium: Any, address: str, case: Case) -> Any:
     close_menu(page)
     for key, value in (("grid_nx", case.side), ("grid_ny", case.side), ("n_realizations", case.n)):
         fill(page, key, value)
-    page.locator(".st-key-live label").click()
+    page.locator(".st-key-live label").set_checked(True)
     at_rest(page)
     return page
 

@@ -8,14 +8,15 @@ from ccwsim.ui.examples.opened import draw_opened
 from ccwsim.ui.page import show_page
 from ccwsim.ui.session.state import State
 from ccwsim.ui.simulate.results import draw_history, draw_results
-from ccwsim.ui.study.run import draw_news, run_button, start_run_if_needed
+from ccwsim.ui.study.run import draw_news, is_live, run_button, start_run_if_needed
 from ccwsim.ui.study.study_column import study_column
 
 
 def simulate_page(state: State) -> None:
     """Show the study on the left and the results on the right."""
-    start_run_if_needed(state, live=state.live)  # the run continues while the page is drawn
-    if not state.live:
+    live = is_live(state)
+    start_run_if_needed(state, live=live)  # the run continues while the page is drawn
+    if not live:
         study_column(state)
     draw_opened(state)
     draw_news(state)
@@ -23,7 +24,7 @@ def simulate_page(state: State) -> None:
         draw_results(state)
     with st.container(key="history"):
         draw_history(state)
-    if state.live:  # pictures first
+    if live:  # pictures first
         study_column(state)
         if start_run_if_needed(state, live=True):  # drawing may change the study
             st.rerun()

@@ -58,6 +58,7 @@ def test_the_settings_of_the_dashboard_are_those_of_a_public_server():
     assert client["toolbarMode"] == "viewer"
     assert settings["browser"]["gatherUsageStats"] is False
     assert settings["runner"]["postScriptGC"] is False
+    assert settings["runner"]["fastReruns"] is False  # one thread at a time changes a session
 
 
 def test_the_container_runs_without_rights_and_has_all_it_copies():

@@ -75,7 +75,7 @@ def run(page) -> None:
 
     outdated = page.locator("i.results-outdated")
     button = page.locator(".st-key-run").get_by_role("button", name="Run")
-    outdated.first.wait_for(state="attached", timeout=SLOW)
+    at_rest(page)  # a short run has begun without the button
     until(
         lambda: button.click(timeout=SOON) if outdated.count() else None,
         lambda wait: expect(outdated).to_have_count(0, timeout=wait),

@@ -23,7 +23,9 @@ OLD, DIM = "Out of date", '<i class="results-outdated">'
 
 def changed() -> State:
     """Return a state whose seed was changed after its run."""
-    return State(choices=replace(SIX, seed=3), ensemble=one_run(SIX), ensemble_choices=SIX)
+    return State(
+        choices=replace(SIX, seed=3), live=False, ensemble=one_run(SIX), ensemble_choices=SIX
+    )
 
 
 @pytest.mark.parametrize("page", ["simulate", "validate"])

@@ -7,6 +7,8 @@ from threading import Event
 
 import numpy as np
 import pytest
+from streamlit.runtime.scriptrunner import RerunData, get_script_run_ctx
+from streamlit.runtime.state.safe_session_state import SafeSessionState
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import Cancelled, Grid, Parameters, simulate
@@ -16,7 +18,15 @@ from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import KEY, PastRun, PastRuns, State
 from ccwsim.ui.simulate.results import go_back, place_of
 from ccwsim.ui.study.changes import changes_between, study_name
-from ccwsim.ui.study.run import collect, first_part, in_parts, part_of, part_size, start_run
+from ccwsim.ui.study.run import (
+    collect,
+    first_part,
+    in_parts,
+    is_live,
+    part_of,
+    part_size,
+    start_run,
+)
 from tests.ui.test_pages import ROOT, SMALL, html, launched, settled, texts
 from tests.ui.widgets import named
 
@@ -167,6 +177,35 @@ def test_five_quick_changes_end_in_the_last():
     assert state.ensemble_choices == state.choices
 
 
+def test_a_change_is_kept_although_another_arrives_before_it_is_stored(monkeypatch):
+    app, read, arrived = live(), SafeSessionState.__getitem__, []
+
+    def read_later(self, key):
+        if str(key).strip() == "seed" and not arrived:
+            arrived.append(get_script_run_ctx().script_requests.request_rerun(RerunData()))
+        return read(self, key)
+
+    monkeypatch.setattr(SafeSessionState, "__getitem__", read_later)
+    settled(app.number_input(key="seed").set_value(15).run())
+    assert arrived == [True]
+    assert named(app.number_input, "seed").value == 15
+    assert app.session_state[KEY].ensemble.digest == one_run(replace(SIX, seed=15)).digest
+
+
+def test_a_run_simulates_the_study_with_which_it_is_labelled(monkeypatch):
+    state, some = State(choices=SIX), part_of
+
+    def meanwhile(choices):
+        found = some(choices)
+        state.change(seed=15)
+        return found
+
+    monkeypatch.setattr("ccwsim.ui.study.run.part_of", meanwhile)
+    start_run(state)
+    assert state.job.wait(60)
+    assert state.job.about.seed == state.job.result.seed == 0
+
+
 def test_a_part_is_on_the_page_before_the_rest():
     app = launched(SIX)
     state = app.session_state[KEY]
@@ -298,6 +337,14 @@ def test_the_page_launches_with_a_history_of_many_runs():
     app.session_state[KEY] = state
     settled(app.run())
     assert "Runs of this session" in html(app)
+
+
+def test_short_runs_are_live_until_the_user_decides():
+    long = replace(SMALL, grid=Grid(4000, 4000), n_realizations=100)
+    broken = replace(SMALL, data=DataChoice("bundled", "channels_60_wells"))
+    assert [is_live(State(choices=c)) for c in (SMALL, long, broken)] == [True, False, True]
+    assert not is_live(State(choices=SMALL, live=False))
+    assert is_live(State(choices=long, live=True))
 
 
 def test_undo_restores_the_study_before_each_change(monkeypatch):

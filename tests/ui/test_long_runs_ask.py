@@ -11,7 +11,7 @@ import pytest
 from ccwsim import Grid, Parameters, TrainingImage, simulate
 from ccwsim.jobs import limits
 from ccwsim.jobs.job import Job, server_queue
-from ccwsim.sharing.choices import Choices, DataChoice, Shown, Upload
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Shown, Upload
 from ccwsim.sharing.link import link_of
 from ccwsim.sharing.project import Project, project_as_bytes
 from ccwsim.ui.session.progress import format_duration
@@ -19,7 +19,7 @@ from ccwsim.ui.session.resolve import image_of, study_of
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.share.menu import open_project
 from ccwsim.ui.study import run
-from ccwsim.ui.study.run import demand_of_run, estimated_seconds, question_of
+from ccwsim.ui.study.run import demand_of_run, describe_price, estimated_seconds, question_of
 from tests.ui.test_pages import SMALL, html, settled
 from tests.ui.widgets import opened
 
@@ -142,7 +142,7 @@ def test_a_link_to_many_cells_asks_even_if_they_take_little_time(side, n, asks, 
 
 def test_a_link_asks_if_its_run_takes_most_of_the_memory_that_is_free_now(monkeypatch):
     state = State(choices=SMALL, needs_confirmation=True)
-    need = demand_of_run(state).n_bytes + limits.RESERVE
+    need = demand_of_run(state.choices).n_bytes + limits.RESERVE
     for free, asks in ((need, True), (4 * need, False)):
         monkeypatch.setattr(limits, "free_memory", lambda free=free: free)
         assert bool(question_of(state)) == asks
@@ -176,3 +176,14 @@ def test_an_image_without_structure_lengthens_the_estimate(monkeypatch):
 def test_what_cannot_run_is_said_instead():
     wrong = replace(SMALL, parameters=Parameters(template_size=512, overlap_size=4))
     assert not question_of(State(choices=wrong, needs_confirmation=True))
+
+
+def test_advice_says_its_price_compared_with_the_study_of_today():
+    study = Choices(data=DataChoice())
+    assert describe_price(study, wavelet_level=2).endswith("a realization, 1 × today's")
+    words = describe_price(study, wavelet_level=0)
+    ratio = float(words.split(", ")[1].split(" ")[0])
+    finer = replace(study, parameters=replace(study.parameters, wavelet_level=0))
+    assert ratio == pytest.approx(estimated_seconds(finer) / estimated_seconds(study), rel=0.05)
+    volume = replace(study, image=ImageChoice(bundled="sinuous_channels"))
+    assert "a realization" in describe_price(volume, template_size=(8, 16, 16))

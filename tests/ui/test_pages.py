@@ -51,9 +51,9 @@ SMALL = Choices(data=DataChoice(), grid=Grid(48, 64), parameters=PARAMETERS, n_r
 
 
 def launched(choices: Choices = SMALL, path: str = "app.py") -> AppTest:
-    """Return a page with a small study and its results."""
+    """Return a page with a small study and its results; changes do not start runs."""
     app = AppTest.from_file(str(ROOT / path), default_timeout=120)
-    app.session_state[KEY] = State(choices=choices)
+    app.session_state[KEY] = State(choices=choices, live=False)
     return settled(app.run())
 
 

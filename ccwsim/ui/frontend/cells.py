@@ -19,18 +19,6 @@ from ccwsim.ui.frontend.component import draw_component
 
 N_STEPS = 200
 """Number of colour steps of a probability map; shares of 200 realizations are not rounded."""
-MAP_OPTIONS = {
-    "link": "",
-    "scale": "",
-    "leads": True,
-    "name": "map",
-    "max_height": 620,
-    "tools": True,
-    "picks": False,
-}
-"""Default options of a map: the options of `draw_cells`, and `picks` (a click selects a cell)."""
-VOLUME_OPTIONS = {"link": "", "name": "volume", "body": True, "max_height": 480, "picks": False}
-"""Default options of a volume: the options of `draw_cells`, and `picks` (clicks select cells)."""
 MAX_NAMES = 30
 """Maximum number of wells in a picture whose names are written; others are shown on hovering."""
 COMPRESSION = 6
@@ -195,7 +183,7 @@ def draw_editable(
 
 
 def map_content(cell_map: CellMap, *, grid: Grid | None = None, **options: Any) -> dict[str, Any]:
-    """Return the content of the map component; `options` replace some of `MAP_OPTIONS`."""
+    """Return the content of the map component; `options` are those that map.js reads."""
     indices = np.ascontiguousarray(cell_map.indices, np.uint8)
     ny, nx = indices.shape
     digest = blake2b(indices.tobytes(), digest_size=16).hexdigest()
@@ -206,7 +194,6 @@ def map_content(cell_map: CellMap, *, grid: Grid | None = None, **options: Any) 
         "marks": cell_map.marks,
         "trail": cell_map.trail,
         "lines": cell_map.lines,
-        **MAP_OPTIONS,
         **options,
     }
 
@@ -225,7 +212,7 @@ def volume_content(
     cursor: Sequence[int] | None = None,
     **options: Any,
 ) -> dict[str, Any]:
-    """Return the content of the volume component; `options` replace some of `VOLUME_OPTIONS`.
+    """Return the content of the volume component; `options` are those that volume.js reads.
 
     The browser stores cursor, view angle and mode under the name `link`, by default `key`.
     """
@@ -237,7 +224,6 @@ def volume_content(
         "shape": list(indices.shape[::-1]),  # the browser's axis order is x, y, z
         "key": key,
         "cursor": list(cursor[::-1]) if cursor else None,
-        **VOLUME_OPTIONS,
         **options,
     }
 

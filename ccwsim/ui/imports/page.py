@@ -26,7 +26,8 @@ from ccwsim.ui.study import data_step, image_questions, image_step, questions
 from ccwsim.ui.study.changes import image_name
 from ccwsim.ui.study.diagnosis_panel import draw_advice
 from ccwsim.ui.study.questions import answered
-from ccwsim.ui.study.run import simulate_button
+from ccwsim.ui.study.run import describe_price, simulate_button
+from ccwsim.ui.study.study_column import set_parameters
 from ccwsim.ui.widgets.errors import if_possible
 from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
 from ccwsim.ui.widgets.text import page_text, panel_title, plain, step_note
@@ -247,11 +248,12 @@ def draw_image_advice(state: State, choice: ImageChoice, image: TrainingImage) -
         st.caption(plain(f"No advice: {error}."))
         return
 
-    def take(advised: dict[str, int]) -> None:
+    def take(**advised: Any) -> None:
         image_step.use_image(state, choice)
-        image_step.use_advice(state, advised)
+        set_parameters(state, **advised)
 
-    draw_advice(found, image, state.choices.parameters, take)
+    price = partial(describe_price, replace(state.choices, image=choice))
+    draw_advice(found, image, state.choices.parameters, take, price)
 
 
 MAX_DRAWN = 2000  # maximum number of data on the map

@@ -182,9 +182,8 @@ def draw_training_image(image: TrainingImage, colours: Sequence[str]) -> None:
     """Draw the training image with its name; volumes share the cursor of the results."""
     panel_title("Training image", pretty(image.name))
     shown = facies_map(image.indices, image, colours, f"Training image {image.name}")
-    options: dict[str, Any] = {"scale": "maps", "leads": False, "body": False}
     link = "grid" if image.n_dimensions == 3 else "image"
-    draw_cells(shown, "image", name="training_image", link=link, **options)
+    draw_cells(shown, "image", name="training_image", link=link, scale="maps", leads=False)
 
 
 def draw_realization(
@@ -205,15 +204,16 @@ def draw_gallery(state: State, ensemble: Ensemble, colours: Sequence[str]) -> No
     width, height = tile_size(ensemble.grid.shape[-2:], longest)
     if ensemble.grid.nz is not None:
         step_note(f"Layer {ensemble.grid.nz // 2} of each realization; 0 is the bottom")
-    png, columns = _sheet(ensemble, tuple(colours), 2 * longest)
+    png, columns = sheet(ensemble, tuple(colours), 2 * longest, ensemble.n)
     data = {"png": png, "n": ensemble.n, "columns": columns, "shown": state.shown}
     data |= {"width": width, "height": height}
     draw_component("sheet", "gallery", data, "chosen", lambda r: setattr(state, "shown", int(r)))
 
 
-@cached(max_entries=16)
-def _sheet(ensemble: Ensemble, colours: tuple[str, ...], longest: int) -> tuple[str, int]:
-    png, columns = contact_sheet(middle_layers(ensemble.indices), colours, longest=longest)
+@cached(max_entries=80)
+def sheet(ensemble: Ensemble, colours: tuple[str, ...], longest: int, n: int) -> tuple[str, int]:
+    """Return a picture of the first `n` realizations as text, and its number of columns."""
+    png, columns = contact_sheet(middle_layers(ensemble.indices[:n]), colours, longest=longest)
     return b64encode(png).decode(), columns
 
 

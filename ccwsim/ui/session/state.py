@@ -151,7 +151,7 @@ class State:
     guides_draft: GuideChoice | None = None
     # requested and used values of parameters that are too large for the image (see `refitted`)
     moved: dict[str, tuple[Any, Any]] = field(default_factory=dict)
-    live: bool = False  # whether every change of the study starts a run
+    live: bool | None = None  # whether every change starts a run; None if short runs do
     job: Job[Ensemble] | None = None  # the current simulation
     needs_confirmation: bool = False  # ask before a long run, because a link or project was opened
     last_attempt: Choices | None = None  # choices of the latest run, even if the run failed

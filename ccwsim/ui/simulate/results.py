@@ -1,13 +1,12 @@
 """The results on the page Simulate, their files, and the earlier runs of the session."""
 
-from base64 import b64encode
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
 import streamlit as st
 
-from ccwsim.figures import Bundle, contact_sheet, facies_colours, map_png, tile_size
+from ccwsim.figures import Bundle, facies_colours, map_png, tile_size
 from ccwsim.figures.proportions import proportions_height
 from ccwsim.io import can_write, maps_as_bytes, parameters_to_json, realizations_as_bytes
 from ccwsim.io.formats.csv_table import csv_as_bytes
@@ -18,8 +17,7 @@ from ccwsim.model.numbers import seconds
 from ccwsim.report.settings import caption_of
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results import charts, maps
-from ccwsim.ui.results.maps import MAP_WIDTHS, SMALLEST_IMAGE, middle_layers
-from ccwsim.ui.session.cached import cached
+from ccwsim.ui.results.maps import MAP_WIDTHS, SMALLEST_IMAGE
 from ccwsim.ui.session.file_names import study_part
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import PastRun, State
@@ -63,17 +61,21 @@ def _results(state: State, ensemble: Ensemble) -> None:
     with st.container(horizontal=True, vertical_alignment="center", key="facts_row"):
         draw_facts(ensemble)
         draw_downloads(state, ensemble, colours)
-    given, after = maps.given_map(ensemble, state.facies), []
-    if ensemble.grid.nz is not None:  # two maps side by side, with the image below them
-        with st.container(key="volumes"):
-            middle, right = st.columns(2, gap="medium")
-        beside = shares = None
-    else:
-        with st.container(key="maps"):
+    volume, shares, after = ensemble.grid.nz is not None, None, []
+    given = maps.given_map(ensemble, state.facies)
+    with st.container(key="volumes" if volume else "maps"):
+        if volume:  # image and realization side by side, with the E-type below
+            (left, middle), right = st.columns(2, gap="medium"), None
+        else:
             widths = (image_width(ensemble), *MAP_WIDTHS, *[MAP_WIDTHS[1]] * bool(given))
             left, middle, right, *after = maps.map_columns(widths, 1, ensemble.grid)
-            beside = left.container(key="image_beside")
-        shares = beside if room_below_image(ensemble) else None
+        beside = left if volume else left.container(key="image_beside")
+    gallery = st.container()
+    if right is None:
+        with st.container(key="volume_below"):
+            right, shares = st.columns(2, gap="medium")
+    elif room_below_image(ensemble):
+        shares = beside
     with middle:  # drawn first, so that the map appears first
         maps.draw_realization(state, ensemble, colours, state.shown, ensemble.grid)
     with right:
@@ -82,10 +84,8 @@ def _results(state: State, ensemble: Ensemble) -> None:
         with after[0] if after else right:
             name = ensemble.training_image.facies_names[state.facies]
             maps.draw_given(given, name, scale="maps")
-    maps.draw_gallery(state, ensemble, colours)
-    if beside is None:
-        with st.container(key="volume_below"):
-            beside, shares = st.columns(2, gap="medium")
+    with gallery:
+        maps.draw_gallery(state, ensemble, colours)
     with beside:
         maps.draw_training_image(ensemble.training_image, colours)
     if shares is not None:
@@ -213,16 +213,16 @@ def _lines(
 
 def realizations_csv(ensemble: Ensemble) -> bytes:
     """Return a table with CPU time, data not honoured and proportions of each realization."""
-    codes = ensemble.training_image.codes
     head = ["realization", "cpu_seconds", "data_not_honoured"]
-    lines = []
-    for r, took in enumerate(ensemble.cpu_seconds):
-        shares = (f"{share:.6g}" for share in ensemble.proportions[r])
-        lines.append([r + 1, f"{took:.6g}", int(ensemble.n_mismatched[r]), *shares])
-    return csv_as_bytes([*head, *(f"proportion_{code}" for code in codes)], lines)
+    head += [f"proportion_{code}" for code in ensemble.training_image.codes]
+    rows = zip(ensemble.cpu_seconds, ensemble.n_mismatched, ensemble.proportions, strict=True)
+    lines = [
+        [r, f"{took:.6g}", int(wrong), *(f"{share:.6g}" for share in shares)]
+        for r, (took, wrong, shares) in enumerate(rows, 1)
+    ]
+    return csv_as_bytes(head, lines)
 
 
-KEY = "history_strip"
 LONGEST = 72  # length of the longer side of a picture in pixels
 
 
@@ -232,9 +232,8 @@ def draw_history(state: State) -> None:
     if len(runs) < 2:
         return
     panel_title("Runs of this session", "click to restore a run")
-
     data = {"runs": [entry(runs, k) for k in range(len(runs))], "shown": place_of(state)}
-    draw_component("history", KEY, data, "chosen", lambda key: go_back(state, str(key)))
+    draw_component("history", "history_strip", data, "chosen", lambda key: go_back(state, str(key)))
 
 
 def go_back(state: State, key: str) -> None:
@@ -268,15 +267,9 @@ def entry(runs: list[PastRun], k: int) -> dict[str, Any]:
     stopped = f"{ensemble.n} of {run.choices.n_realizations} · " if missing else ""
     return {
         "key": run.key,
-        "png": _picture(ensemble, tuple(colours)),
+        "png": maps.sheet(ensemble, tuple(colours), 2 * LONGEST, 1)[0],
         "width": width,
         "height": height,
         "label": " · ".join(changes) or study_name(run.choices),
         "note": f"{stopped}{run.at:%H:%M:%S} · {seconds(ensemble.wall_seconds)}",
     }
-
-
-@cached(max_entries=64)
-def _picture(ensemble: Ensemble, colours: tuple[str, ...]) -> str:
-    png, _ = contact_sheet(middle_layers(ensemble.indices[:1]), colours, longest=2 * LONGEST)
-    return b64encode(png).decode()

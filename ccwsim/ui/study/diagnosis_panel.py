@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from html import escape
-from typing import Any
 
 import streamlit as st
 
@@ -11,18 +10,15 @@ from ccwsim.figures import proportions_chart, repetition_chart
 from ccwsim.metrics import QUARTERS, Diagnosis
 from ccwsim.report.settings import describe_value
 from ccwsim.ui.results.charts import titled_chart
+from ccwsim.ui.study.study_column import SIZES
 from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.text import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
-NAMES = {
-    "template_size": "Template",
-    "overlap_size": "Overlap",
-    "wavelet_level": "Wavelet level",
-    "location_weight": "Location weight",
-}
-Use = Callable[[dict[str, Any]], None]
+Use = Callable[..., None]
 """A function that puts advised values of parameters, by name, into the study."""
+Price = Callable[..., str]
+"""A function that describes the time of a realization with advised values."""
 
 
 def draw_diagnosis(
@@ -31,11 +27,12 @@ def draw_diagnosis(
     parameters: Parameters,
     colours: Sequence[str],
     use: Use,
+    price: Price,
 ) -> None:
-    """Draw a diagnosis and its advice; a button calls `use` with the advised values."""
+    """Draw a diagnosis and its advice with its price; a button uses the advised values."""
     left, middle, right = st.columns([1.6, 1.0, 1.0], gap="large")
     with left:
-        draw_advice(diagnosis, image, parameters, use)
+        draw_advice(diagnosis, image, parameters, use, price)
     with middle:
         template = parameters.template_size
         horizontal = template[1:] if isinstance(template, tuple) else (template,)
@@ -61,7 +58,7 @@ def draw_diagnosis(
 
 
 def draw_advice(
-    diagnosis: Diagnosis, image: TrainingImage, parameters: Parameters, use: Use
+    diagnosis: Diagnosis, image: TrainingImage, parameters: Parameters, use: Use, price: Price
 ) -> None:
     """Draw only warnings and advice; the arguments are as in `draw_diagnosis`."""
     panel_title("What suits it", f"{diagnosis.n_templates} templates of that size fit")
@@ -76,7 +73,8 @@ def draw_advice(
     differs = any(getattr(parameters, name) != value for name, value in advised.items())
     if differs:
         tip = "Uses the advised values in the study. Run the study to see their effect."
-        button("Use these values", key="use_advice", on_click=use, args=(advised,), help=tip)
+        step_note(f"With these values: {price(**advised)}.")
+        button("Use these values", key="use_advice", on_click=use, kwargs=advised, help=tip)
 
 
 def advice_table(diagnosis: Diagnosis, parameters: Parameters) -> str:
@@ -85,7 +83,7 @@ def advice_table(diagnosis: Diagnosis, parameters: Parameters) -> str:
     for advice in diagnosis.advice:
         name = advice.parameter
         rows += (
-            f"<tr><th>{NAMES[name]}</th>"
+            f"<tr><th>{SIZES.get(name, name.replace('_', ' ').capitalize())}</th>"
             f'<td class="size"><b>{describe_value(name, advice.value)}</b></td>'
             f'<td class="size">{describe_value(name, getattr(parameters, name))}</td>'
             f'<td class="reason">{escape(advice.reason)}</td></tr>'

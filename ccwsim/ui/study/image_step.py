@@ -17,7 +17,7 @@ from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results.maps import colours_of, pretty
 from ccwsim.ui.session.address import go_to, page_link
 from ccwsim.ui.session.cached import cached
-from ccwsim.ui.session.resolve import fitted, fitted_grid, geometry_of, image_of, refitted
+from ccwsim.ui.session.resolve import fitted_grid, geometry_of, image_of, refitted
 from ccwsim.ui.session.state import State
 from ccwsim.ui.session.uploads import file_uploader
 from ccwsim.ui.study.image_questions import asked_of, image_of_file
@@ -178,9 +178,3 @@ def _menu(state: State) -> None:
     of = "Preview" if state.choices.grid.nz is None else "The fullest layer"
     st.image(preview, width="stretch", alt=f"{of} of {name}, north at the top")
     page_link(IMPORT_PAGE, "Facies, colours, turns, advice")
-
-
-def use_advice(state: State, advised: dict[str, int]) -> None:
-    """Use advised parameters in the study."""
-    shape = image_of(state.choices.image).shape
-    state.change(parameters=fitted(state.choices.parameters, shape, **advised))

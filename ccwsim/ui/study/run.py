@@ -17,6 +17,7 @@ from ccwsim.jobs.job import PATIENCE, Job, server_queue
 from ccwsim.jobs.limits import Demand, limits_of_environment, needs_consent
 from ccwsim.jobs.workers import Cancel, Progress
 from ccwsim.model.bounds import MAX_REALIZATIONS, MAX_SEED
+from ccwsim.model.numbers import seconds as in_seconds
 from ccwsim.run.executors import executor_of_environment
 from ccwsim.run.footprint import demand_of
 from ccwsim.run.shared import SharedRun, SharedRuns
@@ -31,7 +32,7 @@ from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.progress import format_duration
 from ccwsim.ui.session.state import PastRun, State
 from ccwsim.ui.study.changes import changes_between
-from ccwsim.ui.widgets.errors import problem_in
+from ccwsim.ui.widgets.errors import if_possible, problem_in
 from ccwsim.ui.widgets.fields import bound_to, button, field
 from ccwsim.ui.widgets.text import page_text, pair, plain, step_note, step_title
 
@@ -47,6 +48,8 @@ NEARLY_ALL = 0.7
 """If this share of the remaining realizations fits into a part, the part includes all of them."""
 MORE = "More realizations estimate the uncertainty better and take proportionally longer."
 SAME_SEED = "The same seed gives the same realizations, on any machine."
+LIVE = "Start a run after every change of the study. On by default if a run is short."
+SHORT = 0.5  # maximum estimated seconds of a run that every change starts by default
 STORED = "Stored realizations of this study are shown until your machine has computed them"
 PATIENCE_VOLUME = 0.7
 """Seconds to wait for the first new volume, because drawing the old volume takes longer."""
@@ -71,7 +74,7 @@ def run_step(state: State) -> None:
         step_note(limits)
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="run_row"):
         run_button(state, "run")
-        live = bound_to(state, "live", help="Start a run after every change of the study.")
+        live: dict[str, Any] = bound_to(state, "live", help=LIVE) | {"value": is_live(state)}
         field(st.toggle, "Live", key="live", **live)
 
 
@@ -101,18 +104,18 @@ def problem_of(state: State) -> str:
 
 def start_run(state: State, after: float = 0.0) -> None:
     """Simulate the present study `after` seconds from now, and stop a run in progress."""
-    before = state.job
+    before, choices = state.job, state.choices
     try:
-        simulate_range = part_of(state.choices)
-        limits_of_environment().check(demand_of_run(state))
+        simulate_range = part_of(choices)
+        limits_of_environment().check(demand_of_run(choices))
     except CCWSIMError as error:
         state.message = str(error)
         return
     stop_run(state)
-    state.last_attempt, state.needs_confirmation = state.choices, False
+    state.last_attempt, state.needs_confirmation = choices, False
 
     def begin() -> None:
-        state.job = _begun(state, simulate_range, after)
+        state.job = _begun(state, choices, simulate_range, after)
 
     state.message = problem_in(begin)
     if state.message and before is not None and before.wait(ENOUGH_TO_STOP):
@@ -140,11 +143,16 @@ def start_run_if_needed(state: State, *, live: bool, after: float = 0.0) -> bool
     return state.job is not job
 
 
+def is_live(state: State) -> bool:
+    """Whether every change of the study starts a run: as the user chose, or if a run is short."""
+    return estimated_seconds(state.choices) < SHORT if state.live is None else state.live
+
+
 def question_of(state: State) -> str:
     """Return the question to ask before a long run of a study from a link or project, or ""."""
     if not state.needs_confirmation or problem_of(state):
         return ""
-    seconds, demand = estimated_seconds(state.choices), demand_of_run(state)
+    seconds, demand = estimated_seconds(state.choices), demand_of_run(state.choices)
     if not needs_consent(demand, seconds, server_queue().still_to_take):
         return ""
     duration, memory = format_duration(seconds), format_bytes(demand.n_bytes)
@@ -153,11 +161,21 @@ def question_of(state: State) -> str:
 
 def estimated_seconds(choices: Choices) -> float:
     """Return the estimated seconds of a run that shares the cores with the runs of others."""
-    image, n_data = resolve.image_of(choices.image), resolve.data_of(choices).n
+    data = if_possible(lambda: resolve.data_of(choices))
+    image, n_data = resolve.image_of(choices.image), data.n if data else 0
     sizes = image.shape, choices.grid.shape, image.n_facies, n_data
     each = typical_seconds(choices.parameters, *sizes, disorder=image.disorder)
     cores = n_cores() / (1 + server_queue().n_of_others)
     return choices.n_realizations * each / min(cores, choices.n_realizations)
+
+
+def describe_price(choices: Choices, **changes: Any) -> str:
+    """Return the estimated time of a realization after changes of parameters, and its ratio."""
+    image = resolve.image_of(choices.image)
+    one = replace(resolve.fitted_to_image(choices, image), n_realizations=1)
+    changed = resolve.fitted(one.parameters, image.shape, **changes)
+    each, now = map(estimated_seconds, (replace(one, parameters=changed), one))
+    return f"about {in_seconds(float(f'{each:.2g}'))} a realization, {each / now:.2g} × today's"
 
 
 def _is_changed(state: State) -> bool:
@@ -180,10 +198,11 @@ def take_names(state: State) -> None:
     state.ensemble = replace(state.ensemble, training_image=resolve.image_of(state.choices.image))
 
 
-def _begun(state: State, simulate_range: SimulateRange, after: float) -> Job[Ensemble]:
-    """Queue the study and return the job; if memory is scarce, the job has only one part."""
-    choices, n = state.choices, state.choices.n_realizations
-    state.realization_to_restore = state.shown
+def _begun(
+    state: State, choices: Choices, simulate_range: SimulateRange, after: float
+) -> Job[Ensemble]:
+    """Queue a study and return the job; if memory is scarce, the job has only one part."""
+    state.realization_to_restore, n = state.shown, choices.n_realizations
     waits_for_kernels = state.ensemble is None and not is_ready() and choices == Choices()
     runs, image = shared_runs(), resolve.image_of(choices.image)
     key = *resolve.what_decides(choices), image.name, image.facies_names  # the page shows the names
@@ -198,7 +217,7 @@ def _begun(state: State, simulate_range: SimulateRange, after: float) -> Job[Ens
                 job.publish_partial(stored_ensemble())
             return runs.ensemble_for(job, key, lambda run: in_parts(run, simulate_range, n_first))
 
-        return Job(work, choices, demand_of_run(state, copies), n=n)
+        return Job(work, choices, demand_of_run(choices, copies), n=n)
 
     n_first = first_part(choices, state.ensemble)
     try:
@@ -269,9 +288,8 @@ def part_size(left: int, fits: float) -> int:
     return left if fits >= NEARLY_ALL * left else min(size, left)
 
 
-def demand_of_run(state: State, copies: int = 1) -> Demand:
-    """Return the resources for a run of the study whose results are in memory `copies` times."""
-    choices = state.choices
+def demand_of_run(choices: Choices, copies: int = 1) -> Demand:
+    """Return the resources for a run of a study whose results are in memory `copies` times."""
     return demand_of(resolve.study_of(choices), choices.n_realizations, copies=copies)
 
 

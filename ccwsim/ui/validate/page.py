@@ -24,7 +24,7 @@ from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import facies_by_code
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_step import data_fit, flagged, is_judged
-from ccwsim.ui.study.run import draw_news, problem_of, start_run, start_run_if_needed
+from ccwsim.ui.study.run import draw_news, run_button, start_run_if_needed
 from ccwsim.ui.validate import statistics
 from ccwsim.ui.validate.conditioning import (
     draw_data,
@@ -46,7 +46,7 @@ from ccwsim.ui.validate.reproduction import (
     draw_transitions,
 )
 from ccwsim.ui.validate.slices import ShownSlice, draw_slice_fields, slice_of, wells_on
-from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
+from ccwsim.ui.widgets.fields import bound_to, field, options_of
 from ccwsim.ui.widgets.text import panel_title, verdict_html
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
@@ -108,9 +108,7 @@ def _draw_controls(state: State, ensemble: Ensemble) -> None:
         options |= {"min_value": 1, "max_value": MAX_REALIZATIONS}
         help_ = "Number of realizations of the next run; a band of 5–95 % needs about 20 or more."
         field(st.number_input, "Realizations", key="n_realizations", help=help_, **options)
-        problem = problem_of(state)
-        options = {"type": "primary", "disabled": bool(problem), "help": problem or None}
-        button("Run", key="run", on_click=start_run, args=(state,), **options)
+        run_button(state, "run", width="content")
 
 
 @st.fragment

@@ -27,7 +27,8 @@ from ccwsim.ui.results import charts
 from ccwsim.ui.session.file_names import study_part
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.diagnosis_panel import draw_diagnosis
-from ccwsim.ui.study.image_step import use_advice
+from ccwsim.ui.study.run import describe_price
+from ccwsim.ui.study.study_column import set_parameters
 from ccwsim.ui.validate import statistics
 from ccwsim.ui.validate.slices import middle_layer, slice_of
 from ccwsim.ui.widgets import text
@@ -406,8 +407,8 @@ def draw_image(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None
     image = ensemble.training_image
 
     def draw(found: Diagnosis) -> None:
-        p = state.choices.parameters
-        draw_diagnosis(found, image, p, colours, lambda new: use_advice(state, new))
+        use, price = partial(set_parameters, state), partial(describe_price, state.choices)
+        draw_diagnosis(found, image, state.choices.parameters, colours, use, price)
 
     statistics.panel(state, "diagnosis", statistics.diagnosis(image), draw)
 

@@ -1,11 +1,13 @@
 """Errors on a page: the log contains the cause of an error under the number in the message."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import wraps
 from typing import Any, TypeVar
 
 import streamlit as st
 from streamlit.logger import get_logger
+from streamlit.runtime.scriptrunner import get_script_run_ctx
 
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.system.log import LOG, logged
@@ -23,7 +25,8 @@ def catch_callback_errors(act: Callable[..., Any]) -> Callable[..., None]:
     @wraps(act)
     def acting(*args: Any, **kwargs: Any) -> None:
         try:
-            act(*args, **kwargs)
+            with uninterrupted():
+                act(*args, **kwargs)
         except Exception as error:
             if is_control_flow(error):
                 raise
@@ -31,6 +34,22 @@ def catch_callback_errors(act: Callable[..., Any]) -> Callable[..., None]:
 
     acting.is_safe = True  # type: ignore[attr-defined]
     return acting
+
+
+@contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Let a callback end before the page is drawn for later changes of the user.
+
+    Otherwise Streamlit may end the callback where it reads the session state, and never calls it
+    again for the same change, which would be lost.
+    """
+    context = get_script_run_ctx(suppress_warning=True)
+    shared: dict[str, Any] = vars(context.session_state) if context else {"_yield_callback": None}
+    look, shared["_yield_callback"] = shared["_yield_callback"], lambda: None
+    try:
+        yield
+    finally:
+        shared["_yield_callback"] = look
 
 
 def problem_in(act: Callable[[], object]) -> str:

@@ -1,6 +1,7 @@
 """Widgets that show a value of the state and write the user's changes to the state."""
 
 from collections.abc import Callable, Mapping
+from mimetypes import guess_type
 from typing import Any
 
 import streamlit as st
@@ -9,18 +10,6 @@ from ccwsim.model.parameters import parameter_table
 from ccwsim.ui.widgets.errors import catch_callback_errors
 
 MAX_VERSIONS = 16
-MIME = {
-    "csv": "text/csv",
-    **dict.fromkeys(("gslib", "grdecl"), "text/plain"),
-    "html": "text/html",
-    "json": "application/json",
-    "nc": "application/x-netcdf",
-    "png": "image/png",
-    "tif": "image/tiff",
-    **dict.fromkeys(("ccwsim", "npz", "vti"), "application/octet-stream"),
-    "zip": "application/zip",
-}
-"""MIME types of downloads, by file extension."""
 PARAMETERS = {row["name"]: row for row in parameter_table()}
 
 
@@ -35,7 +24,7 @@ def download(
     label: str, content: bytes | Callable[[], bytes], name: str, *, key: str, **options: Any
 ) -> None:
     """Draw a download button; a function `content` is called when the button is pressed."""
-    mime = MIME[name.rsplit(".", 1)[1]]
+    mime = guess_type(name)[0] or "application/octet-stream"
     st.download_button(label, content, name, mime, key, on_click="ignore", **options)
 
 

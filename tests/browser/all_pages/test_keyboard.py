@@ -62,14 +62,9 @@ def test_a_study_is_run_and_a_realization_chosen_with_the_keyboard(tab, address)
     page.keyboard.press("Control+A")
     page.keyboard.type("3")
     page.keyboard.press("Enter")
-    outdated = page.locator("i.results-outdated")
-    outdated.first.wait_for(state="attached", timeout=SOON)
     at_rest(page)
     see_focus_on(page, "BUTTON Run")
-    until(
-        lambda: page.keyboard.press("Enter") if outdated.count() else None,
-        lambda wait: expect(outdated).to_have_count(0, timeout=wait),
-    )
+    page.keyboard.press("Enter")
     expect(page.locator(".facts", has_text="3 realizations in").first).to_be_visible(timeout=SLOW)
     expect(page.locator(".st-key-gallery button")).to_have_count(3, timeout=SLOW)
     at_rest(page)

@@ -435,7 +435,7 @@ def test_a_threshold_leaves_the_cells_from_a_value_on(tab):
     holds(lambda: tab.evaluate(drawn_cells) > 1.3 * half)
     slider.fill("190")
     holds(lambda: 0 < tab.evaluate(drawn_cells) < half / 1.3)
-    assert tab.locator(".threshold output").inner_text() == "P(sand) = 0.95"
+    assert tab.locator(".sliders output").inner_text() == "P(sand) = 0.95"
 
 
 def test_the_body_turns_zooms_and_is_reset(tab):
@@ -460,6 +460,88 @@ def test_the_body_turns_zooms_and_is_reset(tab):
     holds(lambda: tab.evaluate(picture) != first)
     body.dblclick()
     holds(lambda: tab.evaluate(picture) == first)
+
+
+LOOK = """(n) => document.querySelectorAll('[data-panel=body] canvas')[n]
+  .getAttribute('aria-label')"""
+
+
+def test_volumes_of_one_link_have_one_camera_and_one_choice_of_view(tab):
+    show(tab, link="grid")
+    add(tab, replace(VOLUME, indices=CELLS[:4]), "image", link="grid")
+    shares = np.broadcast_to(np.linspace(0, 1, NX), (NZ, NY, NX))
+    add(tab, share_map(shares, "P(sand) =", "Probability"), "e_type", link="grid")
+    add(tab, key="alone")
+    canvas(tab, "body").focus()
+    for _ in range(7):
+        tab.keyboard.press("ArrowLeft")
+
+    def turned() -> None:
+        sides = [tab.evaluate(LOOK, k).split(" seen from ")[1] for k in range(4)]
+        assert len({*sides[:3]}) == 1
+        assert sides[3] != sides[0]
+
+    soon(turned)
+    modes = tab.locator(".mode")
+    for mode in ("block y", "2"):
+        modes.nth(1).select_option(mode)
+        holds(lambda mode=mode: [modes.nth(k).input_value() for k in (0, 1)] == [mode, mode])
+    # a view without this choice keeps its own
+    assert [modes.nth(k).input_value() for k in (2, 3)] == ["block y", "block"]
+
+
+@pytest.mark.parametrize(("axis", "n"), [("x", NX), ("y", NY), ("z", NZ)])
+def test_a_block_is_cut_across_each_axis_at_the_slice(tab, axis, n):
+    indices = np.zeros((NZ, NY, NX), np.uint8)
+    place = {"x": np.s_[:, :, 3], "y": np.s_[:, 7, :], "z": np.s_[3, :, :]}[axis]
+    indices[place] = 2
+    indices[[0, -1]] = indices[:, [0, -1]] = 0
+    indices[:, :, [0, -1]] = 0  # the plane is hidden on all sides
+    show(tab, replace(VOLUME, indices=indices, point_colours=()))
+    tab.locator(".mode").select_option(f"block {axis}")
+    cut = tab.get_by_role("slider", name=f"Place of the cut across {axis}")
+    held = 7 if axis == "y" else 3
+    cut.fill(str(n // 2 - 1 if n // 2 - 1 != held else n // 2))
+    holds(lambda: not tab.evaluate(DRAWN, COLOURS[2]))
+    cut.fill(str(held))
+    holds(lambda: tab.evaluate(DRAWN, COLOURS[2]) > 500)
+    middle = {"x": NX // 2, "y": NY // 2, "z": NZ // 2}
+    at(tab, *(middle | {axis: held}).values())
+    assert tab.locator(".sliders output").inner_text() == str(held)
+
+
+def test_several_facies_are_shown_with_their_opacities(tab):
+    indices = np.zeros((NZ, NY, NX), np.uint8)
+    indices[3:6, 4:7, 5:8] = 2
+    show(tab, replace(VOLUME, indices=indices, point_colours=()))
+    tab.locator(".mode").select_option("several")
+    inner = tab.get_by_role("slider", name="Opacity of sand")
+    outer = tab.get_by_role("slider", name="Opacity of mud")
+    outer.fill("0")
+    holds(lambda: tab.evaluate(DRAWN, COLOURS[2]) > 100)
+    assert tab.evaluate(DRAWN, COLOURS[0]) < 20
+    outer.fill("100")
+    holds(lambda: tab.evaluate(DRAWN, COLOURS[0]) > 1000)
+    assert not tab.evaluate(DRAWN, COLOURS[2])
+    opaque = """() => { const c = document.querySelector('[data-panel=body] canvas');
+      const p = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
+      return p.filter((a, k) => k % 4 === 3 && a > 250).length; }"""
+    whole = tab.evaluate(opaque)
+    outer.fill("20")
+    holds(lambda: 0 < tab.evaluate(opaque) < whole / 3)  # through mud, the body of sand is seen
+    inner.fill("0")
+    holds(lambda: tab.evaluate(opaque) < 2000)
+
+
+def test_a_view_fills_the_screen_and_returns(tab):
+    show(tab)
+    before = canvas(tab, "body").bounding_box()["width"]
+    button = tab.locator("[data-do=full]")
+    button.click()
+    holds(lambda: tab.evaluate("() => document.fullscreenElement !== null"))
+    button.click()
+    holds(lambda: tab.evaluate("() => document.fullscreenElement === null"))
+    holds(lambda: canvas(tab, "body").bounding_box()["width"] == before)
 
 
 def test_nothing_is_drawn_at_rest(tab):

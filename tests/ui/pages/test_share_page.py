@@ -47,6 +47,7 @@ def test_every_page_starts_a_study_from_its_address(path):
 
 def test_a_changed_setting_is_in_the_address_at_once():
     app = settled(addressed())
+    app.session_state[KEY].live = False
     named(app.number_input, "seed").set_value(8).run()
     assert app.query_params["seed"] == "8"
     named(app.number_input, "seed").set_value(0).run()

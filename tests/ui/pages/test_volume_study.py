@@ -169,7 +169,7 @@ def test_methods_and_a_vertical_trend_are_set_for_a_volume(ran: State) -> None:
 
 def test_all_cells_count() -> None:
     state = State(choices=VOLUME)
-    assert demand_of_run(state).n_cells == 12 * 30 * 40 * 2
+    assert demand_of_run(state.choices).n_cells == 12 * 30 * 40 * 2
     more = replace(VOLUME, grid=replace(VOLUME.grid, nz=24))
     assert estimated_seconds(more) > estimated_seconds(VOLUME) > 0
 

@@ -1,6 +1,7 @@
 // A map of square cells on a canvas: nearest neighbour, linked zoom, hover, data as ringed circles. Cells are
 // [row from the south, column]; grey values of the picture are indices into `lut` and `labels`.
 const LINK = 'ccwsim-map';
+const HIGHEST_MAP = 620; // maximum height of a map in pixels, by default
 const ZOOMED = 8; // number of cells along an edge of a strongly zoomed map
 // Maps that share zoom and scale, stored in the window because each component has a copy of this module.
 const groups = (window[Symbol.for(LINK)] ??= new Map());
@@ -75,7 +76,7 @@ class CellMap {
   }
 
   layout() {
-    const { nx, ny, axes, max_height: most } = this.data;
+    const { nx, ny, axes, max_height: most = HIGHEST_MAP } = this.data;
     const wide = Math.floor(this.root.getBoundingClientRect().width);  // clientWidth may round up
     if (!wide) return;
     this.left = axes ? Math.max(40, Math.ceil(this.longestNorthing()) + 9) : 1; this.bottom = axes ? 20 : 1; this.top = 1; this.right = 1;
@@ -94,7 +95,7 @@ class CellMap {
     return Math.max(widestTick(pen, ...ends), widestTick(pen, ends[1] - ZOOMED * size[1], ends[1]));
   }
 
-  get leads() { return this.room && this.data.leads; }
+  get leads() { return this.room && this.data.leads !== false; }
 
   fit(group) {
     const cell = Math.min(this.room, ...group.filter((map) => map.leads).map((map) => map.room));
@@ -349,7 +350,7 @@ class CellMap {
     if (what === 'in') this.zoomBy(1.6);
     if (what === 'out') this.zoomBy(1 / 1.6);
     if (what === 'fit') this.look({ zoom: 1, x: 0, y: 0 });
-    if (what === 'save') savePicture(this.canvas, this.data.name);
+    if (what === 'save') savePicture(this.canvas, this.data.name ?? 'map');
     if (what !== 'data') return;
     this.dataShown = !this.dataShown;
     this.root.querySelector('[data-do="data"]').setAttribute('aria-pressed', this.dataShown);

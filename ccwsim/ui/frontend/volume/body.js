@@ -2,6 +2,10 @@
 // volumes of a page. Edges and wells above the top are drawn on the canvas of the volume.
 const TURN = 0.01, TURN_KEY = 0.12; // radians per pixel, and per press of an arrow key
 const STEEPEST = 1.5; // maximum angle in radians of a view from above or below
+const SEVERAL = 'several'; // the choice of facies with opacities
+const BLOCKS = { block: [0, 1, 2], 'block x': [0], 'block y': [1], 'block z': [2] }; // axes of the cuts
+const ALL = 1 << 20; // more cells than a volume has along an axis
+const FAINT = 0.25; // opacity at first of the facies with index 0, which often surrounds the others
 const FIRST_LOOK = { turn: 0.6, tilt: 0.5, zoom: 1 };
 const QUICK = 35; // target milliseconds per frame in motion; slower machines draw coarser frames
 const AT_REST = 180; // milliseconds without motion before a coarse frame is replaced by a fine frame
@@ -15,16 +19,16 @@ precision highp float; precision highp int; precision highp usampler3D;
 #define BITS ${BITS}
 uniform usampler3D cells; // index of the cell, and 1 + index of the colour of its datum
 uniform usampler3D bricks; // 1 if a cell in the brick is shown because of the cell's index or datum
-uniform sampler2D looks; // colours of the indices; below them, colours of data
-uniform uvec2 range; // first and last index that is shown
-uniform ivec3 n, cut, side; // the corner between the cell \`cut\` and the viewer is omitted
+uniform sampler2D looks; // colours and opacities of the indices; below them, colours of data
+uniform ivec3 n, cut, side; // the cells of a block between the cell \`cut\` and the viewer are omitted
+uniform ivec3 whole; // large for axes along which all of these cells are omitted
 uniform vec3 eye, right, up, along;
 uniform bool solid_block, fine;
 in vec2 at; out vec4 colour;
 
 bool within(ivec3 k) { return all(greaterThanEqual(k, ivec3(0))) && all(lessThan(k, n)); }
 
-bool taken_out(ivec3 k) { return solid_block && all(greaterThan((k - cut) * side, ivec3(0))); }
+bool taken_out(ivec3 k) { return solid_block && all(greaterThan((k - cut) * side + whole, ivec3(0))); }
 
 bool empty(ivec3 brick) {
   ivec3 low = brick << BITS, high = min(low + (1 << BITS) - 1, n - 1);
@@ -36,7 +40,7 @@ bool shown(ivec3 k) {
   if (taken_out(k)) return texelFetch(cells, k, 0).g > 0u;
   if (solid_block) return true;
   uvec2 cell = texelFetch(cells, k, 0).rg;
-  return cell.g > 0u || (cell.r >= range.x && cell.r <= range.y);
+  return cell.g > 0u || texelFetch(looks, ivec2(cell.r, 0), 0).a > 0.;
 }
 
 float filled(ivec3 k) { return within(k) && shown(k) ? 1. : 0.; }
@@ -64,6 +68,7 @@ void main() {
   vec3 next = (vec3(k + 1 - first) - from) / along; // distances at which the ray leaves the cell, by axis
   float now = enter;
   ivec3 brick = ivec3(-1);
+  int inside = -1; // index of the translucent cell that the ray has left
   for (int i = n.x + n.y + n.z; i >= 0; i--) {
     if (any(notEqual(k >> BITS, brick))) {
       brick = k >> BITS;
@@ -76,21 +81,25 @@ void main() {
         k = ivec3(mix(vec3(k), vec3(((brick + 1 - first) << BITS) - first), hit));
         if (!within(k)) return;
         next = (vec3(k + 1 - first) - from) / along;
+        inside = -1;
         continue;
       }
     }
-    if (shown(k)) {
-      uvec2 cell = texelFetch(cells, k, 0).rg;
-      colour = cell.g > 0u ? texelFetch(looks, ivec2(cell.g - 1u, 1), 0) : texelFetch(looks, ivec2(cell.r, 0), 0);
+    bool solid = shown(k);
+    uvec2 cell = texelFetch(cells, k, 0).rg;
+    int index = !solid ? -1 : cell.g > 0u ? 256 + int(cell.g) : int(cell.r);
+    if (solid && index != inside) {
+      vec4 look = cell.g > 0u ? texelFetch(looks, ivec2(cell.g - 1u, 1), 0) : texelFetch(looks, ivec2(cell.r, 0), 0);
       float light = hit.z ? (way.z < 0 ? 1. : 0.62) : hit.y ? 0.86 : 0.74;
       if (fine) {
         ivec3 side_on = hit.z ? ivec3(0, 0, 1) : hit.y ? ivec3(0, 1, 0) : ivec3(1, 0, 0);
         vec3 on = clamp(from + along * now - vec3(k), 0., 1.);
         light *= open(k - side_on * way, side_on.zxy, side_on.yzx, hit.z ? on.xy : hit.y ? on.zx : on.yz);
       }
-      colour = vec4(colour.rgb * light, 1);
-      return;
+      colour += (1. - colour.a) * look.a * vec4(look.rgb * light, 1);
+      if (look.a > 0.99) return;
     }
+    inside = index;
     now = min(next.x, min(next.y, next.z));
     hit = equal(next, vec3(now));
     k += ivec3(hit) * way;
@@ -127,7 +136,7 @@ class Painter {
     this.looks = this.texture(gl.TEXTURE_2D);
     this.bricks = this.texture(gl.TEXTURE_3D);
     this.places = {};
-    for (const name of ['cells', 'looks', 'n', 'cut', 'side', 'eye', 'right', 'up', 'along', 'solid_block', 'fine', 'bricks', 'range']) {
+    for (const name of ['cells', 'looks', 'n', 'cut', 'side', 'whole', 'eye', 'right', 'up', 'along', 'solid_block', 'fine', 'bricks']) {
       this.places[name] = gl.getUniformLocation(this.program, name);
     }
     this.widest = gl.getParameter(gl.MAX_3D_TEXTURE_SIZE);
@@ -197,8 +206,7 @@ class Painter {
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, 256, 2, 0, gl.RGBA, gl.UNSIGNED_BYTE, looks);
     ['cells', 'looks', 'bricks'].forEach((name, k) => gl.uniform1i(places[name], k));
     for (const name of ['solid_block', 'fine']) gl.uniform1i(places[name], values[name]);
-    gl.uniform2uiv(places.range, values.range);
-    for (const name of ['n', 'cut', 'side']) gl.uniform3iv(places[name], values[name]);
+    for (const name of ['n', 'cut', 'side', 'whole']) gl.uniform3iv(places[name], values[name]);
     for (const name of ['eye', 'right', 'up', 'along']) gl.uniform3fv(places[name], values[name]);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
     return this.canvas;
@@ -211,37 +219,55 @@ class Body {
     this.panel = view.root.querySelector('[data-panel="body"]');
     this.canvas = this.panel.querySelector('canvas');
     this.mode = this.panel.querySelector('.mode');
-    this.threshold = this.panel.querySelector('.threshold');
+    this.sliders = this.panel.querySelector('.sliders');
     this.coarse = 1;
     this.pointers = new Map();
     this.listen();
   }
 
-  get look() { return (this.view.own.look ??= { ...FIRST_LOOK }); }
+  get look() { return (this.view.shared.look ??= { ...FIRST_LOOK }); }
 
-  // Return the choices of content: all cells, one facies, or all cells with at least a given value.
+  // Offer what the volume can show; volumes with the same cursor show the same if they can.
   show() {
-    const { view, mode } = this;
-    const { data, own } = view;
+    const { view: { data, own, shared }, mode } = this;
     const modes = data.strip ? [['from', 'cells from a value on']]
-      : data.labels.map((label, k) => [String(k), `${label} alone`]);
-    modes.unshift(['block', 'block, a corner cut out']);
+      : [...data.labels.map((label, k) => [String(k), `${label} alone`]), [SEVERAL, 'facies with opacity']];
+    modes.unshift(...Object.entries(BLOCKS).map(([name, axes]) => [name, axes.length > 1
+      ? 'block, a corner cut out' : `block, cut across ${'xyz'[axes[0]]}`]));
     mode.replaceChildren(...modes.map(([value, text]) => new Option(text, value)));
-    mode.value = modes.some(([value]) => value === own.mode) ? own.mode : 'block';
-    const last = data.lut.length - 1;
-    const slider = this.threshold.querySelector('input');
-    slider.max = last;
-    slider.value = Math.min(own.from ?? Math.ceil(last / 2), last);
+    const offered = (value) => modes.some(([one]) => one === value);
+    mode.value = [shared.mode, own.mode].find(offered) ?? 'block';
+    own.mode = mode.value;
     this.choose();
   }
 
+  // Offer a slider for the lowest value, for the place of a cut, or for the opacity of each facies.
   choose() {
-    const { labels } = this.view.data;
-    const slider = this.threshold.querySelector('input');
-    this.threshold.hidden = this.mode.value !== 'from';
-    this.threshold.querySelector('output').textContent = labels[slider.value];
-    slider.setAttribute('aria-valuetext', `at least ${labels[slider.value]}`);
+    const { view } = this;
+    const { data: { labels, shape }, own, shared } = view;
+    const mode = this.mode.value, [axis] = this.across;
+    const sliders = [];
+    if (mode === 'from') {
+      sliders.push(['from', 'Lowest value shown in the volume', labels.length - 1, (k) => labels[k], () => this.from, (k) => {
+        own.from = k;
+        view.ask('body', true);
+      }]);
+    } else if (this.across.length === 1) {
+      const name = 'xyz'[axis];
+      sliders.push([name, `Place of the cut across ${name}`, shape[axis] - 1, String, () => view.at[axis],
+        (k) => view.moveTo(view.at.with(axis, k))]);
+    } else if (mode === SEVERAL) {
+      labels.forEach((label, k) => sliders.push([label, `Opacity of ${label}`, 100, (share) => `${share} %`,
+        () => Math.round(100 * this.opacities()[k]), (share) => {
+          shared.opacities = this.opacities().with(k, share / 100);
+          view.tell('look');
+        }]));
+    }
+    this.sliders.replaceChildren(...sliders.map((one) => sliderOf(...one)));
   }
+
+  // Let the sliders show values that another view of the same link has changed.
+  follow() { [...this.sliders.children].forEach((slide) => slide.follow()); }
 
   layout(wide, high, dots) {
     this.dots = dots;
@@ -285,7 +311,7 @@ class Body {
     line.hidden = !text;
     canvas.hidden = this.mode.hidden = Boolean(text);
     if (text) {
-      this.threshold.hidden = true;
+      this.sliders.replaceChildren();
       return;
     }
     canvas.setAttribute('aria-label', `${data.alt}, ${this.mode.selectedOptions[0].text}, seen from ${compass(look)}`);
@@ -299,11 +325,13 @@ class Body {
       const dot = (axis) => off[0] * axis[0] + off[1] * axis[1] + off[2] * axis[2];
       return [wide / 2 + dot(right) * pixels, high / 2 - dot(up) * pixels];
     };
-    const block = this.mode.value === 'block';
+    const { isBlock: block, across } = this;
     const inCells = (vector, factor) => vector.map((v, axis) => v * factor / sizes[axis]);
     const away = Math.hypot(...world);
     const side = along.map((d) => (d < 0 ? 1 : -1));
+    const opacities = this.opacities();
     const values = { n: data.shape, cut: at, side, solid_block: block,
+      whole: [0, 1, 2].map((axis) => (across.includes(axis) ? 0 : ALL)),
       eye: data.shape.map((n, axis) => n / 2 - along[axis] * away / sizes[axis]),
       right: inCells(right, wide / 2 / pixels), up: inCells(up, high / 2 / pixels), along: inCells(along, 1) };
     const began = performance.now();
@@ -312,13 +340,12 @@ class Body {
     const points = (view.dataShown ? data.points : []).map(
       ([layer, row, column, index]) => [(layer * data.shape[1] + row) * data.shape[0] + column, index]);
     const stamp = `${data.digest} ${data.shape} ${points.join()}`;
-    const [first, last] = values.range = this.range();
-    const shown = data.lut.map((_, k) => !block && k >= first && k <= last);
+    const shown = opacities.map((opacity) => !block && opacity > 0);
     painter.hold(stamp, data.shape, view.cells, points);
-    painter.holdBricks(`${stamp} ${block} ${first} ${last}`, data.shape, view.cells, points, shown);
+    painter.holdBricks(`${stamp} ${shown}`, data.shape, view.cells, points, shown);
     values.fine = coarse === 1;
     const scene = painter.paint(Math.ceil(wide * this.dots * coarse), Math.ceil(high * this.dots * coarse),
-      this.looks(), values);
+      this.looks(opacities), values);
     if (moving) painter.wait();
     const pen = canvas.getContext('2d');
     pen.setTransform(this.dots, 0, 0, this.dots, 0, 0);
@@ -336,18 +363,27 @@ class Body {
     if (coarse < 1) this.rest = setTimeout(() => view.ask('body'), AT_REST);
   }
 
-  // Return the first and the last index that is shown.
-  range() {
+  // Return the opacity of each index, from 0 (not shown) to 1.
+  opacities() {
+    const { data, shared } = this.view;
     const mode = this.mode.value;
-    if (mode === 'block') return [0, 255];
-    return mode === 'from' ? [+this.threshold.querySelector('input').value, this.view.data.lut.length - 1] : [+mode, +mode];
+    if (mode === SEVERAL) return data.lut.map((_, k) => shared.opacities?.[k] ?? usualOpacity(k));
+    if (mode === 'from') return data.lut.map((_, k) => Number(k >= this.from));
+    return data.lut.map((_, k) => Number(this.isBlock || k === +mode));
   }
 
-  // Store two rows of 256 colours: for indices, and for data.
-  looks() {
+  get isBlock() { return this.mode.value.startsWith('block'); }
+
+  // The axes across which a block is cut.
+  get across() { return BLOCKS[this.mode.value] ?? []; }
+
+  get from() { return Math.min(this.view.own.from ?? this.view.data.lut.length >> 1, this.view.data.lut.length - 1); }
+
+  // Store two rows of 256 colours: for indices, with their opacities, and for data.
+  looks(opacities) {
     const { data } = this.view;
     const looks = new Uint8Array(2 * 256 * 4);
-    data.lut.forEach((colour, k) => looks.set([...rgbOf(colour), 255], 4 * k));
+    data.lut.forEach((colour, k) => looks.set([...rgbOf(colour), Math.round(255 * opacities[k])], 4 * k));
     (data.point_lut || data.lut).forEach((colour, k) => looks.set([...rgbOf(colour), 255], 4 * (256 + k)));
     return looks;
   }
@@ -387,7 +423,7 @@ class Body {
     });
   }
 
-  // Draw extensions of wells above the top, so that wells are visible if other cells hide their cells.
+  // Draw the paths of wells and extensions above the top, so that wells are visible if other cells hide their cells.
   drawStems(pen, toCanvas, block, side) {
     const { view } = this;
     if (!view.dataShown) return;
@@ -400,6 +436,10 @@ class Body {
       const open = !block || (side[2] > 0 && (x - view.at[0]) * side[0] > 0 && (y - view.at[1]) * side[1] > 0);
       const [px, py] = toCanvas(x + 0.5, y + 0.5, open ? high + 1 : shape[2]);
       const [, head] = toCanvas(x + 0.5, y + 0.5, shape[2]);
+      const path = [...well.cells].sort((one, other) => other[0] - one[0]).map(([layer, row, column]) => toCanvas(column + 0.5, row + 0.5, layer + 0.5));
+      const colour = pen.strokeStyle;
+      strokeIn(pen, [[PAPER, 3, 0.5], [INK, 1, 0.8]], () => path.forEach((spot) => pen.lineTo(...spot)));
+      pen.strokeStyle = colour;
       pen.lineWidth = 1.25;
       pen.beginPath();
       pen.moveTo(px, py);
@@ -415,30 +455,24 @@ class Body {
   turnBy(turn, tilt) {
     this.look.turn += turn;
     this.look.tilt = Math.min(Math.max(this.look.tilt + tilt, -STEEPEST), STEEPEST);
-    this.view.ask('body', true);
+    this.view.tell('look');
   }
 
   zoomBy(factor) {
     this.look.zoom = Math.min(Math.max(this.look.zoom * factor, 0.5), 12);
-    this.view.ask('body', true);
+    this.view.tell('look');
   }
 
   reset() {
-    this.view.own.look = { ...FIRST_LOOK };
-    this.view.ask('body');
+    this.view.shared.look = { ...FIRST_LOOK };
+    this.view.tell('look');
   }
 
   listen() {
     const { canvas, view, pointers } = this;
     this.mode.addEventListener('change', () => {
-      view.own.mode = this.mode.value;
-      this.choose();
-      view.ask('body');
-    });
-    this.threshold.querySelector('input').addEventListener('input', (event) => {
-      view.own.from = +event.target.value;
-      this.choose();
-      view.ask('body', true);
+      view.own.mode = view.shared.mode = this.mode.value;
+      view.tell('mode');
     });
     canvas.addEventListener('pointerdown', (event) => {
       canvas.focus();
@@ -475,6 +509,29 @@ class Body {
       else this.reset();
     });
   }
+}
+
+function usualOpacity(k) { return k ? 1 : FAINT; }
+
+// Return a slider whose text is `say(value)`; `act` is called with each new value, `read` returns the present one.
+function sliderOf(text, label, max, say, read, act) {
+  const slide = document.createElement('label');
+  const [name, slider, output] = ['span', 'input', 'output'].map((kind) => document.createElement(kind));
+  Object.assign(slider, { type: 'range', min: 0, max, ariaLabel: label });
+  slide.className = 'slide';
+  slide.follow = () => {
+    slider.value = read();
+    output.textContent = say(+slider.value);
+    slider.setAttribute('aria-valuetext', output.textContent);
+  };
+  slider.addEventListener('input', () => {
+    act(+slider.value);
+    slide.follow();
+  });
+  name.textContent = text;
+  slide.append(name, slider, output);
+  slide.follow();
+  return slide;
 }
 
 function compass({ turn, tilt }) {

@@ -2,8 +2,11 @@
 // This code is appended to drawing.js, edits.js, slice.js and body.js. Only edits are sent to the server.
 const LINK = 'ccwsim-volume';
 const GAP = 24, TWO_COLUMNS = 600, THREE_COLUMNS = 660; // gap, and minimum widths of two and three columns, in pixels
+const BESIDE = 420, BESIDE_GAP = 16, SHARE = 8 / 13; // minimum width, gap and share of a volume beside its slices
+const ABOVE = 220; // pixels of a full screen that titles, sliders and legend take
 const STEPS_UP = [1, 2, 3, 5, 10, 20, 50, 100, 200]; // choices of the vertical exaggeration
 const LOWEST = 0.2, HIGHEST = 1.5; // limits of a section's height, as shares of the longer horizontal side
+const USUAL = { link: '', name: 'volume', body: true, max_height: 480, picks: false }; // options of a volume, by default
 const CACHED = 8; // number of unpacked volumes in memory
 // State of several or of removed components, stored in the window because each component has a copy of this
 // module.
@@ -31,7 +34,8 @@ class VolumeView {
   }
 
   // The old volume stays on the screen until the cells of the new one are unpacked.
-  async show(data) {
+  async show(given) {
+    const data = { ...USUAL, ...given };
     this.start();
     this.latest = data;
     this.queue.taken(data.ack ?? 0);
@@ -40,7 +44,6 @@ class VolumeView {
     Object.assign(this, { data, cells });
     this.own = kept(page.own, data.key);
     this.shared = kept(page.shared, data.link || data.key);
-    this.shared.at ??= data.shape.map((n) => n >> 1);
     if (data.cursor && String(data.cursor) !== this.shared.sent) {
       this.shared.at = data.cursor;
       this.shared.sent = String(data.cursor);
@@ -59,8 +62,8 @@ class VolumeView {
     this.layout();
   }
 
-  // The cursor; a volume of another size with the same cursor uses the nearest cell.
-  get at() { return this.shared.at.map((k, axis) => Math.min(k, this.data.shape[axis] - 1)); }
+  // The cursor, at first in the middle; a volume of another size with the same cursor uses the nearest cell.
+  get at() { return this.data.shape.map((n, axis) => Math.min(this.shared.at?.[axis] ?? n >> 1, n - 1)); }
 
   get exaggeration() { return this.shared.exaggeration ?? this.usual; }
 
@@ -105,21 +108,26 @@ class VolumeView {
     const whole = Math.floor(root.getBoundingClientRect().width);
     if (!whole || !data) return;
     const columns = data.body ? (whole >= TWO_COLUMNS ? 2 : 1) : whole >= THREE_COLUMNS ? 3 : 1;
-    root.classList.toggle('two', columns === 2);
-    root.classList.toggle('three', columns === 3);
-    const wide = Math.floor((whole - GAP * (columns - 1)) / columns);
+    const beside = data.body && columns === 1 && whole >= BESIDE;
+    for (const [name, is] of Object.entries({ two: columns === 2, three: columns === 3, beside })) {
+      root.classList.toggle(name, is);
+    }
+    const inRow = Math.floor((whole - GAP * (columns - 1)) / columns);
+    const wide = beside ? Math.floor((whole - BESIDE_GAP) * (1 - SHARE)) : inRow;
+    const most = isFull(root) ? Math.max(data.max_height, window.innerHeight - ABOVE) / (columns === 2 ? 2 : 1) : data.max_height;
     const dots = window.devicePixelRatio || 1;
     const pen = this.slices[0].canvas.getContext('2d');
     pen.font = fontOf(root);
     const left = data.axes ? Math.max(40, Math.ceil(Math.max(...[1, 2].map((axis) => widestTick(pen, ...this.extent(axis))))) + 9) : 1;
     const bottom = data.axes ? 20 : 1;
     const [x, y, z] = data.shape.map((n, axis) => n * data.cell_size[axis]);
-    const pixels = Math.min((wide - left - 1) / Math.max(x, y), data.max_height / y, data.max_height / z);
+    const pixels = Math.min((wide - left - 1) / Math.max(x, y), most / y, most / z);
     this.scale = data.cell_size.map((size, axis) => size * pixels * (axis === 2 ? this.exaggeration : 1));
     for (const slice of this.slices) slice.layout(left, bottom, dots);
     const map = this.slices[0].high + 1 + bottom;
-    const high = columns === 2 ? Math.max(map, Math.min(0.62 * wide, data.max_height)) : 0.75 * wide;
-    this.body.layout(wide, Math.min(high, Math.max(data.max_height, map)), dots);
+    const bodyWide = beside ? Math.floor((whole - BESIDE_GAP) * SHARE) : inRow;
+    const high = columns === 2 ? Math.max(map, Math.min(0.62 * wide, most)) : (beside ? 1.1 : 0.75) * bodyWide;
+    this.body.layout(bodyWide, Math.min(high, Math.max(most, map)), dots);
     this.ask('all');
   }
 
@@ -229,12 +237,20 @@ class VolumeView {
       this.ask('all');
     });
     root.querySelector('[data-do="save"]').addEventListener('click', () => this.data && this.save());
+    root.querySelector('[data-do="full"]').addEventListener('click', () => {
+      if (isFull(root)) document.exitFullscreen();
+      else root.requestFullscreen();
+    });
     this.hear = ({ detail: { shared, what } }) => {
       if (!this.data || shared !== this.shared) return;
       this.say();
       if (what === 'size') this.offerExaggerations();
       if (what === 'size') this.layout();
-      else this.ask(what === 'all' && this.body.mode.value === 'block' ? 'all' : 'slices', true);
+      else if (what === 'mode') this.body.show();
+      else this.body.follow();
+      const isCut = what === 'all' && this.body.isBlock;
+      if (what === 'look' || what === 'mode') this.ask('body', what === 'look');
+      else if (what !== 'size') this.ask(isCut ? 'all' : 'slices', true);
     };
     this.shortcut = (event) => this.step(event);
     this.watch = new ResizeObserver(() => this.layout());
@@ -254,6 +270,8 @@ class VolumeView {
     this.watch.disconnect();
   }
 }
+
+function isFull(root) { return root.matches(':fullscreen'); }
 
 function kept(where, key) {
   if (!where.has(key)) where.set(key, {});
