@@ -28,6 +28,7 @@ If CCWSIM_DATA is a folder of published data, its images are measured too.
 
 ``--drawn N`` instead measures N other maps from each generator of bundled images. These maps were
 not used to choose any setting; "chosen" are the generators whose bundled image was used.
+``--rare N`` measures N images of each kind of images with a rare facies (`rare_facies.py`).
 
 ``--data`` instead measures studies with hard data. Ratios compare the default variant with the
 published variant. The columns:
@@ -37,9 +38,10 @@ published variant. The columns:
 - wrong, forced: with the default variant, % of data not honoured, and % forced as single cells
 
 ``--flow`` instead prints the flow efficiency E of whole grids along x and y, of the image, of our
-variants and, if CCWSIM_DATA is set, of the realizations of published codes. E is the effective
-conductivity divided by the arithmetic mean, with a contrast of 10⁴; cells connect through sides
-only. Spanning is the share of realizations in which the facies connects the sides.
+variants, of other images from the generator of a bundled image and, if CCWSIM_DATA is set, of the
+realizations of published codes. E is the effective conductivity divided by the arithmetic mean,
+with a contrast of 10⁴; cells connect through sides only. Spanning is the share of realizations in
+which the facies connects the sides.
 """
 
 from __future__ import annotations
@@ -56,6 +58,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial.distance import jensenshannon
 
+from benchmarks.rare_facies import rare_images
 from benchmarks.volumes import image_of
 from benchmarks.volumes import published as published_volumes
 from ccwsim import Ensemble, HardData, Parameters, TrainingImage, datasets, metrics, simulate
@@ -82,7 +85,7 @@ COLUMNS = (
 RATIOS = ("JS", "pooled", "far", "tau", "variety", "CPU")
 """Columns that are averaged as ratios to the published variant."""
 GEOMETRIC = ("ends", "bodies", "extent")
-N, N_LATTICE, N_VOLUMES, N_DATA, N_FLOW = 40, 300, 6, 24, 12
+N, N_LATTICE, N_VOLUMES, N_DATA, N_FLOW, N_OTHERS = 40, 300, 6, 24, 12, 30
 OF_DATA = ("ends", "JS", "Brier", "variety", "wrong", "forced")
 """Columns of studies with hard data."""
 DENSE = (1000, 4000)
@@ -369,6 +372,10 @@ def print_flow(only: str) -> None:
             p = replace(Parameters(), **WAYS[way])
             e = simulate(image, image.shape, p, n_realizations=N_FLOW, seed=1)
             flow_row(name, f"ours, {way}", e.indices == rare)
+        if name in datasets.names():
+            others = [generate(name, seed=101 + k) for k in range(N_OTHERS)]
+            rare_of = [each.indices == np.argmin(each.proportions) for each in others]
+            flow_row(name, "other images of its generator", np.array(rare_of))
         study, *files = CODES.get(name, ("",))
         for file in files:
             path = Path(os.environ["CCWSIM_DATA"]) / "reference" / f"{file.format(study)}.npz"
@@ -395,6 +402,7 @@ def main() -> None:
     parser.add_argument("--template", type=int, default=32, help="template of maps; default: 32")
     parser.add_argument("--data", action="store_true", help="measure studies with hard data")
     parser.add_argument("--drawn", type=int, default=0, metavar="N", help="maps of each generator")
+    parser.add_argument("--rare", type=int, default=0, metavar="N", help="images of each kind")
     parser.add_argument("--flow", action="store_true", help="measure the flow efficiency of maps")
     options = parser.parse_args()
     if options.flow:
@@ -403,7 +411,8 @@ def main() -> None:
         return print_studies(options.only)
     tables: dict[str, dict[str, list[dict[str, float]]]] = {"chosen": {}, "confirmed": {}}
     print("| image | way | " + " | ".join(COLUMNS) + " |\n|" + "---|" * (len(COLUMNS) + 2))
-    for name, image in drawn(options.drawn) if options.drawn else images():
+    others = rare_images(options.rare) if options.rare else drawn(options.drawn)
+    for name, image in others if options.rare or options.drawn else images():
         if options.only not in name:
             continue
         base = VOLUME if len(image.shape) == 3 else Parameters(options.template)

@@ -60,7 +60,7 @@ REACH = 4
 patch are excluded."""
 FEW_LOCATIONS = 100
 """If there are fewer locations than this number plus 4 K, continuations are not excluded."""
-TARGET_SPREAD, TARGET_SPREAD_RARE = 0.7, 0.8
+TARGET_SPREAD, TARGET_SPREAD_RARE = 0.6, 0.7
 """Spread of the target proportions of maps, divided by the spread between pieces of the image. The
 ratio is below 1 because proportions of maps also vary around the target; those of rare facies are
 steered more strongly and vary less."""

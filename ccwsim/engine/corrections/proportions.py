@@ -131,8 +131,11 @@ def draw_target(
     parts = [-(-m // PART) for m in image.shape]
     parts[:-2] = image.shape[:-2]
     sides = [min(m, n) for m, n in zip(parts, grid_shape, strict=True)]
-    first = [int(rng.integers(m - n + 1)) for m, n in zip(image.shape, sides, strict=True)]
-    piece = image[tuple(slice(k, k + n) for k, n in zip(first, sides, strict=True))]
+    cells = []
+    for m, n in zip(image.shape, sides, strict=True):  # mirrored, so that all cells count equally
+        along = (rng.integers(2 * m if n < m else 1) + np.arange(n)) % (2 * m)
+        cells.append(np.minimum(along, 2 * m - 1 - along))
+    piece = image[np.ix_(*cells)]
     counts = np.bincount(piece.ravel(), minlength=len(proportions))[: len(proportions)]
     n = int(counts.sum())  # known cells
     shares = counts / n if n else proportions

@@ -57,7 +57,7 @@ LEAST, LEAST_VOLUME = 3, 4  # minimum number of unseen patterns in a repaired wi
 MAX_COMPARED = 500
 """Maximum number of locations, all honouring the data, that are compared for a window with data."""
 LOCATIONS = 12_500  # approximate number of locations in a volume that are compared for each window
-CHANGE = 0.1
+CHANGE = 0.25
 """Cost, in unseen patterns, of each cell by which seam repair changes the number of cells of a
 facies; a change that restores the number has a negative cost. See `facies_weights`."""
 MAX_WEIGHT = 20.0  # maximum factor of this cost for a rare facies

@@ -157,6 +157,18 @@ def test_targets_vary_as_pieces_of_the_image_do():
     assert spread[1, 120, 160] == pytest.approx(own, rel=0.15)
 
 
+@pytest.mark.parametrize("shape", [(1, 40, 60), (6, 40, 60)])
+def test_margins_of_the_image_count_like_its_middle_in_targets(shape):
+    image = np.zeros(shape, np.uint8)
+    image[..., :4] = 1
+    image[:, -3:, 20:30] = 2
+    proportions = np.bincount(image.ravel()) / image.size
+    rng = np.random.default_rng(0)
+    targets = np.array([draw_target(image, proportions, shape, rng) for _ in range(4000)])
+    errors = targets.std(axis=0) / len(targets) ** 0.5
+    assert (abs(targets.mean(axis=0) - proportions) < 4 * errors).all()
+
+
 def test_targets_of_a_volume_vary_as_its_columns_do_not_as_its_layers():
     layers = np.repeat(np.arange(3), 8)[:, None, None]
     image = np.broadcast_to(layers, (24, 60, 60)).astype(np.uint8).copy()
