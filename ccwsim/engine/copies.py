@@ -6,6 +6,7 @@ patch is compared with these layers only. Cells of a copy outside the image are 
 with unknown cells are excluded. This is not in the paper.
 """
 
+from collections.abc import Sequence
 from itertools import combinations
 from math import prod
 from typing import NamedTuple
@@ -182,7 +183,7 @@ def _numbers(shapes: list[tuple[int, ...]]) -> list[NDArray[np.int32]]:
     return found
 
 
-def _flips(mirrored: tuple[str, ...]) -> list[tuple[int, ...]]:
+def _flips(mirrored: Sequence[str]) -> list[tuple[int, ...]]:
     """Return the axes of each mirrored copy, beginning with the unchanged image."""
     axes = ["zyx".index(axis) for axis in dict.fromkeys(mirrored)]
     return [some for n in range(len(axes) + 1) for some in combinations(axes, n)]
@@ -224,7 +225,7 @@ def _turned(
         shape, inverse = _shape_of(forward, numbers.shape), np.linalg.inv(forward)  # type: ignore[arg-type]
         offset = (np.array(copy.shape) - 1) / 2 - inverse @ ((np.array(shape) - 1) / 2)
         options = {"order": 0, "mode": "grid-constant", "cval": -1}
-        copy = affine_transform(copy, inverse, offset, shape, **options)
+        copy = np.asarray(affine_transform(copy, inverse, offset, shape, **options), np.int32)  # type: ignore[arg-type]
     if len(numbers) > 1:  # refinement must not shift a patch into the next copy
         copy = np.pad(copy, [(0, GAP - len(copy) % GAP), (0, 0), (0, 0)], constant_values=-1)
     return copy

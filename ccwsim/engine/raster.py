@@ -392,7 +392,7 @@ def _search(
         slack=-1 if p.draws_as_published else round(slack * cell_cost),
         n_drawn=1 if draws_once else N_DRAWN_THIN if by_unseen else N_DRAWN,
         by_unseen=by_unseen,
-        reach=(reach[0] * coarse.volume, *reach[1:]),
+        reach=(reach[0] * coarse.volume, reach[1], reach[2]),
     )
 
 
