@@ -39,8 +39,6 @@ from ccwsim.system.lru_cache import LruCache
 
 KEPT_BYTES = 500_000_000
 """Maximum total size, in bytes, of the prepared parts of an image that are stored in memory."""
-
-
 THIN = 3.0  # maximum mean thickness, in cells, of a facies that is thin
 
 

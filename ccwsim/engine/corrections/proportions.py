@@ -42,8 +42,6 @@ MAX_PRODUCTS = 1_000_000_000
 it limits the number of steps."""
 MAX_STEPS = 50  # maximum number of steps of Newton's method; a few suffice
 ACCURATE = 1e-7
-
-
 RARE = 0.2  # maximum proportion of a rare facies
 USUAL_VARIANCE = 0.05
 """Variance of the proportion of a facies between patches for which GAIN is made. Rare facies vary
