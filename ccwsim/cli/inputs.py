@@ -304,8 +304,10 @@ def secondary_of(options: Any, grid: Grid, image: TrainingImage) -> Secondary | 
     def field(name: str) -> Any:
         """Return a number or, from the name of a file, a map."""
         text = getattr(options, name)
+        if text is None:
+            return None
         try:
-            return None if text is None else float(text)
+            return float(text)
         except ValueError:
             return read_values(text, grid)
 

@@ -3,7 +3,7 @@
 import json
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -158,7 +158,7 @@ def secondary_of_arrays(
         [Auxiliary(*each) for each in zip(*maps, weights, strict=True)],
         float(one("soft_weight", 1.0)),
         images=[arrays[k] for k in KINDS_OF_ARRAYS if k.startswith("image_") and k in arrays],
-        **{name: arrays.get(name) for name in ("zones", "weights", "angle", "dip")},
+        **cast(Any, {name: arrays.get(name) for name in ("zones", "weights", "angle", "dip")}),
         scale=tuple(own for axis in "xyz" if (own := arrays.get(f"scale_{axis}")) is not None)
         or None,
         mirrored=str(one("mirrored", "")),

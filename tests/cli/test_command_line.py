@@ -666,6 +666,24 @@ def test_secondary_information_in_files_gives_what_the_same_call_gives(tmp_path)
         assert saved.secondary.digest == e.secondary.digest
 
 
+def test_turned_and_further_images_give_what_the_same_call_gives(tmp_path):
+    east = np.linspace(0, 60, 48) + np.zeros((40, 1))
+    np.save(tmp_path / "angle.npy", east)
+    np.save(tmp_path / "zones.npy", (east > 30).astype(int))
+    out = tmp_path / "out.npz"
+    line = ["simulate", "channels", "--grid", "48x40", *SMALL, "--seed", 5, "-o", out]
+    line += ["--other-image", "stone_wall", "--zones", tmp_path / "zones.npy", "--scale", 1.2]
+    assert run(*line, "--angle", tmp_path / "angle.npy", "--mirrored", "x") == 0
+    image, other = datasets.load("channels"), datasets.load("stone_wall")
+    given = ccwsim.Secondary(
+        images=[other], zones=(east > 30).astype(int), angle=east, scale=1.2, mirrored="x"
+    )
+    e = ccwsim.simulate(image, (40, 48), PARAMETERS, seed=5, secondary=given)
+    saved = ccwsim.read_realizations(out)
+    np.testing.assert_array_equal(saved.indices, e.indices)
+    assert saved.secondary.digest == e.secondary.digest
+
+
 def test_secondary_information_that_does_not_fit_is_refused(tmp_path, capsys):
     np.save(tmp_path / "small.npy", np.ones((3, 3)))
     line = ["simulate", "channels", "--grid", "48x40", "-o", tmp_path / "out.npz"]
@@ -673,3 +691,7 @@ def test_secondary_information_that_does_not_fit_is_refused(tmp_path, capsys):
     assert "3 × 3" in capsys.readouterr().err
     assert run(*line, "--probability", f"rock={tmp_path / 'none.npy'}") == 2
     assert "none.npy" in capsys.readouterr().err
+    assert run(*line, "--other-image", "stone_wall", "--image-weights", "3,x") == 2
+    assert "give numbers, such as 3,1" in capsys.readouterr().err
+    assert run(*line, "--scale", 9) == 2
+    assert "between 0.2 and 5" in capsys.readouterr().err
