@@ -148,6 +148,7 @@ IMAGES: dict[str, Act] = {
     "facies_counts.images": lambda of: m.facies_counts(some(of)),
     "feature_spacing.image": lambda of: m.feature_spacing(some(of)),
     "geobody_statistics.images": lambda of: m.geobody_statistics(some(of), 1),
+    "local_direction.images": lambda of: m.local_direction(some(of), 1),
     "granulometry.image": lambda of: m.granulometry(some(of), 1),
     "pattern_distance.images": lambda of: m.pattern_distance(some(of), SQUARES),
     "pattern_distance.training_image": lambda of: m.pattern_distance(SQUARES, some(of)),

@@ -140,11 +140,11 @@ def _project(given: dict[str, Any], members: Mapping[str, bytes], name: str) -> 
     parameters = _known(Parameters, _take(given, "parameters", dict, name), (), name)
     numbers = _checked("study", given, name)
     view = Shown(**_checked("shown", _take(given, "shown", dict, name), name))
-    array = _numbers(members[IMAGE], f"{name}, {IMAGE}", grid.n_dimensions, "buif")
+    array = _integers(members[IMAGE], f"{name}, {IMAGE}", grid.n_dimensions, may_have_gaps=True)
     columns = grid.n_dimensions + 1
     table = np.empty((0, columns), int)
     if n_data:
-        table = _numbers(members[DATA], f"{name}, {DATA}", 2, "bui")
+        table = _integers(members[DATA], f"{name}, {DATA}", 2)
     if table.shape != (n_data, columns):
         raise CCWSIMError(
             f"{n_data} hard data are expected, but {DATA} has another number of rows or columns"
@@ -201,9 +201,13 @@ def _npz(arrays: Mapping[str, np.ndarray]) -> bytes:
     return content.getvalue()
 
 
-def _numbers(content: bytes, name: str, n_dimensions: int, kinds: str) -> np.ndarray:
+def _integers(
+    content: bytes, name: str, n_dimensions: int, may_have_gaps: bool = False
+) -> np.ndarray:
+    """Return integers, with NaN in the gaps of an image."""
     array = read_npy(content, name).variables["array"]
-    if (n_dimensions == 2 and len(array) != 1) or array.dtype.kind not in kinds:
+    gaps = may_have_gaps and array.dtype.kind == "f" and np.isnan(array).any()
+    if (n_dimensions == 2 and len(array) != 1) or not (gaps or array.dtype.kind in "bui"):
         raise CCWSIMError(f"{name}: the array must have whole numbers in rows and columns")
     return array[0] if n_dimensions == 2 else array
 

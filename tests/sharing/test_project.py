@@ -137,6 +137,14 @@ BROKEN = {
 }
 
 
+def test_a_project_with_an_image_with_gaps_is_read_back():
+    array = np.arange(1600).reshape(40, 40) % 2 * 1.0
+    array[:9, :9] = np.nan
+    study = Study(TrainingImage(array), Grid(30, 30), Parameters(16, 4, 1))
+    back = read_project(BytesIO(project_as_bytes(Project(study)))).study
+    assert back.training_image == study.training_image
+
+
 @pytest.mark.parametrize("what", BROKEN)
 def test_a_broken_project_is_said_in_words(what):
     make, said = BROKEN[what]
