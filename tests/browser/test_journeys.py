@@ -120,7 +120,7 @@ def test_own_image_and_data_to_realizations_and_back_home(page, address, image_f
     opened(page, address, "/simulate")
     upload(page, "image", image_file, note=image_file.stem)
     upload(page, "data", data_file, note="60 data")
-    fill(page, "n_realizations", 20)  # enough realizations to see progress
+    fill(page, "n_realizations", 40)  # enough realizations to see progress
     fill(page, "seed", 42)
     choose(page, "wavelet_level", "0")
     page.evaluate(
@@ -133,18 +133,18 @@ def test_own_image_and_data_to_realizations_and_back_home(page, address, image_f
         }"""
     )
     run(page)
-    facts(page, "60 of 60 data honoured.*20 realizations in .* CPU each")
-    assert any("20 realizations" in text for text in page.evaluate("window.seen"))
+    facts(page, "60 of 60 data honoured.*40 realizations in .* CPU each")
+    assert any("40 realizations" in text for text in page.evaluate("window.seen"))
 
     tiles = page.get_by_role("button", name=re.compile(r"^Realization \d+$"))
     from playwright.sync_api import expect
 
-    expect(tiles).to_have_count(20, timeout=SOON)  # the old tiles remain for a moment
+    expect(tiles).to_have_count(40, timeout=SOON)  # the old tiles remain for a moment
     until(
         lambda: tiles.nth(2).click(timeout=GLANCE),
-        lambda wait: sees(page.get_by_text("Realization 3 of 20"), wait),
+        lambda wait: sees(page.get_by_text("Realization 3 of 40"), wait),
     )
-    fourth = page.get_by_text("Realization 4 of 20")
+    fourth = page.get_by_text("Realization 4 of 40")
     until(
         lambda: None if fourth.count() else page.keyboard.press("ArrowRight"),
         lambda wait: sees(fourth, wait),
@@ -158,7 +158,7 @@ def test_own_image_and_data_to_realizations_and_back_home(page, address, image_f
     assert '"wavelet_level": 0' in str(saved["parameters"])
     image = read_training_image(image_file)
     own = simulate(
-        image, (512, 512), Parameters(wavelet_level=0), n_realizations=20, seed=42,
+        image, (512, 512), Parameters(wavelet_level=0), n_realizations=40, seed=42,
         hard_data=read_hard_data(data_file, Grid(512, 512), image),
     )  # fmt: skip
     assert np.array_equal(saved["realizations"], own.realizations)
