@@ -120,9 +120,6 @@ def test_own_image_and_data_to_realizations_and_back_home(page, address, image_f
     opened(page, address, "/simulate")
     upload(page, "image", image_file, note=image_file.stem)
     upload(page, "data", data_file, note="60 data")
-    fill(page, "n_realizations", 40)  # enough realizations to see progress
-    fill(page, "seed", 42)
-    choose(page, "wavelet_level", "0")
     page.evaluate(
         """() => {
           window.seen = [];
@@ -132,6 +129,9 @@ def test_own_image_and_data_to_realizations_and_back_home(page, address, image_f
           }).observe(document.body, {subtree: true, childList: true, characterData: true});
         }"""
     )
+    fill(page, "n_realizations", 40)  # enough realizations to see progress
+    fill(page, "seed", 42)
+    choose(page, "wavelet_level", "0")
     run(page)
     facts(page, "60 of 60 data honoured.*40 realizations in .* CPU each")
     assert any("40 realizations" in text for text in page.evaluate("window.seen"))
