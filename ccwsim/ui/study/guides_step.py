@@ -252,7 +252,8 @@ def _ground(secondary: Secondary | None, image: TrainingImage, facies: int, grid
     if secondary is not None and secondary.probabilities is not None:
         values, name = secondary.probabilities[facies], f"P({image.facies_names[facies]}) ="
     elif secondary is not None and (angle := secondary.angle) is not None:
-        values, name = np.broadcast_to(angle / 360, grid.shape), "angle / 360° ="
+        turned = (angle + 180) % 360 / 360  # north is in the middle of the colours
+        values, name = np.broadcast_to(turned, grid.shape), "angle / 360° + ½ ="
     elif secondary is not None and secondary.auxiliary:
         values, name = secondary.auxiliary[0].grid, "variable, scaled to 1:"
         values = (values - values.min()) / max(values.max() - values.min(), 1e-300)
