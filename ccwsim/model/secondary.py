@@ -136,6 +136,7 @@ class Secondary:
     def __post_init__(self) -> None:
         weight = arrays.check_number("soft_weight", self.soft_weight, 0.0, MAX_SOFT_WEIGHT)
         several = (self.auxiliary,) if isinstance(self.auxiliary, Auxiliary) else self.auxiliary
+        several = _listed("auxiliary", several, "ccwsim.Auxiliary(image, grid)")
         if not all(isinstance(each, Auxiliary) for each in several):
             raise CCWSIMError("auxiliary: a list of ccwsim.Auxiliary(image, grid) is needed")
         given = self.probabilities
@@ -144,20 +145,19 @@ class Secondary:
                 'probabilities: a mapping of facies to arrays is needed, such as {"sand": array}, '
                 f"not {shown(given)}"
             )
-        if isinstance(self.images, (TrainingImage, np.ndarray)):
-            raise CCWSIMError("images: a list of training images is needed, such as [image]")
-        if len(self.images) >= MAX_IMAGES:
+        images = _listed("images", self.images, "training images")
+        if len(images) >= MAX_IMAGES:
             raise CCWSIMError(
-                f"images: {len(self.images)} are too many; give at most {MAX_IMAGES - 1} beside "
-                "the training image"
+                f"images: {len(images)} are too many; give at most {MAX_IMAGES - 1} beside the "
+                "training image"
             )
-        axes = tuple(self.mirrored)
-        if not set(axes) <= set("xyz"):
+        axes = _listed("mirrored", self.mirrored, "axes")
+        if not all(isinstance(axis, str) and axis in ("x", "y", "z") for axis in axes):
             raise CCWSIMError(f'mirrored = {shown(self.mirrored)}: give "x", "y", "z" or several')
         tolerance = arrays.check_number("angle_tolerance", self.angle_tolerance, 0.5, 45.0)
         for name, value in (
-            *(("soft_weight", weight), ("auxiliary", tuple(several)), ("mirrored", axes)),
-            *(("images", tuple(map(TrainingImage.of, self.images))),),
+            *(("soft_weight", weight), ("auxiliary", several), ("mirrored", axes)),
+            *(("images", tuple(map(TrainingImage.of, images))),),
             *(("angle_tolerance", tolerance),),
         ):
             object.__setattr__(self, name, value)
@@ -347,6 +347,13 @@ class Secondary:
             raise CCWSIMError(
                 "auxiliary: it is known in the training image only; leave out the further images"
             )
+
+
+def _listed(name: str, given: Any, what: str) -> tuple[Any, ...]:
+    """Return a sequence, or a word of axes, as a tuple."""
+    if not isinstance(given, (list, tuple, str)):
+        raise CCWSIMError(f"{name} = {shown(given)}: a list of {what} is needed")
+    return tuple(given)
 
 
 def _check_shape(what: str, array: NDArray, shape: tuple[int, ...], of: str) -> None:

@@ -11,7 +11,16 @@ from typing import Any
 import numpy as np
 
 import ccwsim
-from ccwsim import Grid, HardData, Parameters, TrainingImage, metrics, simulate
+from ccwsim import (
+    Auxiliary,
+    Grid,
+    HardData,
+    Parameters,
+    Secondary,
+    TrainingImage,
+    metrics,
+    simulate,
+)
 from ccwsim.datasets.sampling import sample_grid, sample_random, sample_wells
 from ccwsim.io import (
     Conversion,
@@ -164,6 +173,28 @@ LEGAL = {
 """A valid value of each parameter, other than the default."""
 
 
+def secondary(image: TrainingImage, shape: Any, source: random.Random) -> dict[str, Any]:
+    """Return valid values of all arguments of `Secondary`, for a map."""
+    rng, size = np.random.default_rng(source.randrange(2**32)), shape
+    if not (isinstance(shape, tuple) and all(type(n) is int and 0 < n < 99 for n in shape)):
+        size = 20, 20
+    others = [TrainingImage(image.array[::-1])]
+    return {
+        "active": rng.random(size) < source.random(),
+        "probabilities": {int(image.codes[0]): rng.random(size)},
+        "auxiliary": [Auxiliary(rng.random(image.shape), rng.random(size))],
+        "soft_weight": source.uniform(0, 5),
+        "images": source.choice((others, 2 * others)),
+        "zones": rng.integers(0, 2, size),
+        "weights": [1, source.random()],
+        "angle": source.choice((37.0, rng.uniform(-360, 360, size))),
+        "scale": source.choice((1.3, (0.8, rng.uniform(0.2, 5, size)))),
+        "dip": 20.0,
+        "mirrored": source.choice(("x", "xy", "yz")),
+        "angle_tolerance": source.uniform(0.5, 45),
+    }
+
+
 def simulation(source: random.Random) -> Act:
     image = image_of(source)
     names = source.sample([f.name for f in fields(Parameters)], 2)
@@ -181,7 +212,13 @@ def simulation(source: random.Random) -> Act:
     cells = [[source.randint(0, far), source.randint(0, far)] for _ in range(n)]
     codes = [int(source.choice(image.codes)) for _ in range(n)]
 
+    good = secondary(image, shape, source)
+    some = source.sample(sorted(good), source.choice((0, 0, 1, 2, 3)))
+    guides = {name: maybe(source, good[name], 0.1) for name in some}
+
     def act() -> object:
+        if guides:
+            options["secondary"] = Secondary(**guides)
         own = Parameters(**{"template_size": 8, "overlap_size": 4, "wavelet_level": 1, **given})
         return simulate(image, shape, own, HardData(cells, codes), **options).digest  # type: ignore[arg-type]
 

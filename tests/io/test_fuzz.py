@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import io
 import os
+import random
 import re
 from dataclasses import fields
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from benchmarks.safety import BEGIN, END, SAFETY
-from ccwsim import CCWSIMError, Parameters
+from ccwsim import CCWSIMError, Parameters, Secondary, TrainingImage
 from ccwsim.io import opening
 from ccwsim.io.opening import READERS
-from tests.fuzz.arguments import LEGAL
+from tests.fuzz.arguments import LEGAL, secondary
 from tests.fuzz.cases import Case, acts_of, content_of
 from tests.fuzz.evil import EVIL, EVIL_OF, SPRUNG, WORST
 from tests.fuzz.reading import NAMES, WAYS, uploads
@@ -47,6 +49,9 @@ def test_random_arguments_give_a_result_or_are_refused(start):
 
 def test_every_parameter_is_among_the_random_arguments():
     assert LEGAL.keys() == {field.name for field in fields(Parameters)}
+    image = TrainingImage(np.eye(12, dtype=int))
+    given = secondary(image, (20, 20), random.Random(0))
+    assert given.keys() == {field.name for field in fields(Secondary)} - {"is_fitted"}
 
 
 @pytest.mark.slow
