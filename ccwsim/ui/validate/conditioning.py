@@ -56,6 +56,20 @@ def draw_uncertainty(state: State, ensemble: Ensemble, colours: Sequence[str]) -
     panel(state, "uncertainty", task, lambda e: draw_e_type_maps(e, state, ensemble, colours))
     if (given := given_map(ensemble, state.facies)) is not None:
         _draw_reliability(state, ensemble, given)
+    turned = ensemble.secondary is not None and ensemble.secondary.angle is not None
+    if turned and ensemble.grid.nz is None:
+        task = statistics.direction_error(ensemble, state.facies)
+        panel(state, "directions", task, lambda off: _draw_directions(off, ensemble, state.facies))
+
+
+def _draw_directions(off: NDArray[np.float64], ensemble: Ensemble, facies: int) -> None:
+    """Draw how much directions differ from the given angles."""
+    size, name = np.abs(off), ensemble.training_image.facies_names[facies]
+    most = float(np.quantile(size, 0.9))
+    note = f"{size.mean():.1f}° on average, at most {most:.1f}° in 90 % of the cells"
+    panel_title("Difference from the given angles", note)
+    shown = share_map(size / 90, "difference / 90° =", f"Directions of {name}", colours=ENTROPY)
+    draw_cells(shown, "directions", link="grid", name="directions", body=False, max_height=400)
 
 
 def _draw_reliability(state: State, ensemble: Ensemble, given: CellMap) -> None:

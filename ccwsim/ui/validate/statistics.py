@@ -173,6 +173,12 @@ def geobodies(
 
 
 @as_task
+def direction_error(progress: Fraction, ensemble: Ensemble, facies: int) -> NDArray[np.float64]:
+    """Return how much directions of a facies differ from the given angles, in degrees."""
+    return metrics.direction_error(ensemble, code_of(ensemble, facies))
+
+
+@as_task
 def measures(progress: Fraction, ensemble: Ensemble, facies: int) -> metrics.Measured:
     """Return all measures of a facies that are single numbers."""
     return metrics.measure(ensemble, code_of(ensemble, facies), progress)

@@ -239,3 +239,51 @@ def test_validate_shows_the_given_map_and_its_reliability():
     given = f"given {100 * mean:.1f} %"
     wait_until(lambda: given in html(app.run()), "the headline", every=0.1)
     assert "Match proportions" not in html(app)
+
+
+TURNED = GuideChoice(angle=Gradient(90.0, -30.0, 30.0), scale=1.2, mirrored="xy")
+
+
+@pytest.mark.parametrize(
+    "guides",
+    [TURNED, GuideChoice(angle=45.0), GuideChoice(scale=0.8), GuideChoice(mirrored="x")],
+)
+def test_a_turned_image_is_in_links_and_projects(guides):
+    choices = replace(STUDY, guides=guides)
+    assert read_link(link_of(choices)) == (choices, Shown(), ())
+    own = secondary_of(choices)
+    assert own is not None
+    assert own.has_copies
+    project = project_of(State(choices=choices))
+    again = State()
+    open_project(again, Upload("a.ccwsim", project_as_bytes(project)))
+    saved = secondary_of(again.choices)
+    assert saved is not None
+    assert saved.digest == own.digest
+
+
+def test_an_image_is_turned_from_the_page_by_a_number_or_a_map():
+    state = State(choices=STUDY)
+    app = opened("simulate", state).run()
+    named(app.selectbox, "guides_angle").set_value("one angle").run()
+    assert app.session_state[KEY].choices.guides.angle == 45.0
+    named(app.number_input, "guides_one_angle").set_value(30.0).run()
+    named(app.number_input, "guides_scale").set_value(1.5).run()
+    named(app.selectbox, "guides_mirrored").set_value("x").run()
+    assert not app.exception
+    assert app.session_state[KEY].choices.guides == GuideChoice(angle=30.0, scale=1.5, mirrored="x")
+    named(app.selectbox, "guides_angle").set_value("turning across the grid").run()
+    assert isinstance(app.session_state[KEY].choices.guides.angle, Gradient)
+    of_file = GuideChoice(angle=grid_file(a=np.full(GRID.shape, 20.0)))
+    own = secondary_of(replace(STUDY, guides=of_file))
+    assert own is not None
+    assert (own.angle == 20).all()
+
+
+def test_validate_measures_directions():
+    state = run(State(choices=replace(STUDY, guides=GuideChoice(angle=45.0))))
+    state.page(Validation).seen = {"uncertainty"}
+    app = opened("validate", state).run()
+    wait_until(lambda: "of the cells" in html(app.run()), "the directions", every=0.1)
+    assert "Difference from the given angles" in html(app)
+    assert not app.exception
