@@ -7,6 +7,7 @@ with unknown cells are excluded. This is not in the paper.
 """
 
 from collections.abc import Sequence
+from functools import lru_cache
 from itertools import combinations
 from math import prod
 from typing import NamedTuple
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.stages.path import Triple, in_layers
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.grid import Grid
 from ccwsim.model.missing import UNKNOWN
 from ccwsim.model.secondary import Secondary
 from ccwsim.model.study import Study
@@ -110,9 +112,14 @@ def n_cells_of_copies(study: Study) -> int:
     secondary = study.secondary
     if secondary is None or not secondary.has_copies:
         return study.training_image.indices.size
-    turns, _ = turns_of(secondary, in_layers(study.grid.shape))
-    shapes = [in_layers(i.shape) for i in (study.training_image, *secondary.images)]
-    turned = [_shape_of(_forward(turn, study.grid.cell_size), n) for turn in turns for n in shapes]
+    images = (study.training_image, *secondary.images)
+    return _n_cells(secondary, tuple(in_layers(i.shape) for i in images), study.grid)
+
+
+@lru_cache(maxsize=16)  # the estimate of memory asks several times
+def _n_cells(secondary: Secondary, shapes: tuple[Triple, ...], grid: Grid) -> int:
+    turns, _ = turns_of(secondary, in_layers(grid.shape))
+    turned = [_shape_of(_forward(turn, grid.cell_size), n) for turn in turns for n in shapes]
     n_layers = sum(z + (GAP if z > 1 else 0) for z, _, _ in turned)
     y, x = (max(shape[axis] for shape in turned) for axis in (1, 2))
     return n_layers * y * x * 2 ** len(set(secondary.mirrored))
