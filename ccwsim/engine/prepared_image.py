@@ -259,8 +259,8 @@ class PreparedImage:
     def repair(self, template: Triple) -> Repair:
         """Return the inputs of seam repair, in the orientation of the grid."""
         shape, n_facies = in_layers(self.study.grid.shape), self.study.training_image.n_facies
-        room = [*np.minimum(self.shape, shape)]
-        room[0] = min(room[0], *self.copies.layers[:, 1]) if self.copies else room[0]
+        room = np.minimum(self.shape, shape).tolist()
+        room[0] = min(room[0], *self.copies.layers[:, 1].tolist()) if self.copies else room[0]
         inputs = self.scaled(), template, tuple(room), n_facies, len(self.base) > 1, self.unknown()
         return self.part(("repair", template), lambda: prepare_repair(*inputs))
 

@@ -14,7 +14,7 @@ pytestmark = [
     pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}"),
 ]
 
-N = 200
+N = 400
 STUDY = f"grid=200x150&data=none&template=16&overlap=4&realizations={N}&seed=31"
 SAME = f"(before) => ({PIXELS})('map_realization') === before"
 

@@ -134,7 +134,7 @@ def test_a_page_with_a_volume_has_no_serious_finding(volume_page, title):
     to_page(page, title)
     at_rest(page)
     own = ".st-key-map_realization" if name == "validate" else "[class*=volume_]"
-    page.wait_for_selector(f"{own} canvas", timeout=SLOW)
+    page.wait_for_selector(f"{own} canvas >> visible=true", timeout=SLOW)
     if name in FILLED:
         FILLED[name](page)
     page.wait_for_function(SETTLED, timeout=SLOW)
