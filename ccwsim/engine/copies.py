@@ -25,7 +25,6 @@ from ccwsim.model.study import Study
 MAX_TURNS = 16  # maximum number of combinations of angle, scale and dip
 WIDER = 1.25  # factor of all tolerances while there are more combinations
 SCALE_TOLERANCE = 0.04  # maximum difference of ln(scale) from the map, as of angles
-GAP = 8  # the layers of a copy of a volume, with unknown layers, are a multiple of this number
 MAX_CELLS = 400_000_000  # maximum number of cells of all copies
 
 
@@ -79,6 +78,7 @@ def make_copies(study: Study) -> Copies | None:
     if secondary.zones is not None:
         zones = secondary.zones.reshape(kinds.shape)
         used, kinds = np.unique(kinds + zones, return_inverse=True)
+    gap = _gap(study)
     n_facies, numbers = study.training_image.n_facies, _numbers([i.shape for i in images])
     stack: list[tuple[NDArray, NDArray]] = []
     layers, proportions = [], []
@@ -89,7 +89,7 @@ def make_copies(study: Study) -> Copies | None:
             indices = images[k].indices
             counts += np.bincount(indices.ravel(), minlength=256)[:n_facies]
             for flipped in _flips(secondary.mirrored):
-                origins = _turned(numbers[k], flipped, turns[turn], study.grid.cell_size)
+                origins = _turned(numbers[k], flipped, turns[turn], study.grid.cell_size, gap)
                 stack.append((_values(indices, numbers[k], origins), origins))
         layers.append((first, sum(len(values) for values, _ in stack) - first))
         proportions.append(counts / counts.sum())
@@ -113,14 +113,19 @@ def n_cells_of_copies(study: Study) -> int:
     if secondary is None or not secondary.has_copies:
         return study.training_image.indices.size
     images = (study.training_image, *secondary.images)
-    return _n_cells(secondary, tuple(in_layers(i.shape) for i in images), study.grid)
+    return _n_cells(secondary, tuple(in_layers(i.shape) for i in images), study.grid, _gap(study))
+
+
+def _gap(study: Study) -> int:
+    """Return the number of which the layers of a copy of a volume are a multiple: one block."""
+    return 2 ** study.parameters.along(study.grid.shape).level[0]
 
 
 @lru_cache(maxsize=16)  # the estimate of memory asks several times
-def _n_cells(secondary: Secondary, shapes: tuple[Triple, ...], grid: Grid) -> int:
+def _n_cells(secondary: Secondary, shapes: tuple[Triple, ...], grid: Grid, gap: int) -> int:
     turns, _ = turns_of(secondary, in_layers(grid.shape))
     turned = [_shape_of(_forward(turn, grid.cell_size), n) for turn in turns for n in shapes]
-    n_layers = sum(z + (GAP if z > 1 else 0) for z, _, _ in turned)
+    n_layers = sum(z + (gap if z > 1 else 0) for z, _, _ in turned)
     y, x = (max(shape[axis] for shape in turned) for axis in (1, 2))
     return n_layers * y * x * 2 ** len(set(secondary.mirrored))
 
@@ -219,6 +224,7 @@ def _turned(
     flipped: tuple[int, ...],
     turn: NDArray[np.float64],
     cell_size: tuple[float, ...],
+    gap: int,
 ) -> NDArray[np.int32]:
     """Return the numbers of the cells of a mirrored, scaled and turned copy; −1 outside the image.
 
@@ -234,7 +240,7 @@ def _turned(
         options = {"order": 0, "mode": "grid-constant", "cval": -1}
         copy = np.asarray(affine_transform(copy, inverse, offset, shape, **options), np.int32)  # type: ignore[arg-type]
     if len(numbers) > 1:  # refinement must not shift a patch into the next copy
-        copy = np.pad(copy, [(0, GAP - len(copy) % GAP), (0, 0), (0, 0)], constant_values=-1)
+        copy = np.pad(copy, [(0, gap - len(copy) % gap), (0, 0), (0, 0)], constant_values=-1)
     return copy
 
 

@@ -41,6 +41,7 @@ from ccwsim.engine.stages.conditioning import (
     add_missed,
     data_ahead,
     make_misses,
+    ruled_out,
     start_totals,
 )
 from ccwsim.engine.stages.cut import CutWorkspace, keep_old, make_cut, paste
@@ -48,6 +49,7 @@ from ccwsim.engine.stages.path import Box, Triple
 from ccwsim.engine.stages.similarity import (
     Terms,
     cached_overlap_energies,
+    exclude_illegal,
     make_terms,
     overlap_terms,
     score_places,
@@ -202,7 +204,7 @@ def simulate_patches(first, last, inputs, work, simulated, rng):
         scores, energies = work.scores[:n_layers], work.energies[layer : layer + n_layers]
         illegal, of = oriented.illegal, work.energies_of
         cached_overlap_energies(oriented.squares, illegal, layer, box, block, energies, of)
-        energies = guided_energies(guide, number, layer, energies, work.guided[:n_layers])
+        energies = guided_energies(guide, number, illegal, layer, energies, work.guided[:n_layers])
         score_places(
             oriented.running, layer, oriented.spans, work.terms, n_groups, energies, scores
         )
@@ -284,8 +286,8 @@ def conditional_candidates(
     weights = DENSE if is_split else SPARSE
     share = search.share if has_data and not weights.everywhere else 1.0
     flat, places = totals.reshape(-1), work.total_ranking.places
-    illegal = oriented.illegal[layer : layer + len(totals)].reshape(-1)
-    start_totals(scores.reshape(-1), share, illegal, flat)
+    start_totals(scores.reshape(-1), share, flat)
+    exclude_illegal(oriented.illegal, layer, totals, ruled_out(totals))
     if search.location_cost > 0:
         add_location(box, grid.shape, search.location_cost, search.location_axes, totals)
     layers = layer, len(totals) + search.template[0] // search.block[0] - 1

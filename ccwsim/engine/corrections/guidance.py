@@ -25,6 +25,7 @@ from ccwsim.engine.corrections.proportions import patch_shares
 from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.lengths import USUAL_OVERLAP, ScaledLengths
 from ccwsim.engine.stages.path import overlap_cells
+from ccwsim.engine.stages.similarity import exclude_illegal
 from ccwsim.model.study import Study
 
 NAT = 10.0
@@ -105,11 +106,11 @@ def _tilt_of(shares: NDArray[np.float64], p: NDArray[np.float64]) -> NDArray[np.
 
 
 @part_of_kernel
-def guided_energies(guide, number, layer, energies, guided):
+def guided_energies(guide, number, illegal, layer, energies, guided):
     """Return the energies plus the costs of the locations for patch `number`, in `guided`.
 
     Without a guide, return `energies`. Both arrays have the shape (nz, ny, nx) of locations, of
-    which the first is in `layer`. Locations with half of the largest score keep it.
+    which the first is in `layer`. An `illegal` location gets half of the largest score.
     """
     if guide is None:
         return energies
@@ -127,7 +128,6 @@ def guided_energies(guide, number, layer, energies, guided):
     while n % AT_ONCE:
         offsets[n], terms[n] = 0, np.float32(0)
         n += 1
-    worst = guided.dtype.type(2 ** (8 * guided.itemsize - 2))
     kind, length = guided.dtype.type, np.uint64((ny - 1) * mx + nx)
     out, own = guided.reshape(-1), energies.reshape(-1)
     for z in range(nz):
@@ -147,7 +147,7 @@ def guided_energies(guide, number, layer, energies, guided):
         for y in range(ny):
             first, of_run = np.uint64((z * ny + y) * nx), np.uint64(y * mx)
             for x in range(np.uint64(nx)):
-                energy = own[first + x]
                 cost = kind(costs[of_run + x]) if n > 0 else kind(0)
-                out[first + x] = energy if energy == worst else energy + cost
+                out[first + x] = own[first + x] + cost
+    exclude_illegal(illegal, layer, guided, 2 ** (8 * guided.itemsize - 2))
     return guided

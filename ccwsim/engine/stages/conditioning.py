@@ -369,12 +369,11 @@ def _add_beyond(work, totals):
 
 
 @part_of_kernel
-def start_totals(scores, share, illegal, totals):
+def start_totals(scores, share, totals):
     """Copy scores to `totals`; rule out all locations except the share with the best overlaps.
 
-    `illegal` locations are also ruled out; the array may be empty. The others have the shape (n,).
-    The limit is computed from a histogram of 256 classes, because sorting all scores would take
-    longer than the search.
+    Both arrays have the shape (n,). The limit is computed from a histogram of 256 classes, because
+    sorting all scores would take longer than the search.
     """
     least = most = scores[0]
     for x in range(len(scores)):
@@ -399,8 +398,6 @@ def start_totals(scores, share, illegal, totals):
     for x in range(len(scores)):
         total = totals.dtype.type(scores[x])
         totals[x] = total + out if scores[x] > limit else total
-    for x in range(np.uint64(len(illegal))):
-        totals[x] = out if illegal[x] else totals[x]
 
 
 @part_of_kernel

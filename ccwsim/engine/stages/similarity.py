@@ -162,10 +162,19 @@ def cached_overlap_energies(squares, illegal, layer, box, block, energies, energ
         energies_of[layer, k] = lengths[k]
     if not same:
         overlap_energies(squares[layer:], box, block, energies)
-        flat, excluded = energies.reshape(-1), illegal[layer : layer + len(energies)].reshape(-1)
-        worst = flat.dtype.type(2 ** (8 * energies.itemsize - 2))
-        for x in range(np.uint64(len(excluded))):
-            flat[x] = worst if excluded[x] else flat[x]
+        exclude_illegal(illegal, layer, energies, 2 ** (8 * energies.itemsize - 2))
+
+
+@part_of_kernel
+def exclude_illegal(illegal, layer, values, worst):
+    """Set the values of illegal locations, from layer `layer` on, to `worst`.
+
+    `illegal` has the shape of all locations, or is empty.
+    """
+    flat, excluded = values.reshape(-1), illegal[layer : layer + len(values)].reshape(-1)
+    out = flat.dtype.type(worst)
+    for x in range(np.uint64(len(excluded))):
+        flat[x] = out if excluded[x] else flat[x]
 
 
 def legal_spans(illegal: NDArray[np.uint8]) -> NDArray[np.int64]:

@@ -199,7 +199,7 @@ def test_the_best_share_of_the_overlaps_is_kept(seed, share, spread, of_scores, 
     rng = np.random.default_rng(seed)
     scores = rng.integers(-spread // 2, spread // 2, 13 * 17).astype(of_scores)
     totals = np.empty(scores.shape, of_totals)
-    start_totals(scores, share, np.zeros(0, np.uint8), totals)
+    start_totals(scores, share, totals)
     out = ruled_out(totals)
     kept = totals < out // 2
     assert (totals[kept] == scores[kept]).all()
@@ -213,7 +213,7 @@ def test_the_best_share_of_the_overlaps_is_kept(seed, share, spread, of_scores, 
 
 def test_where_all_overlaps_are_alike_none_is_ruled_out():
     totals = np.empty(30, np.int64)
-    start_totals(np.full(30, 3, np.int16), 0.01, np.zeros(0, np.uint8), totals)
+    start_totals(np.full(30, 3, np.int16), 0.01, totals)
     assert (totals == 3).all()
 
 
