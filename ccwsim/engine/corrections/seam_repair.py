@@ -147,12 +147,11 @@ def prepare_repair(
     running = running_sums(sums, level, window)  # type: ignore[arg-type]
     spans = np.zeros((0, 0, 2), np.int64)
     if unknown.size:
-        ends = [np.arange(n) * b for n, b in zip(energy.shape, block, strict=True)]
-        table = unknown
-        for axis, (low, n) in enumerate(zip(ends, window, strict=True)):
-            table = np.take(table, low + n, axis) - np.take(table, low, axis)
-        spans = legal_spans((table > 0).astype(np.uint8))
-        energy[table > 0] = 2 ** (8 * np.dtype(kind).itemsize - 2)
+        counts = box_sums(unknown, window, (0, 0, 0), window)
+        blocks = tuple(slice(0, n * b, b) for n, b in zip(energy.shape, block, strict=True))
+        illegal = counts[blocks] > 0
+        spans = legal_spans(illegal.astype(np.uint8))
+        energy[illegal] = 2 ** (8 * np.dtype(kind).itemsize - 2)
     least = LEAST_VOLUME if volume else LEAST
     patterns = known_patterns(image, None, volume, unknown)
     near = patterns if patterns.spacing == 1 else known_patterns(image, 1, volume, unknown)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ccwsim.engine.kernels import kernel, part_of_kernel
 from ccwsim.engine.stages.cut import paste
 from ccwsim.engine.stages.path import LEFT, TOP, Box, Triple
+from ccwsim.engine.stages.similarity import box_sums
 
 SIDE, SPACING = 4, 2  # side of a pattern in a map, and spacing of the cells in a pattern
 SIDE_VOLUME, SPACING_VOLUME = 3, 1
@@ -98,10 +99,9 @@ def known_patterns(
     reach = tuple((n - 1) * spacing for n in cells)
     patterns = Patterns(known, cells, spacing, reach, labels, base, row_base, shift)  # type: ignore[arg-type]
     strip = 1, min(ROWS_AT_ONCE, image.shape[1]), image.shape[2]
-    counts = unknown
-    for axis, n in enumerate(reach if unknown.size else ()):
-        ends = np.arange(image.shape[axis] - n)
-        counts = np.take(counts, ends + n + 1, axis) - np.take(counts, ends, axis)
+    size, counts = tuple(n + 1 for n in reach), unknown
+    if unknown.size:
+        counts = box_sums(unknown, size, (0, 0, 0), size)  # type: ignore[arg-type]
     mark_known(image, patterns, counts > 0, *_pattern_buffers(patterns, strip))
     return patterns
 
