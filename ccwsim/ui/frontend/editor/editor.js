@@ -227,15 +227,10 @@ class DataEditor extends CellMap {
 
   listen() {
     super.listen();
-    const frame = this.root.querySelector('.frame');
-    const hear = (kind, what) => frame.addEventListener(kind, (event) => {
-      if (event.target === this.canvas && what.call(this, event)) event.stopPropagation();
-    }, { capture: true });
-    hear('pointerdown', this.down);
-    hear('pointermove', this.move);
-    hear('pointerup', this.up);
-    hear('pointercancel', this.abandon);
-    hear('dblclick', () => this.tool !== 'pan');
+    this.hearFirst({
+      pointerdown: this.down, pointermove: this.move, pointerup: this.up,
+      pointercancel: this.abandon, dblclick: () => this.tool !== 'pan',
+    });
     this.canvas.addEventListener('keydown', (event) => this.typed(event));
     this.root.querySelector('.bar').addEventListener('click', (event) => {
       const { brush, tool, step } = event.target.closest('button')?.dataset || {};

@@ -187,16 +187,11 @@ class GuideBoard extends CellMap {
 
   listen() {
     super.listen();
-    const frame = this.root.querySelector('.frame');
-    const hear = (kind, what) => frame.addEventListener(kind, (event) => {
-      if (event.target === this.canvas && what.call(this, event)) event.stopPropagation();
-    }, { capture: true });
-    hear('pointerdown', this.down);
-    hear('pointermove', this.move);
-    hear('pointerup', this.up);
-    hear('pointercancel', this.abandon);
-    hear('pointerleave', () => { this.spot = null; return false; });
-    hear('dblclick', this.removed);
+    this.hearFirst({
+      pointerdown: this.down, pointermove: this.move, pointerup: this.up,
+      pointercancel: this.abandon, dblclick: this.removed,
+      pointerleave: () => { this.spot = null; return false; },
+    });
     this.canvas.addEventListener('keydown', (event) => this.typed(event));
     const bar = this.root.querySelector('.bar');
     bar.addEventListener('click', (event) => {

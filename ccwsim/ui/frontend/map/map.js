@@ -368,6 +368,16 @@ class CellMap {
     return [Math.floor(y), Math.floor(x)];
   }
 
+  // Hear events of the canvas before the map does; a handler that returns true keeps the event.
+  hearFirst(handlers) {
+    const frame = this.root.querySelector('.frame');
+    for (const [kind, handler] of Object.entries(handlers)) {
+      frame.addEventListener(kind, (event) => {
+        if (event.target === this.canvas && handler.call(this, event)) event.stopPropagation();
+      }, { capture: true });
+    }
+  }
+
   listen() {
     const { canvas } = this;
     const place = (event) => this.spotOf(event);
