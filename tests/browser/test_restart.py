@@ -14,8 +14,9 @@ pytestmark = [
     pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}"),
 ]
 
-N = 400
-STUDY = f"grid=200x150&data=none&template=16&overlap=4&realizations={N}&seed=31"
+FEW, MANY = 10, 400
+"""Numbers of realizations: the second run takes seconds, so that *Live* does not start it."""
+STUDY = f"grid=400x300&data=none&template=16&overlap=4&realizations={FEW}&seed=31"
 SAME = f"(before) => ({PIXELS})('map_realization') === before"
 
 
@@ -23,9 +24,9 @@ def test_a_server_killed_in_mid_run_and_started_again_shows_the_same_picture(chr
     context, port = context_of(chromium), free_port()
     with started(port=port) as first:
         page = opened(context, f"{first.address}/simulate?{STUDY}")
-        large(page, 1, N)
+        large(page, 1, FEW)
         before = picture(page)
-        fill(page, "n_realizations", N + 1)  # a study that the server has not kept
+        fill(page, "n_realizations", MANY)
         link = page.url
         button = page.locator(".st-key-run button").first
         progress = page.locator(".st-key-progress").first
@@ -39,14 +40,14 @@ def test_a_server_killed_in_mid_run_and_started_again_shows_the_same_picture(chr
         assert page.locator(".st-key-map_realization canvas").count()  # the old map stays
     with started(port=port):
         again = opened(context, link)
-        large(again, 1, N + 1)
+        large(again, 1, MANY)
         assert again.url == link
         again.wait_for_function(SAME, arg=before, timeout=SLOW)
         again.close()
         # the open tab reconnects by itself
         page.wait_for_selector("[data-test-connection-state=CONNECTED]", timeout=SLOW)
         at_rest(page)
-        large(page, 1, N + 1)
+        large(page, 1, MANY)
         page.wait_for_function(SAME, arg=before, timeout=SLOW)
         assert page.url == link
     context.close()
