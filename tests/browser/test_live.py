@@ -53,6 +53,13 @@ KEPT = """
   (key) => window.canvas(key).made === 'before')
 """
 PICTURE = "() => window.canvas('map_realization').toDataURL()"
+SOUTH = """() => {
+  const canvas = window.canvas('map_realization'), south = new OffscreenCanvas(canvas.width, 99);
+  const pen = south.getContext('2d');
+  pen.drawImage(canvas, 0, 198 - canvas.height);
+  return pen.getImageData(0, 0, canvas.width, 99).data.join();
+}"""
+"""Cells in the south of the realization, below the words that say which one is shown."""
 
 
 def own(seed: int, level: int = 2):
@@ -150,12 +157,13 @@ def test_a_click_in_the_history_brings_study_and_results_back(page):
     from playwright.sync_api import expect
 
     strip = page.locator(".st-key-history button")
-    before = downloaded(page)
+    before, south = downloaded(page), page.evaluate(SOUTH)
     choose(page, "wavelet_level", "1")
     changed = strip.filter(has_text="level 2 → 1")
     changed.first.wait_for(timeout=SLOW)
     complete(page)
     assert np.array_equal(downloaded(page, level=1), own(LAST_SEED, level=1).realizations)
+    the_map_before_is_shown_while_a_key_is_held(page, south)
     first, second = strip.nth(0), strip.nth(1)
     expect(first).to_have_attribute("aria-current", "true", timeout=SLOW)
 
@@ -178,6 +186,18 @@ def test_a_click_in_the_history_brings_study_and_results_back(page):
     )
     complete(page)
     expect(page.locator(".st-key-wavelet_level input")).to_have_value("1", timeout=SLOW)
+
+
+def the_map_before_is_shown_while_a_key_is_held(page, before: str) -> None:
+    def shows(held: bool) -> None:
+        assert (page.evaluate(SOUTH) == before) == held
+
+    soon(lambda: shows(False))
+    page.evaluate("window.canvas('map_realization').focus()")
+    page.keyboard.down("b")
+    soon(lambda: shows(True))
+    page.keyboard.up("b")
+    soon(lambda: shows(False))
 
 
 def test_on_a_phone_the_history_scrolls_in_its_own_row(page):

@@ -121,6 +121,7 @@ def draw_cells(
     leads: bool = True,
     tools: bool = True,
     on_cell: Callable[[int, int], None] | None = None,
+    answer: int = 0,
     body: bool = True,
     cursor: Sequence[int] | None = None,
 ) -> None:
@@ -133,8 +134,9 @@ def draw_cells(
 
     Options of maps: maps with the same `scale` share one cell size, the largest at which each map
     with `leads` fits on the page. `tools` shows buttons for zooming and saving. `on_cell` is called
-    with the row and column of a clicked cell. Options of volumes: `body` shows the volume beside
-    three slices. If `cursor` (layer, row, column) changes, the slices move to this cell; otherwise
+    with the row and column of a clicked cell. When `answer` changes, the user can compare the map
+    with the map before. Options of volumes: `body` shows the volume beside three slices. If
+    `cursor` (layer, row, column) changes, the slices move to this cell; otherwise
     only the user moves the slices.
     """
     options: dict[str, Any] = {"grid": grid, "link": link, "name": name}
@@ -146,6 +148,7 @@ def draw_cells(
         draw_component("volume", key, content)
         return
     options |= {"scale": scale, "leads": leads, "tools": tools, "picks": on_cell is not None}
+    options["answer"] = answer
 
     def picked(cell: Sequence[int]) -> None:
         if on_cell is not None:

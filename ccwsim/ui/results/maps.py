@@ -19,7 +19,7 @@ from ccwsim.ui.frontend.cells import CellMap, draw_cells, facies_map, points_of,
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results.charts import e_type_of
 from ccwsim.ui.session.cached import cached
-from ccwsim.ui.session.resolve import data_of, image_of, wells_of
+from ccwsim.ui.session.resolve import data_of, image_of, wells_of, what_decides
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.errors import if_possible
 from ccwsim.ui.widgets.fields import button, field, options_of
@@ -117,7 +117,13 @@ def draw_e_type(
     # a map below a realization also has coordinates, so that the edges of the maps are aligned
     own_axes = ensemble.grid.nz is not None or is_wide(ensemble.grid)
     grid = ensemble.grid if own_axes else None
-    draw_cells(shown, "e_type", grid=grid, link="grid", scale="maps", name=name)
+    options: dict[str, Any] = {"link": "grid", "scale": "maps", "name": name}
+    draw_cells(shown, "e_type", grid=grid, answer=_answer(state), **options)
+
+
+def _answer(state: State) -> int:
+    """Return a number that changes with the study of the results, to show those before it."""
+    return hash(what_decides(state.ensemble_choices or state.choices))
 
 
 def e_type_field(
@@ -195,7 +201,7 @@ def draw_realization(
     shown = facies_map(ensemble.indices[r], image, colours, title)
     shown = with_data(state, shown, ensemble.hard_data, image, ensemble.realizations[r])
     options: dict[str, Any] = {"link": "grid", "scale": "maps", "name": f"realization_{r + 1}"}
-    draw_cells(shown, "realization", grid=grid, **options)
+    draw_cells(shown, "realization", grid=grid, answer=_answer(state), **options)
 
 
 def draw_gallery(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:

@@ -72,7 +72,7 @@ class DataEditor extends CellMap {
 
   faciesAt([row, column]) {
     return this.brush === AS_SHOWN
-      ? this.indices[(this.data.ny - 1 - row) * this.data.nx + column] : this.brush;
+      ? this.shown.indices[(this.data.ny - 1 - row) * this.data.nx + column] : this.brush;
   }
 
   // Return the data under the eraser: in the crossed cells, or under its tip if cells are tiny.

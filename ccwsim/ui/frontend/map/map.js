@@ -31,11 +31,14 @@ class CellMap {
     const sameGrid = this.data && this.data.nx === data.nx && this.data.ny === data.ny;
     this.start();
     this.leave();
+    if (!sameGrid) this.before = null;
+    else if (this.shown && data.answer !== this.data.answer) this.before = { ...this.shown, alt: this.data.alt };
     this.data = data;
     if (data.scale) groups.set(data.scale, (groups.get(data.scale) || new Set()).add(this));
     if (!sameGrid || !this.view) this.view = { x: data.nx / 2, y: data.ny / 2, zoom: 1 };
     this.canvas.setAttribute('aria-label', data.alt);
     this.root.querySelector('[data-do="data"]').hidden = !data.points.length;
+    this.root.querySelector('[data-do="before"]').hidden = !this.before;
     this.root.querySelector('.tools').hidden = data.tools === false;
     this.legendOf();
     this.ask(data.png + data.lut.join());
@@ -64,16 +67,27 @@ class CellMap {
     pen.drawImage(image, 0, 0);
     const pixels = pen.getImageData(0, 0, nx, ny);
     const colours = lut.map(rgbOf);
-    this.indices = new Uint8Array(nx * ny);
+    const indices = new Uint8Array(nx * ny);
     for (let k = 0; k < nx * ny; k++) {
       const index = pixels.data[4 * k];
-      this.indices[k] = index;
+      indices[k] = index;
       const [r, g, b, a] = colours[index] ? [...colours[index], 255] : [0, 0, 0, 0];  // 255: inactive
       pixels.data.set([r, g, b, a], 4 * k);
     }
     pen.putImageData(pixels, 0, 0);
-    this.picture = picture;
+    this.shown = { picture, indices };
   }
+
+  // Show the picture before the last change of the study while a key or a button is held.
+  holdBefore(held, tell = true) {
+    if (held === this.held) return;
+    this.held = held;
+    this.say();
+    this.draw();
+    if (tell) this.tell();
+  }
+
+  get pictured() { return (this.held && this.before) || this.shown; }
 
   layout() {
     const { nx, ny, axes, max_height: most = HIGHEST_MAP } = this.data;
@@ -131,18 +145,19 @@ class CellMap {
 
   draw() {
     const pen = clearAndClip(this.canvas, this);
-    if (this.picture) {
+    if (this.pictured) {
       const s = this.cell * this.view.zoom;
       const [x, y] = this.toCanvas(0, this.data.ny);
       pen.imageSmoothingEnabled = s * this.dots < 1;
       pen.imageSmoothingQuality = 'high';
-      pen.drawImage(this.picture, x, y, this.data.nx * s, this.data.ny * s);
+      pen.drawImage(this.pictured.picture, x, y, this.data.nx * s, this.data.ny * s);
     }
     this.drawLines(pen);
     this.drawTrail(pen);
     this.drawMarks(pen);
     if (this.dataShown) this.drawPoints(pen);
     this.drawCross(pen);
+    if (this.held && this.before) drawName(pen, `before: ${this.before.alt}`, this.left + this.wide / 2, 0);
     pen.restore();
     drawEdge(pen, this);
     if (this.data.axes) this.drawAxes(pen);
@@ -298,10 +313,10 @@ class CellMap {
 
   at(cell) {
     const { nx, ny, labels } = this.data;
-    if (!cell || this.there !== this.wanted) return '';
+    if (!cell || (this.there !== this.wanted && !this.held)) return '';
     const [row, column] = cell;
     if (row < 0 || column < 0 || row >= ny || column >= nx) return '';
-    return labels[this.indices[(ny - 1 - row) * nx + column]] ?? 'inactive';
+    return labels[this.pictured.indices[(ny - 1 - row) * nx + column]] ?? 'inactive';
   }
 
   point(cell, tell = true) {
@@ -335,7 +350,8 @@ class CellMap {
 
   tell() {
     if (!this.data.link) return;
-    const detail = { from: this, link: this.data.link, view: this.view, hover: this.hover };
+    const { view, hover, held } = this;
+    const detail = { from: this, link: this.data.link, view, hover, held };
     window.dispatchEvent(new CustomEvent(LINK, { detail }));
   }
 
@@ -411,7 +427,17 @@ class CellMap {
     canvas.addEventListener('keydown', (event) => {
       const what = { '+': 'in', '=': 'in', '-': 'out', 0: 'fit' }[event.key];
       if (what) this.act(what);
+      if (event.key === 'b') this.holdBefore(true);
     });
+    const release = () => this.holdBefore(false);
+    canvas.addEventListener('keyup', release);
+    canvas.addEventListener('blur', release);
+    const before = this.root.querySelector('[data-do="before"]');
+    before.addEventListener('pointerdown', () => this.holdBefore(true));
+    before.addEventListener('keydown', ({ key }) => (key === ' ' || key === 'Enter') && this.holdBefore(true));
+    for (const kind of ['pointerup', 'pointerleave', 'pointercancel', 'keyup', 'blur']) {
+      before.addEventListener(kind, release);
+    }
     this.root.querySelector('.tools').addEventListener('click', (event) => {
       if (event.target.dataset.do) this.act(event.target.dataset.do);
     });
@@ -419,6 +445,7 @@ class CellMap {
       if (detail.from === this || !this.data || detail.link !== this.data.link) return;
       this.point(detail.hover, false);
       this.look(detail.view, false);
+      this.holdBefore(detail.held, false);
     };
     this.watch = new ResizeObserver(() => this.data && this.layout());
   }
