@@ -33,6 +33,8 @@ from tests.browser.served import CHROMIUM, served
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
 
+SIDE, N = 256, 16  # at level 0, the run takes long enough to show its progress
+
 
 @pytest.fixture
 def page(tab):
@@ -78,10 +80,10 @@ def image_file(request, tmp_path) -> Path:
 
 @pytest.fixture
 def data_file(tmp_path) -> Path:
-    """Return a file of sixty wells on 512 × 512 cells."""
+    """Return a file of sixty wells on `SIDE` × `SIDE` cells."""
     rng = np.random.default_rng(5)
-    cells = rng.choice(512 * 512, 60, replace=False)
-    rows = [f"{c // 512},{c % 512},{rng.integers(2)}" for c in cells]
+    cells = rng.choice(SIDE * SIDE, 60, replace=False)
+    rows = [f"{c // SIDE},{c % SIDE},{rng.integers(2)}" for c in cells]
     file = tmp_path / "wells.csv"
     file.write_text("\n".join(["row,col,facies", *rows]))
     return file
@@ -117,7 +119,7 @@ def test_the_first_page_introduces_the_program_until_it_is_used(chromium, addres
 
 
 def test_own_image_and_data_to_realizations_and_back_home(page, address, image_file, data_file):
-    opened(page, address, "/simulate")
+    opened(page, address, f"/simulate?grid={SIDE}x{SIDE}&data=none")
     upload(page, "image", image_file, note=image_file.stem)
     upload(page, "data", data_file, note="60 data")
     page.evaluate(
@@ -129,22 +131,22 @@ def test_own_image_and_data_to_realizations_and_back_home(page, address, image_f
           }).observe(document.body, {subtree: true, childList: true, characterData: true});
         }"""
     )
-    fill(page, "n_realizations", 40)  # enough realizations to see progress
+    fill(page, "n_realizations", N)
     fill(page, "seed", 42)
     choose(page, "wavelet_level", "0")
     run(page)
-    facts(page, "60 of 60 data honoured.*40 realizations in .* CPU each")
-    assert any("40 realizations" in text for text in page.evaluate("window.seen"))
+    facts(page, f"60 of 60 data honoured.*{N} realizations in .* CPU each")
+    assert any(f"{N} realizations" in text for text in page.evaluate("window.seen"))
 
     tiles = page.get_by_role("button", name=re.compile(r"^Realization \d+$"))
     from playwright.sync_api import expect
 
-    expect(tiles).to_have_count(40, timeout=SOON)  # the old tiles remain for a moment
+    expect(tiles).to_have_count(N, timeout=SOON)  # the old tiles remain for a moment
     until(
         lambda: tiles.nth(2).click(timeout=GLANCE),
-        lambda wait: sees(page.get_by_text("Realization 3 of 40"), wait),
+        lambda wait: sees(page.get_by_text(f"Realization 3 of {N}"), wait),
     )
-    fourth = page.get_by_text("Realization 4 of 40")
+    fourth = page.get_by_text(f"Realization 4 of {N}")
     until(
         lambda: None if fourth.count() else page.keyboard.press("ArrowRight"),
         lambda wait: sees(fourth, wait),
@@ -158,8 +160,8 @@ def test_own_image_and_data_to_realizations_and_back_home(page, address, image_f
     assert '"wavelet_level": 0' in str(saved["parameters"])
     image = read_training_image(image_file)
     own = simulate(
-        image, (512, 512), Parameters(wavelet_level=0), n_realizations=40, seed=42,
-        hard_data=read_hard_data(data_file, Grid(512, 512), image),
+        image, (SIDE, SIDE), Parameters(wavelet_level=0), n_realizations=N, seed=42,
+        hard_data=read_hard_data(data_file, Grid(SIDE, SIDE), image),
     )  # fmt: skip
     assert np.array_equal(saved["realizations"], own.realizations)
 
