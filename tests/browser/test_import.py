@@ -11,14 +11,11 @@ from PIL import Image, ImageFilter
 from scipy.io import savemat
 from scipy.ndimage import gaussian_filter
 
-from ccwsim import Grid
-from ccwsim.io import maps_as_bytes
 from tests.browser.hands import (
     GLANCE,
     SLOW,
     at_rest,
     choose,
-    downloaded,
     follow,
     menu,
     settled,
@@ -142,45 +139,6 @@ def test_boreholes_in_utm_with_names_reach_a_simulation(tab, address, tmp_path):
     tab.wait_for_selector(".st-key-map_realization canvas", timeout=SLOW)
     at_rest(tab)
     tab.screenshot(path=tmp_path / "simulated.png", full_page=True)
-
-
-def test_an_image_and_wells_in_utm_give_a_geotiff_without_a_number_typed(tab, address, tmp_path):
-    rasterio = pytest.importorskip("rasterio")
-    place = {"cell_size": (25.0, 25.0), "origin": (413000.0, 5294000.0), "crs": "EPSG:32632"}
-    codes = np.digitize(FIELD, [0.4, 0.6])
-    grid = Grid(*codes.shape, **place)
-    image, wells = tmp_path / "facies.tif", tmp_path / "wells.csv"
-    image.write_bytes(maps_as_bytes({"facies": codes}, grid, "tif"))
-    cells = np.random.default_rng(4).choice(codes.size, 40, replace=False)
-    rows, columns = np.unravel_index(cells, codes.shape)
-    places = zip(
-        413000 + 25 * columns + 9, 5294000 + 25 * rows + 9, codes[rows, columns], strict=True
-    )
-    lines = [f"{x},{y},{code}" for x, y, code in places]
-    wells.write_text("\n".join(["easting,northing,facies", *lines, "500000,5294100,1"]))
-    tab.goto(f"{address}/import?{STUDY}")
-    tab.locator(".st-key-import_image_file input[type=file]").set_input_files(image, timeout=SLOW)
-    tab.wait_for_selector(".st-key-map_import canvas", timeout=SLOW)
-    at_rest(tab)
-    bring_wells(tab, wells)
-    tab.get_by_text("1 of 41 data outside the grid").first.wait_for(timeout=SLOW)
-    at_rest(tab)
-    tab.screenshot(path=tmp_path / "asked.png", full_page=True)
-    assert not tab.locator(".st-key-ask_fit").count()  # a distant well does not extend the grid
-    choose(tab, "ask_on_outside", "leave them out")
-    tab.get_by_text("40 data of wells.csv are in the study").wait_for(timeout=SLOW)
-    follow(tab, tab.get_by_role("button", name="Simulate", exact=True), "simulate")
-    honoured = re.compile(r"40 of 40 data honoured")
-    tab.locator(".facts", has_text=honoured).first.wait_for(timeout=SLOW)
-    at_rest(tab)
-    tab.screenshot(path=tmp_path / "simulated.png", full_page=True)
-    saved = downloaded(tab, "realizations_tif")
-    with rasterio.open(saved.path()) as made, rasterio.open(image) as given:
-        assert made.crs == given.crs
-        assert made.transform == given.transform
-        assert made.shape == given.shape
-        for at in range(1, made.count + 1):
-            assert (made.read(at)[::-1][rows, columns] == codes[rows, columns]).all()
 
 
 WELLS = {

@@ -204,14 +204,14 @@ class TestLeaveOut:
 
 @pytest.mark.slow
 def test_the_right_image_is_seldom_rejected():
-    """Test nine reference fields of each generator; there are fewer of the larger sides."""
+    """Test six reference fields of each generator; there are fewer of the larger sides."""
     found = [
         alarm
         for name in NAMES
-        for side, n in zip(SIDES, (4, 3, 2), strict=True)
+        for side, n in zip(SIDES, (3, 2, 1), strict=True)
         for alarm in rejected(name, name, side, 400, 100, n)
     ]
-    assert len(found) == 36
+    assert len(found) == 24
     assert np.mean(found) <= 0.06
 
 

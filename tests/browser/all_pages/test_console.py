@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from contextlib import ExitStack, closing
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -38,14 +38,16 @@ def server(tmp_path_factory) -> Iterator[tuple[str, Path]]:
 def said(chromium, server) -> dict[str, list[tuple[str, str]]]:
     """Return the text and the address of each message in the console of each page.
 
-    The pages are open side by side, because their timers need seconds.
+    Cookies and storage are empty for each page, as on a first visit; the files of Streamlit are
+    not loaded again. The pages are open side by side, because their timers need seconds.
     """
     address, _ = server
     found: dict[str, list[tuple[str, str]]] = {page: [] for page in ("", *PAGES)}
-    with ExitStack() as profiles:
+    with closing(chromium.new_context()) as profile:
+        profile.add_init_script("localStorage.clear(); sessionStorage.clear()")
         tabs = []
         for page, own in found.items():
-            profile = profiles.enter_context(closing(chromium.new_context()))  # empty storage
+            profile.clear_cookies()
             tab = profile.new_page()
             tab.on("console", lambda m, own=own: own.append((m.text, m.location["url"])))
             tab.on("pageerror", lambda error, own=own: own.append((str(error), "")))
