@@ -42,9 +42,7 @@ class SweepPlan:
 
 
 def plan_sweep(
-    base: Parameters,
-    ranges: Mapping[str, Sequence[Any]],
-    image_shape: Shape | None = None,
+    base: Parameters, ranges: Mapping[str, Sequence[Any]], image_shape: Shape | None = None
 ) -> SweepPlan:
     """Return all valid combinations of parameter ranges.
 

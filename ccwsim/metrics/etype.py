@@ -61,9 +61,7 @@ def vertical_proportions(images: Images, codes: Codes | None = None) -> NDArray[
 
 
 def proportion_quantiles(
-    images: Images,
-    codes: Codes | None = None,
-    probabilities: Sequence[float] = (0.1, 0.5, 0.9),
+    images: Images, codes: Codes | None = None, probabilities: Sequence[float] = (0.1, 0.5, 0.9)
 ) -> NDArray[np.float64]:
     """Return quantiles of each facies' proportion, shape (n_quantiles, n_facies).
 

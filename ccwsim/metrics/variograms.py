@@ -8,15 +8,7 @@ from scipy import fft
 
 from ccwsim.engine.kernels import allocating_kernel
 from ccwsim.metrics.lags import Direction, Lags, count_pairs, lags_within
-from ccwsim.metrics.stack import (
-    N_AXES,
-    Codes,
-    Fraction,
-    Images,
-    as_stack,
-    in_pieces,
-    map_parallel,
-)
+from ccwsim.metrics.stack import N_AXES, Codes, Fraction, Images, as_stack, in_pieces, map_parallel
 from ccwsim.model.arrays import check_int, ratio
 from ccwsim.model.bounds import MAX_LAG
 from ccwsim.model.errors import CCWSIMError
@@ -156,9 +148,7 @@ def transiograms(
     stack = as_stack(images, codes)
     steps, offsets = lags_within(stack.shape, direction, lags)
     counted = map_parallel(
-        lambda k: _known_transitions(stack.volume(k), stack.n_facies, offsets),
-        len(stack),
-        progress,
+        lambda k: _known_transitions(stack.volume(k), stack.n_facies, offsets), len(stack), progress
     )
     counts = np.moveaxis(np.array(counted, dtype=float), 1, 3)
     tails = counts.sum(axis=2, keepdims=True)

@@ -65,10 +65,7 @@ class HardData:
 
     @classmethod
     def of(
-        cls,
-        data: Any,
-        grid: Grid | Sequence[int],
-        training_image: TrainingImage | None = None,
+        cls, data: Any, grid: Grid | Sequence[int], training_image: TrainingImage | None = None
     ) -> HardData:
         """Return hard data unchanged, or make hard data from another object.
 

@@ -10,15 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ccwsim import (
-    CCWSIMError,
-    Ensemble,
-    Grid,
-    HardData,
-    Parameters,
-    TrainingImage,
-    simulate,
-)
+from ccwsim import CCWSIMError, Ensemble, Grid, HardData, Parameters, TrainingImage, simulate
 from ccwsim.io.archive import opened_archive
 from ccwsim.io.atomic import write_bytes
 from ccwsim.io.data_file import printable
