@@ -15,11 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from ccwsim import Grid, HardData, TrainingImage
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.errors import CCWSIMError, shown
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
-from ccwsim.model.training_image import TrainingImage
 
 ASSETS = Path(__file__).parents[1] / "assets"
 Row = TypeVar("Row")

@@ -10,12 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import ndtri
 
+from ccwsim import Ensemble, Grid, HardData, Parameters, TrainingImage
 from ccwsim.model.arrays import Shape, check_int
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
-from ccwsim.model.parameters import Parameters
-from ccwsim.model.training_image import TrainingImage
 
 
 def simulate_two_point(

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ccwsim import Ensemble, Grid, HardData, Parameters, Secondary, TrainingImage
 from ccwsim.io.atomic import format_of, write_bytes
 from ccwsim.io.data_file import DataFile, printable
 from ccwsim.io.formats.labelled import realizations_as_netcdf
@@ -19,14 +20,8 @@ from ccwsim.io.maps import maps_as_bytes
 from ccwsim.io.opening import PathOrFile, kind_of, open_content, read_bytes
 from ccwsim.io.secondary import KINDS_OF_ARRAYS, arrays_of_secondary, secondary_of_arrays
 from ccwsim.model import arrays
-from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError, shown
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
 from ccwsim.model.missing import UNKNOWN
-from ccwsim.model.parameters import Parameters
-from ccwsim.model.secondary import Secondary
-from ccwsim.model.training_image import TrainingImage
 
 FORMATS = ("npz", "gslib", "sgems", "dat", "grdecl", "png", "vti", "tif", "nc")
 """Formats of realizations, named by file ending."""

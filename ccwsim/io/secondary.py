@@ -8,6 +8,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim import CCWSIMError, Grid, TrainingImage
 from ccwsim.io.data_file import DataFile, listed
 from ccwsim.io.formats.pictures import PictureFile
 from ccwsim.io.gridding import as_grid
@@ -17,11 +18,8 @@ from ccwsim.io.limits import limits
 from ccwsim.io.opening import PathOrFile, open_file, read_bytes
 from ccwsim.model.arrays import as_floats, describe_shape, frozen
 from ccwsim.model.bounds import MAX_IMAGES
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.grid import Grid
 from ccwsim.model.numbers import plural
 from ccwsim.model.secondary import Auxiliary, Secondary, cells_in_polygon
-from ccwsim.model.training_image import TrainingImage
 
 PREFIX = "p_"  # begin, in lower case, of variables with probabilities, such as `P_sand`
 HEIGHTS = ("z", "layer")  # first columns of a vertical curve, which has one row for each layer

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim import Grid, TrainingImage
 from ccwsim.io.atomic import format_of, write_bytes
 from ccwsim.io.data_file import DataFile
 from ccwsim.io.formats import pictures
@@ -20,8 +21,6 @@ from ccwsim.io.limits import TooManyCells
 from ccwsim.io.opening import PathOrFile, open_file
 from ccwsim.model.classes import Classes, Merge, are_codes, classify, merge_facies
 from ccwsim.model.errors import CCWSIMError, shown
-from ccwsim.model.grid import Grid
-from ccwsim.model.training_image import TrainingImage
 
 FORMATS = ("npy", "sgems", "gslib", "dat", "grdecl", "png")  # named by file ending
 

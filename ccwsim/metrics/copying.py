@@ -6,11 +6,10 @@ from math import prod
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ccwsim import CCWSIMError, Grid
 from ccwsim.engine.kernels import allocating_kernel, kernel
 from ccwsim.metrics.stack import N_AXES, as_volume
 from ccwsim.model.arrays import as_array, as_integers
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.grid import Grid
 
 
 @dataclass(frozen=True, eq=False)

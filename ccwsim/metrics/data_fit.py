@@ -17,16 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
+from ccwsim import CCWSIMError, Grid, HardData, TrainingImage, simulate
 from ccwsim.jobs.workers import Cancel, check_stop
 from ccwsim.metrics.stack import N_AXES, Fraction
 from ccwsim.model.arrays import check_int
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import PER_AXIS, Parameters
 from ccwsim.model.study import Study
-from ccwsim.model.training_image import TrainingImage
-from ccwsim.run.simulation import simulate
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

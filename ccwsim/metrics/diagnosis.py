@@ -10,6 +10,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ccwsim import Grid, Parameters, TrainingImage
 from ccwsim.engine.stages.conditioning import MAX_DATA
 from ccwsim.metrics.etype import proportions
 from ccwsim.metrics.lags import VERTICAL, Direction, lags_that_fit
@@ -18,10 +19,7 @@ from ccwsim.metrics.stationarity import PARTS, QUARTERS, Stationarity, stationar
 from ccwsim.metrics.variograms import variogram
 from ccwsim.model.arrays import as_integers, check_int
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
-from ccwsim.model.grid import Grid
 from ccwsim.model.numbers import plural
-from ccwsim.model.parameters import Parameters
-from ccwsim.model.training_image import TrainingImage
 
 _FILE = Path(__file__).parents[1] / "assets" / "advice.toml"
 _SAID: dict[str, str] = tomllib.loads(_FILE.read_text("utf-8"))

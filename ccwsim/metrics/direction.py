@@ -3,10 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim import CCWSIMError, Ensemble
 from ccwsim.metrics.stack import Images, as_stack
 from ccwsim.model.arrays import check_number
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.errors import CCWSIMError
 
 EDGE = 1.5  # standard deviation, in cells, of the Gaussian whose gradients are taken
 WIDTH = 24.0

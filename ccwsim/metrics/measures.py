@@ -8,14 +8,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim import Ensemble, TrainingImage
 from ccwsim.metrics.connectivity import Geobodies, geobody_statistics
 from ccwsim.metrics.pattern_codes import count_patterns
 from ccwsim.metrics.patterns import layers_of, unseen_patterns
 from ccwsim.metrics.reference_band import Fit, fit_values
 from ccwsim.metrics.stack import Fraction, Stack, as_stack, map_parallel
 from ccwsim.model.arrays import ratio
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.training_image import TrainingImage
 
 MAX_IMAGES = 200  # maximum number of measured realizations; later realizations are not measured
 PER_CELLS, PER_CELLS_VOLUME = 10_000, 1_000_000

@@ -6,6 +6,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ccwsim import Grid, HardData, TrainingImage, simulate
 from ccwsim.jobs.workers import Cancel
 from ccwsim.metrics.data_fit import MIN_Z, paired_z, wells_of
 from ccwsim.metrics.etype import EType
@@ -20,12 +21,8 @@ from ccwsim.metrics.stack import (
 )
 from ccwsim.model.arrays import as_floats, check_int, ratio
 from ccwsim.model.errors import CCWSIMError, shown
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
 from ccwsim.model.missing import UNKNOWN
 from ccwsim.model.study import Study
-from ccwsim.model.training_image import TrainingImage
-from ccwsim.run.simulation import simulate
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import ndtri, stdtrit
 
+from ccwsim import Ensemble, Grid, TrainingImage
 from ccwsim.metrics.bands import STATISTICS, Statistic, curves_of
 from ccwsim.metrics.connectivity import geobody_statistics
 from ccwsim.metrics.etype import proportions
@@ -27,10 +28,7 @@ from ccwsim.metrics.pattern_codes import count_patterns
 from ccwsim.metrics.patterns import PatternHistogram, js_divergence
 from ccwsim.metrics.stack import N_AXES, Stack, as_volume
 from ccwsim.model.arrays import as_floats, check_int, ratio
-from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError, shown
-from ccwsim.model.grid import Grid
-from ccwsim.model.training_image import TrainingImage
 from ccwsim.system.lru_cache import LruCache
 
 MIN_SIDE, MAX_SIDE = 8, 512

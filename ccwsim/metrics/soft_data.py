@@ -3,19 +3,14 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim import CCWSIMError, Ensemble, Grid, Parameters, Secondary, TrainingImage
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.raster import SLACK, make_plan
 from ccwsim.engine.stages.similarity import box_sums, summed_up
 from ccwsim.metrics.etype import facies_counts
 from ccwsim.metrics.reference import Calibration, pooled_calibration
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.grid import Grid
 from ccwsim.model.missing import UNKNOWN
-from ccwsim.model.parameters import Parameters
-from ccwsim.model.secondary import Secondary
 from ccwsim.model.study import Study
-from ccwsim.model.training_image import TrainingImage
 
 NOTED = 0.05  # noted difference between an asked proportion and the nearest one of a piece
 FEW, MANY = 5, 0.2  # fewer locations are noted if more than the share MANY of patches have them

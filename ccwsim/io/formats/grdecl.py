@@ -7,11 +7,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim import CCWSIMError, Grid
 from ccwsim.io.data_file import DataFile, broken
 from ccwsim.io.formats.text_tables import numbers_in
 from ccwsim.io.limits import MAX_VARIABLES, check_cells
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.grid import Grid
 
 _KEYWORD = re.compile(rb"^[ \t]*([A-Za-z][A-Za-z0-9_+-]{0,31})\b([-\s\d.*+eEdD]*+)/", re.MULTILINE)
 _SIZES = re.compile(rb"^[ \t]*(SPECGRID|DIMENS)\s+(\d{1,9})\s+(\d{1,9})\s+(\d{1,9})", re.M | re.I)

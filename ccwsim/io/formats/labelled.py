@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim import CCWSIMError, Grid
 from ccwsim.io.data_file import DataFile, broken, optional_package
 from ccwsim.io.formats.rasters import code_and_wkt
 from ccwsim.io.limits import MAX_VARIABLES, check_cells
 from ccwsim.model.arrays import AXES, labelled_axes, oriented_values
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.grid import Grid
 
 _MATLAB = "MATLAB_class"
 _CRS_VARIABLE = "spatial_ref"  # name of the variable whose attributes state the coordinate system

@@ -8,11 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim import CCWSIMError, Grid
 from ccwsim.io.data_file import DataFile, distinct_names, printable
 from ccwsim.io.formats.text_tables import is_number, numbers_in
 from ccwsim.io.limits import MAX_VARIABLES, check_cells, limits
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.grid import Grid
 
 _IN_TITLE = re.compile(r"\((\d{1,6}) ?[xX×] ?(\d{1,6})(?: ?[xX×] ?(\d{1,6}))?\)")
 """Sizes in a title such as "channels (250x250x1)", as SGeMS writes it."""

@@ -11,15 +11,13 @@ from typing import Any, Literal, get_args, get_type_hints
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim import Grid, HardData, TrainingImage
 from ccwsim.io.formats.text_tables import is_number
 from ccwsim.io.hard_data.points import FAR, ImportedPoints, along_wells
 from ccwsim.io.hard_data.rows import RowProblem
 from ccwsim.model.arrays import as_integers, is_whole
 from ccwsim.model.classes import Classes, asks_for_codes, classify
 from ccwsim.model.errors import CCWSIMError, shown
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
-from ccwsim.model.training_image import TrainingImage
 
 _LISTED = 6  # maximum number of problems of a kind that a message lists
 Treatment = Literal["error", "drop"]

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim import CCWSIMError, Grid
 from ccwsim.io.data_file import DataFile, first_of, named_lines, printable
 from ccwsim.io.formats.pictures import PictureFile
 from ccwsim.io.formats.text_tables import UNKNOWN, is_number, not_a_number, numbered
@@ -24,8 +25,6 @@ from ccwsim.io.limits import limits
 from ccwsim.io.opening import PathOrFile, open_file
 from ccwsim.model.arrays import AXES, Shape, check_int, describe_shape, frozen
 from ccwsim.model.classes import are_codes
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.grid import Grid
 from ccwsim.model.missing import CUSTOMARY_CODES
 
 FAR = 2.0**40  # maximum distance of data from the grid, in cells; a larger distance is an error

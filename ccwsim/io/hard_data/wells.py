@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim import Grid, HardData, TrainingImage
 from ccwsim.io.data_file import DataFile, first_of
 from ccwsim.io.formats.pictures import PictureFile
 from ccwsim.io.hard_data import placing
@@ -35,9 +36,6 @@ from ccwsim.io.hard_data.rows import Intervals, RowProblems
 from ccwsim.io.limits import limits
 from ccwsim.io.opening import PathOrFile, open_file
 from ccwsim.model.errors import CCWSIMError, shown
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
-from ccwsim.model.training_image import TrainingImage
 
 STEPS_A_CELL = 16  # points on a deviated well's path within the length of the shortest side
 MAX_BEND = np.radians(179.0)  # between stations; near 180°, the plane of the arc is undefined

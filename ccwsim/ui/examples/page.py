@@ -13,6 +13,7 @@ import numpy as np
 import streamlit as st
 from numpy.typing import NDArray
 
+from ccwsim import Ensemble, simulate
 from ccwsim.experiments.two_point import simulate_two_point
 from ccwsim.figures import LIGHT, Dots, Theme, data_map_png, facies_colours, sparkline, steps_of
 from ccwsim.flow import darcy
@@ -20,10 +21,8 @@ from ccwsim.flow.answers import breakthrough
 from ccwsim.jobs.job import PATIENCE
 from ccwsim.jobs.statistics import Failure, StatisticsWorker, Task
 from ccwsim.metrics import connectivity, variogram
-from ccwsim.model.ensemble import Ensemble
 from ccwsim.report.document import report_html
 from ccwsim.report.settings import describe_setting
-from ccwsim.run.simulation import simulate
 from ccwsim.sharing.choices import Choices
 from ccwsim.sharing.link import left_out, link_of
 from ccwsim.system.lru_cache import LruCache

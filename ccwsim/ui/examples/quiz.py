@@ -17,15 +17,12 @@ import numpy as np
 import streamlit as st
 from numpy.typing import NDArray
 
-from ccwsim import datasets
+from ccwsim import Parameters, TrainingImage, datasets, simulate
 from ccwsim.figures import facies_colours, map_png, mixed
 from ccwsim.jobs.job import PATIENCE, Job
 from ccwsim.metrics import Copying, copying
 from ccwsim.metrics.pattern_codes import codes_in
 from ccwsim.model.arrays import Shape
-from ccwsim.model.parameters import Parameters
-from ccwsim.model.training_image import TrainingImage
-from ccwsim.run.simulation import simulate
 from ccwsim.sharing.choices import ImageChoice
 from ccwsim.ui.frontend.cells import CellMap, draw_cells
 from ccwsim.ui.frontend.component import draw_component

@@ -2,9 +2,8 @@
 
 from dataclasses import fields
 
+from ccwsim import Grid, Parameters
 from ccwsim.model.arrays import describe_shape
-from ccwsim.model.grid import Grid
-from ccwsim.model.parameters import Parameters
 from ccwsim.report.settings import describe_value, short_name
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.results.maps import pretty
