@@ -19,8 +19,8 @@ from ccwsim.figures.style import (
     with_opacity,
     written,
 )
+from ccwsim.model.arrays import Floats
 
-Floats = NDArray[np.float64]
 BAND_OPACITY = 0.13  # opacity of the bands of settings; low enough to see four overlapping bands
 ROW_HEIGHT = 172  # height in pixels of a row of transiograms
 MAX_DISC = 6  # maximum diameter in pixels of the discs that show the hard data of a layer

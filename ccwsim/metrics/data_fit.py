@@ -20,13 +20,9 @@ from scipy import fft
 from ccwsim import CCWSIMError, Grid, HardData, TrainingImage, simulate
 from ccwsim.jobs.workers import Cancel, check_stop
 from ccwsim.metrics.stack import N_AXES, Fraction
-from ccwsim.model.arrays import check_int
+from ccwsim.model.arrays import Bytes, Floats, Ints, check_int
 from ccwsim.model.parameters import PER_AXIS, Parameters
 from ccwsim.model.study import Study
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Bytes = NDArray[np.uint8]
 
 MAX_NEIGHBOURS = 5  # maximum number of data in the event of a datum
 MAX_EVENT_TABLE = 2**18  # facies combinations of an event; more facies leave fewer neighbours

@@ -10,7 +10,7 @@ from ccwsim.engine.kernels import kernel, part_of_kernel
 from ccwsim.metrics.coarsening import coarsened_volume
 from ccwsim.metrics.pattern_codes import are_unknown, codes_in, count_patterns, table_of
 from ccwsim.metrics.stack import Codes, Fraction, Images, Stack, as_image, as_stack, map_parallel
-from ccwsim.model.arrays import as_array, as_integers, check_int
+from ccwsim.model.arrays import Bytes, Floats, Mask, as_array, as_integers, check_int
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.training_image import TrainingImage
 
@@ -25,7 +25,7 @@ class PatternHistogram:
     codes: NDArray[np.uint64]
     """Sorted codes of the patterns that occur. The digits of a code in base n_facies are the facies
     of the pattern's cells. A code of more than 64 bits is replaced by a 64-bit hash."""
-    frequencies: NDArray[np.float64]
+    frequencies: Floats
     """Relative frequency of each pattern; the sum is 1."""
     size: int
     """Side of the patterns in cells."""
@@ -72,7 +72,7 @@ def layers_of(stack: Stack, *others: Stack) -> int:
 
 
 def _histogram(
-    volume: NDArray[np.uint8], facies: NDArray[np.integer], size: int, height: int
+    volume: Bytes, facies: NDArray[np.integer], size: int, height: int
 ) -> PatternHistogram:
     size = check_int("pattern size", size, 1, min(volume.shape[1:]))
     found, counts = count_patterns(volume, len(facies), height, size)
@@ -152,7 +152,7 @@ def pattern_distance(
     size: int | None = None,
     factors: Sequence[int] = FACTORS,
     progress: Fraction | None = None,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return the Jensen–Shannon divergence between patterns of each image and the training image.
 
     The result has shape (n, n_factors), in bits.
@@ -177,10 +177,10 @@ def unseen_patterns(
     images: Images,
     training_image: Images,
     size: int = 3,
-    mask: NDArray[np.bool_] | None = None,
+    mask: Mask | None = None,
     codes: Codes | None = None,
     progress: Fraction | None = None,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return the share of the patterns of each image that do not occur in the training image.
 
     Patterns of volumes have `size` layers, or all layers of the thinner image. The result has shape
@@ -211,9 +211,7 @@ def unseen_patterns(
     return np.array(map_parallel(one, len(stack), progress))
 
 
-def _containing(
-    mask: NDArray[np.bool_], shape: tuple[int, ...], height: int, size: int
-) -> NDArray[np.bool_]:
+def _containing(mask: Mask, shape: tuple[int, ...], height: int, size: int) -> Mask:
     """Return the flat mask of the locations whose pattern contains a cell of `mask`."""
     mask = as_array(mask, "mask")
     if mask.shape != shape or mask.dtype != np.bool_:
@@ -230,7 +228,7 @@ def _containing(
 
 def divergences(
     histograms: list[list[PatternHistogram]], progress: Fraction | None = None
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return the Jensen–Shannon divergences of all pairs in bits, shape (n_factors, n, n).
 
     `histograms` is the result of `pyramid_histograms`: `histograms[k][g]` belongs to image k and

@@ -27,7 +27,7 @@ from ccwsim.metrics.lags import Direction, distinct_lags, max_lag
 from ccwsim.metrics.pattern_codes import count_patterns
 from ccwsim.metrics.patterns import PatternHistogram, js_divergence
 from ccwsim.metrics.stack import N_AXES, Stack, as_volume
-from ccwsim.model.arrays import as_floats, check_int, ratio
+from ccwsim.model.arrays import Bytes, Floats, Mask, as_floats, check_int, ratio
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.system.lru_cache import LruCache
 
@@ -57,7 +57,6 @@ MIN_GAMMA_GAP, MIN_PERCOLATION_GAP = 0.1, 0.25
 MIN_TAU_SPREAD, MIN_GEOBODY_SPREAD = 0.05, 0.1
 """Smallest standard deviation between crops of τ, and of Γ and the share that percolates."""
 MIN_PATTERN_SPREAD = 0.5  # smallest deviation of pattern distances, relative to their mean
-Floats = NDArray[np.float64]
 Shape = tuple[int, ...]
 ValuesOf = Callable[[Stack], Floats]
 
@@ -76,7 +75,7 @@ class Fit:
     """Allowed difference between `found` and `reference`; NaN if the value cannot be judged."""
     crop_shape: Shape
     """(Layers,) rows and columns of crops and pieces."""
-    one_sided: bool | NDArray[np.bool_] = False
+    one_sided: bool | Mask = False
     """Whether only values above `reference` are outside the band, one for all values or a mask."""
 
     @property
@@ -85,7 +84,7 @@ class Fit:
         return bool(np.isfinite(self._excess).any())
 
     @property
-    def outside(self) -> NDArray[np.bool_]:
+    def outside(self) -> Mask:
         """Mask of the values outside the band, shape (m,)."""
         return self._excess > 1
 
@@ -199,7 +198,7 @@ def largest_crop(image_shape: Shape, grid_shape: Shape) -> Shape:
     return (*layers, min(rows, longest), min(columns, longest))
 
 
-def crops_of(image: NDArray[np.uint8], shape: Shape) -> NDArray[np.uint8]:
+def crops_of(image: Bytes, shape: Shape) -> Bytes:
     """Return evenly spaced crops, shape (n, *shape): at most 4 × 4, or 2 × 4 × 4 of a volume."""
     most = (MAX_CROPS_ABOVE, MAX_CROPS_ALONG, MAX_CROPS_ALONG)[-len(shape) :]
     needed = (1 + -(-2 * (n - own) // own) for n, own in zip(image.shape, shape, strict=True))
@@ -207,7 +206,7 @@ def crops_of(image: NDArray[np.uint8], shape: Shape) -> NDArray[np.uint8]:
     return np.array([image[window] for window in windows])
 
 
-def pieces_of(realizations: NDArray[np.uint8], shape: Shape) -> NDArray[np.uint8]:
+def pieces_of(realizations: Bytes, shape: Shape) -> Bytes:
     """Return m ≤ `MAX_PIECES` pieces of realizations without overlap, shape (m, *shape)."""
     sides = realizations.shape[1:]
     windows = _windows(sides, shape, (n // own for n, own in zip(sides, shape, strict=True)))
@@ -291,7 +290,7 @@ def fit_values(
     values: ValuesOf,
     min_gap: ArrayLike,
     min_spread: ArrayLike = 0.0,
-    one_sided: bool | NDArray[np.bool_] = False,
+    one_sided: bool | Mask = False,
     of_crops: ValuesOf | None = None,
     n_errors: ArrayLike | None = None,
 ) -> Fit | None:

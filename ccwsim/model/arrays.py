@@ -11,6 +11,11 @@ from ccwsim.model.errors import CCWSIMError, shown
 
 Shape: TypeAlias = tuple[int, ...]
 """Shape of a map or a volume; typed `Any` because some functions accept only maps."""
+Floats: TypeAlias = NDArray[np.float64]
+Ints: TypeAlias = NDArray[np.int64]
+Bytes: TypeAlias = NDArray[np.uint8]
+Mask: TypeAlias = NDArray[np.bool_]
+"""Arrays of real numbers, of integers, of indices of facies, and of True and False."""
 MIN_INT, MAX_INT = -(2**63), 2**63 - 1  # smallest and largest 64-bit integer
 AXES = "x", "y", "z"
 """Axes of world coordinates; the axes of arrays are in reverse order, and maps have no z."""
