@@ -49,16 +49,8 @@ class MemoryTable(Protocol):
     def __getitem__(self, key: Any, /) -> Any: ...
 
 
-PathOrFile = (
-    str
-    | os.PathLike[str]
-    | Readable
-    | BinaryIO
-    | IsolatedFile
-    | MemoryTable
-    | Mapping[str, Any]
-    | NDArray[np.void]
-)
+_InMemory = MemoryTable | Mapping[str, Any] | NDArray[np.void]
+PathOrFile = str | os.PathLike[str] | Readable | BinaryIO | IsolatedFile | _InMemory
 """A file, or a table in memory, which is read like a file."""
 
 _FILE = Path(__file__).parents[1] / "assets" / "file_formats.toml"
