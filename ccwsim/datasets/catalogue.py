@@ -17,7 +17,7 @@ from PIL import Image
 
 from ccwsim import Grid, HardData, TrainingImage
 from ccwsim.model.arrays import describe_shape
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.errors import CCWSIMError, refused, shown
 
 ASSETS = Path(__file__).parents[1] / "assets"
 Row = TypeVar("Row")
@@ -283,10 +283,7 @@ def read_image(path: Path) -> NDArray[np.uint8]:
 
 def _present(path: Path) -> Path:
     if not path.is_file():
-        raise CCWSIMError(
-            f"bundled file {path} is missing; install ccwsim again, or in a copy of the source "
-            "repository run: python -m tools.datasets write"
-        )
+        raise refused("bundled_file_missing", path=path)
     return path
 
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.stages.path import Triple, in_layers
 from ccwsim.model.arrays import Bytes, Floats, Ints, Mask
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.errors import CCWSIMError, refused
 from ccwsim.model.grid import Grid
 from ccwsim.model.missing import UNKNOWN
 from ccwsim.model.secondary import Secondary
@@ -67,10 +67,7 @@ def make_copies(study: Study) -> Copies | None:
     if secondary is None or not secondary.has_copies:
         return None
     if (n_cells := n_cells_of_copies(study)) > MAX_CELLS:
-        raise CCWSIMError(
-            f"the turned, scaled and mirrored copies of the images have {n_cells:,} cells, but "
-            f"{MAX_CELLS:,} are allowed: use a larger angle_tolerance, or a smaller scale or image"
-        )
+        raise refused("too_many_copies", n=n_cells, most=MAX_CELLS)
     images = [study.training_image, *secondary.images]
     turns, turn_of = turns_of(secondary, in_layers(study.grid.shape))
     together = secondary.zones is None and secondary.weights is None

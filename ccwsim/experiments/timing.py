@@ -14,6 +14,7 @@ from ccwsim.engine.corrections.resimulation import MAX_COMPARED
 from ccwsim.engine.stages.conditioning import MAX_DATA
 from ccwsim.jobs.workers import Cancel, Progress
 from ccwsim.model.arrays import Shape, check_int, frozen
+from ccwsim.model.errors import refused
 
 CELLS_AT_ONCE = 32_000_000  # cells of realizations in memory at a time; a cell takes one byte
 LINEAR = (0.9, 1.1)  # growth is called linear if the exponent of the cells is in this range
@@ -112,9 +113,7 @@ def time_cases(
     seed = check_int("seed", seed, 0)
     for case in cases:
         if not 0 <= case.n_data <= case.n_cells:
-            raise CCWSIMError(
-                f"{case.n_data} data do not fit a grid of {case.n_cells} cells: use fewer data"
-            )
+            raise refused("too_many_data_to_time", n_data=case.n_data, n_cells=case.n_cells)
     work = [_typical(training_image, case) for case in cases]
     ends, fields = list(accumulate(work, initial=0.0)), {}
     for number, case in enumerate(cases):

@@ -9,7 +9,7 @@ from ccwsim.engine.kernels import allocating_kernel
 from ccwsim.metrics.stack import N_AXES, Codes, Images, as_image
 from ccwsim.model.arrays import Bytes, Floats, Ints, as_array, check_int
 from ccwsim.model.ensemble import codes_with_nan
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.errors import refused, shown
 from ccwsim.model.missing import UNKNOWN
 
 TIE = 1e-9  # minimum difference between shares; smaller differences count as ties (rounding errors)
@@ -35,10 +35,7 @@ def coarsened(
     stack = as_image(image, codes)
     if stack.is_volumes and np.ndim(as_array(factor, "coarsening factor")):
         if np.shape(factor) != (N_AXES,):
-            raise CCWSIMError(
-                f"coarsening factor = {shown(factor)} must be one number, or three along layers, "
-                "rows and columns"
-            )
+            raise refused("coarsening_factor", factor=shown(factor))
         factors = tuple(np.asarray(factor).tolist())
     else:
         one = check_int("coarsening factor", factor, 1, min(stack.shape))

@@ -11,7 +11,7 @@ from ccwsim.metrics.coarsening import coarsened_volume
 from ccwsim.metrics.pattern_codes import are_unknown, codes_in, count_patterns, table_of
 from ccwsim.metrics.stack import Codes, Fraction, Images, Stack, as_image, as_stack, map_parallel
 from ccwsim.model.arrays import Bytes, Floats, Mask, as_array, as_integers, check_int
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.training_image import TrainingImage
 
 PATTERN_SIZE, VOLUME_PATTERN_SIZE = 4, 3  # default side of patterns in maps and in volumes
@@ -64,10 +64,7 @@ def layers_of(stack: Stack, *others: Stack) -> int:
     """Return the number of layers of the thinnest volume; 1 for maps."""
     for other in others:
         if other.is_volumes != stack.is_volumes:
-            raise CCWSIMError(
-                f"images of shape {other.shape} and of {stack.shape} cannot be compared: give "
-                "only maps or only volumes; give one volume as array[None], shape (1, nz, ny, nx)"
-            )
+            raise refused("maps_and_volumes", other=other.shape, shape=stack.shape)
     return min(one.shape[0] for one in (stack, *others)) if stack.is_volumes else 1
 
 
@@ -136,10 +133,7 @@ def js_divergence(a: PatternHistogram, b: PatternHistogram) -> float:
         )
         raise CCWSIMError(f"patterns of {one} and of {other} cells cannot be compared")
     if a.facies != b.facies:
-        raise CCWSIMError(
-            f"patterns of the facies {shown(a.facies)} and {shown(b.facies)} cannot be compared; "
-            "count both images with the same codes"
-        )
+        raise refused("patterns_of_other_facies", first=shown(a.facies), second=shown(b.facies))
     result = np.zeros((2, 2))
     _fill_row(*_joined([a, b]), 0, result)
     return float(result[0, 1])
@@ -215,10 +209,7 @@ def _containing(mask: Mask, shape: tuple[int, ...], height: int, size: int) -> M
     """Return the flat mask of the locations whose pattern contains a cell of `mask`."""
     mask = as_array(mask, "mask")
     if mask.shape != shape or mask.dtype != np.bool_:
-        raise CCWSIMError(
-            f"mask must be of type bool and shape {shape}, not of type {mask.dtype} and shape "
-            f"{mask.shape}"
-        )
+        raise refused("mask", shape=shape, dtype=mask.dtype, given=mask.shape)
     chosen = mask.reshape(-1, *shape[-2:])
     for axis, side in enumerate((height, size, size)):
         windows = np.lib.stride_tricks.sliding_window_view(chosen, side, axis)

@@ -20,7 +20,7 @@ from ccwsim.metrics.stack import (
     index_of,
 )
 from ccwsim.model.arrays import Floats, Ints, Mask, as_floats, check_int, ratio
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.missing import UNKNOWN
 from ccwsim.model.study import Study
 
@@ -149,10 +149,7 @@ def _checked(
     known = codes_or_places(codes, len(p) if p.ndim else 0)
     field = as_image(truth, known, p.ndim - 1)
     if p.shape[1:] != field.shape:
-        raise CCWSIMError(
-            f"probabilities of shape {p.shape} do not fit a reference field of {field.shape}; "
-            "give (n_facies, ny, nx) and (ny, nx), or (n_facies, nz, ny, nx) and (nz, ny, nx)"
-        )
+        raise refused("probabilities_of_reference", given=p.shape, field=field.shape)
     true = field.indices[0].astype(np.int64)
     mask = np.ones(true.shape, bool) if scored is None else np.asarray(scored, dtype=bool)
     scorable = (true != UNKNOWN) & ~np.isnan(p).any(axis=0)  # known and active cells
@@ -270,9 +267,7 @@ def leave_out(
     units = np.unique(groups)
     if len(units) < folds:
         what = "wells" if by == "well" else "data"
-        raise CCWSIMError(
-            f"{len(units)} {what} cannot be left out in {folds} parts; give more, or fewer folds"
-        )
+        raise refused("too_few_to_leave_out", n=len(units), what=what, folds=folds)
     fold = (np.random.default_rng(study.seed).permutation(len(units)) % folds)[groups]
     facies = study.facies_of_data.astype(np.int64)
     p, shares = np.empty((data.n, n_facies)), np.empty((data.n, n_facies))

@@ -28,7 +28,7 @@ from ccwsim.metrics.pattern_codes import count_patterns
 from ccwsim.metrics.patterns import PatternHistogram, js_divergence
 from ccwsim.metrics.stack import N_AXES, Stack, as_volume
 from ccwsim.model.arrays import Bytes, Floats, Mask, as_floats, check_int, ratio
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.system.lru_cache import LruCache
 
 MIN_SIDE, MAX_SIDE = 8, 512
@@ -189,10 +189,7 @@ def crop_shape(image_shape: Shape, grid_shape: Shape) -> Shape | None:
 def largest_crop(image_shape: Shape, grid_shape: Shape) -> Shape:
     """Return the shape of the largest window that fits into the training image and the grid."""
     if len(image_shape) != len(grid_shape):
-        raise CCWSIMError(
-            f"a training image of shape {tuple(image_shape)} and realizations of "
-            f"{tuple(grid_shape)} cannot be compared: give maps only or volumes only"
-        )
+        raise refused("image_and_realizations", image=tuple(image_shape), grid=tuple(grid_shape))
     *layers, rows, columns = map(min, image_shape, grid_shape)
     longest = min(MAX_SIDE, isqrt(MAX_CROP_CELLS // max(*layers, 1, 1)))
     return (*layers, min(rows, longest), min(columns, longest))

@@ -12,7 +12,7 @@ from ccwsim.metrics.etype import proportions
 from ccwsim.metrics.stack import Codes, Images, Stack, as_image
 from ccwsim.metrics.variograms import variogram
 from ccwsim.model.arrays import Floats, Ints, Mask, ratio
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.errors import refused
 
 QUARTERS = ("south-west", "south-east", "north-west", "north-east")
 PARTS = (
@@ -111,10 +111,7 @@ def stationarity(image: Images, codes: Codes | None = None) -> Stationarity:
     stack = as_image(image, codes)
     ny, nx = stack.shape[-2:]
     if min(ny, nx) < 8:
-        raise CCWSIMError(
-            f"an image of {ny} × {nx} cells is too small to compare its quarters; "
-            "at least 8 × 8 cells are needed"
-        )
+        raise refused("too_small_for_quarters", ny=ny, nx=nx)
     indices, n_facies = stack.indices[0], stack.n_facies
     quarters = [Stack(quarter[None], stack.codes) for quarter in _quarters(indices)]
     shares = np.array([proportions(quarter)[0] for quarter in quarters])

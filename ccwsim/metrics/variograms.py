@@ -11,7 +11,7 @@ from ccwsim.metrics.lags import Direction, Lags, count_pairs, lags_within
 from ccwsim.metrics.stack import N_AXES, Codes, Fraction, Images, as_stack, in_pieces, map_parallel
 from ccwsim.model.arrays import Bytes, Floats, Ints, check_int, ratio
 from ccwsim.model.bounds import MAX_LAG
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.errors import refused
 from ccwsim.model.missing import UNKNOWN
 
 
@@ -209,10 +209,7 @@ def _count_transitions(image, n_facies, offsets):
 def _lags_of_map(max_lag: int | None, shape: tuple[int, ...]) -> Ints:
     """Return the lags −max_lag … max_lag, by default up to 50 or the longest lag that fits."""
     if len(shape) == N_AXES:
-        raise CCWSIMError(
-            f"lags in two directions need maps, not a volume of {shape[0]} layers; give one layer, "
-            "or compute along a direction"
-        )
+        raise refused("lags_of_volume", n=shape[0])
     longest = min(shape) - 1
     if max_lag is None:
         max_lag = min(MAX_LAG // 2, max(longest, 1))

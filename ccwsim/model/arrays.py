@@ -7,7 +7,7 @@ from typing import Any, TypeAlias, TypeGuard
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.errors import CCWSIMError, refused, shown
 
 Shape: TypeAlias = tuple[int, ...]
 """Shape of a map or a volume; typed `Any` because some functions accept only maps."""
@@ -37,10 +37,7 @@ def as_array(values: ArrayLike, what: str) -> NDArray:
     if hasattr(values, "dims") and hasattr(values, "coords"):  # a DataArray names its axes
         values = oriented_values(values)
     if np.ma.is_masked(values):
-        raise CCWSIMError(
-            f"{what}: some values are masked; no value may be missing, so cut out a piece without "
-            "gaps"
-        )
+        raise refused("masked_values", what=what)
     try:
         return np.asarray(values)
     except ValueError:
@@ -281,8 +278,6 @@ def _cells_along(array: Any, name: Any) -> tuple[float, float]:
     steps = np.diff(np.sort(coordinates))
     size = float(np.median(steps))
     if size <= 0 or np.abs(steps - size).max() > 1e-3 * size:
-        raise CCWSIMError(
-            f"the coordinates along {name} are not equally spaced; interpolate to a regular grid"
-        )
+        raise refused("unequal_spacing", name=name)
     size = float(f"{(coordinates.max() - coordinates.min()) / (len(coordinates) - 1):.12g}")
     return size, float(coordinates.min()) - size / 2

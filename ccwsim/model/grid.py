@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.model import arrays
 from ccwsim.model.bounds import MAX_CRS_LETTERS, MAX_GRID_SIDE
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.errors import CCWSIMError, refused, shown
 
 
 @dataclass(frozen=True)
@@ -82,10 +82,7 @@ class Grid:
         if isinstance(shape, Grid):
             return shape
         if arrays.as_array(shape, "grid_shape").shape not in ((2,), (3,)):
-            raise CCWSIMError(
-                f"grid_shape = {shown(shape)} must be two numbers, rows and columns, or three: "
-                "layers, rows and columns"
-            )
+            raise refused("grid_shape", shape=shown(shape))
         *nz, ny, nx = shape
         return cls(ny, nx, nz=nz[0] if nz else None)
 
@@ -121,10 +118,7 @@ class Grid:
         """
         points = arrays.as_floats(places, "points")
         if points.ndim != 2 or points.shape[1] not in (2, 3) or not len(points):
-            raise CCWSIMError(
-                f"points of shape {points.shape} must be (n, 2) for x and y, or (n, 3) for x, y "
-                "and z, with n above 0"
-            )
+            raise refused("points_shape", shape=points.shape)
         n = points.shape[1]
         if not np.isfinite(points).all() or np.abs(points).max() > _MAX_PLACE:
             raise CCWSIMError(

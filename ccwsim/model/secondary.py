@@ -19,7 +19,7 @@ from ccwsim.model.bounds import (
     MAX_SOFT_WEIGHT,
     MIN_SCALE,
 )
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.grid import Grid
 from ccwsim.model.missing import UNKNOWN, known_values
 from ccwsim.model.numbers import plural
@@ -62,10 +62,7 @@ class Auxiliary:
         for name in ("image", "grid"):
             values = arrays.as_floats(getattr(self, name), f"auxiliary variable of the {name}")
             if not np.isfinite(values).all():
-                raise CCWSIMError(
-                    f"auxiliary variable of the {name}: some cells have no finite value; fill the "
-                    "gaps"
-                )
+                raise refused("auxiliary_gaps", name=name)
             object.__setattr__(self, name, arrays.frozen(values))
 
 
@@ -141,16 +138,10 @@ class Secondary:
             raise CCWSIMError("auxiliary: a list of ccwsim.Auxiliary(image, grid) is needed")
         given = self.probabilities
         if given is not None and not self.is_fitted and not isinstance(given, Mapping):
-            raise CCWSIMError(
-                'probabilities: a mapping of facies to arrays is needed, such as {"sand": array}, '
-                f"not {shown(given)}"
-            )
+            raise refused("probabilities_not_a_mapping", given=shown(given))
         images = _listed("images", self.images, "training images")
         if len(images) >= MAX_IMAGES:
-            raise CCWSIMError(
-                f"images: {len(images)} are too many; give at most {MAX_IMAGES - 1} beside the "
-                "training image"
-            )
+            raise refused("too_many_images", n=len(images), most=MAX_IMAGES - 1)
         axes = _listed("mirrored", self.mirrored, "axes")
         if not all(isinstance(axis, str) and axis in ("x", "y", "z") for axis in axes):
             raise CCWSIMError(f'mirrored = {shown(self.mirrored)}: give "x", "y", "z" or several')
@@ -258,18 +249,12 @@ class Secondary:
             _check_shape("zones", zones, grid.shape, "the grid")
             if zones.min() < 0 or zones.max() >= n:
                 wrong = zones.min() if zones.min() < 0 else zones.max()
-                raise CCWSIMError(
-                    f"zones: {wrong} is not the number of an image; give 0 for the training image "
-                    f"to {n - 1} for the last of `images`"
-                )
+                raise refused("zone_number", zone=wrong, last=n - 1)
             zones = arrays.frozen(zones.astype(np.uint8))
         if weights is not None:
             weights = arrays.as_floats(weights, "weights")
             if weights.shape != (n,) or not (weights >= 0).all() or not weights.sum() > 0:
-                raise CCWSIMError(
-                    f"weights = {shown(self.weights)}: give {n} numbers of at least 0, the first "
-                    "for the training image"
-                )
+                raise refused("weights_of_images", weights=shown(self.weights), n=n)
             weights = tuple((weights / weights.sum()).tolist())
         angle = _field("angle", self.angle, grid, (-MAX_DEGREES, MAX_DEGREES), 0.0)
         dip = _field("dip", self.dip, grid, (-MAX_DIP, MAX_DIP), 0.0)
@@ -344,9 +329,7 @@ class Secondary:
             if (array := getattr(self, name)) is not None and array.ndim:
                 _check_shape(name, array, shape, "the grid")
         if self.auxiliary and self.images:
-            raise CCWSIMError(
-                "auxiliary: it is known in the training image only; leave out the further images"
-            )
+            raise refused("auxiliary_with_images")
 
 
 def _listed(name: str, given: Any, what: str) -> tuple[Any, ...]:
@@ -402,9 +385,7 @@ def _recoded(other: TrainingImage, image: TrainingImage, number: int) -> Trainin
         keys = other.facies_names if by_name else other.codes.tolist()
         codes = image.codes[[image.index_of(key) for key in keys]]
     except CCWSIMError as error:
-        raise CCWSIMError(
-            f"{what}: {error}; rename or merge its facies, or exchange the two images"
-        ) from None
+        raise refused("facies_of_images", what=what, error=error) from None
     if np.array_equal(codes, other.codes):
         return other
     cells = np.where(
@@ -459,9 +440,7 @@ def _probabilities(
     missing = [k for k in range(image.n_facies) if k not in maps]
     if len(missing) > 1 or not maps:
         left = arrays.listing(names[k] for k in missing)
-        raise CCWSIMError(
-            f"probabilities: {left} have no map; give all facies of the training image but one"
-        )
+        raise refused("probabilities_missing", facies=left)
     soft = np.stack([maps.get(k, np.zeros(grid.shape)) for k in range(image.n_facies)])
     total = soft.sum(axis=0)
     known = ~np.isnan(total)
@@ -471,10 +450,7 @@ def _probabilities(
     wrong = known & (np.abs(total - 1) > SUM_TOLERANCE)
     if wrong.any():
         at = tuple(np.argwhere(wrong)[0])
-        raise CCWSIMError(
-            f"probabilities: they sum to {total[at]:.3g} instead of 1 in {wrong.sum()} cells, "
-            f"first in {_named_cell(at)}; divide them by their sum"
-        )
+        raise refused("sum_of_probabilities", total=total[at], n=wrong.sum(), at=_named_cell(at))
     if not known.any():
         raise CCWSIMError("probabilities: no cell has a value for all facies; leave them out")
     soft = np.clip(soft, 0.0, 1.0)
@@ -494,10 +470,7 @@ def _map_of(key: Any, given: ArrayLike, grid: Grid) -> NDArray[np.float64]:
     wrong = (values < 0) | (values > 1)
     if wrong.any():
         at = tuple(np.argwhere(wrong)[0])
-        raise CCWSIMError(
-            f"{what}: {values[at]:g} in {_named_cell(at)} is not between 0 and 1; divide percent "
-            "by 100"
-        )
+        raise refused("probability", what=what, value=values[at], at=_named_cell(at))
     return values
 
 

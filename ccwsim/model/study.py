@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.model.arrays import AXES, check_int, describe_shape
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.errors import CCWSIMError, refused
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import PER_AXIS, Lengths, Parameters, legal_sizes
@@ -107,14 +107,8 @@ def _check_dimensions(training_image: TrainingImage, grid: Grid) -> None:
         return
     image, cells = describe_shape(training_image.shape), describe_shape(grid.shape)
     if grid.nz is None:
-        raise CCWSIMError(
-            f"the training image is a volume of {image} cells, but the grid of {cells} is a map: "
-            "give the grid nz, or one layer of the image: ti.array[k]"
-        )
-    raise CCWSIMError(
-        f"the training image of {image} cells is a map, but the grid is a volume of {cells}: "
-        "leave out nz of the grid, or give a volume as training image"
-    )
+        raise refused("volume_for_map", image=image, cells=cells)
+    raise refused("map_for_volume", image=image, cells=cells)
 
 
 def _check_template(training_image: TrainingImage, p: Parameters) -> None:
@@ -131,9 +125,7 @@ def _check_template(training_image: TrainingImage, p: Parameters) -> None:
         what = f"Template {template}"
         legal = legal_sizes(lengths.level[-1], max(4, 2 * lengths.overlap[-1]), min(shape))
         advice = f"at most {legal[-1]}" if legal else "a larger image or a smaller overlap"
-    raise CCWSIMError(
-        f"{what} is larger than the training image of {describe_shape(shape)}: use {advice}"
-    )
+    raise refused("patch_too_large", what=what, shape=describe_shape(shape), advice=advice)
 
 
 def _check_gaps(training_image: TrainingImage, p: Parameters) -> None:
@@ -150,10 +142,7 @@ def _check_gaps(training_image: TrainingImage, p: Parameters) -> None:
         unknown = np.take(total, range(wide, wide + n), axis) - np.take(total, range(n), axis)
     if (unknown > 0).all():
         size = describe_shape(lengths.template[-training_image.n_dimensions :])
-        raise CCWSIMError(
-            f"no piece of the training image of {size} cells is known completely: use a smaller "
-            "template or a lower level, or fill the gaps"
-        )
+        raise refused("no_whole_piece", size=size)
 
 
 def _smaller(p: Parameters, lengths: Lengths, shape: tuple[int, ...]) -> str:

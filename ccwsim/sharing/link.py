@@ -17,6 +17,7 @@ from ccwsim.io.data_file import printable
 from ccwsim.model import bounds
 from ccwsim.model.arrays import check_int, check_number, digest
 from ccwsim.model.bounds import MAX_LINK_DATA, MAX_LINK_LETTERS, MAX_LINK_VALUES
+from ccwsim.model.errors import refused
 from ccwsim.sharing.choices import (
     Choices,
     DataChoice,
@@ -446,9 +447,7 @@ def packed(data: HardData) -> str:
     the number of data, and the steps from cell to cell along (layers,) rows and columns.
     """
     if data.n > MAX_LINK_DATA:
-        raise CCWSIMError(
-            f"{data.n} hard data are more than the {MAX_LINK_DATA} that a link can contain"
-        )
+        raise refused("too_many_data_for_link", n=data.n, most=MAX_LINK_DATA)
     volume = data.cells.shape[1] == 3
     content = bytearray(_number(VOLUME) if volume else b"") + _number(data.n)
     for code in np.unique(data.facies).tolist():

@@ -16,7 +16,7 @@ from ccwsim.engine.stages.pyramid import block_sums, cells_of_blocks, decompose,
 from ccwsim.engine.tiles import simulate_patches
 from ccwsim.engine.trace.frames import Frame
 from ccwsim.engine.trace.patch import Patch, TracedPatch, data_terms, seen_data
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.errors import CCWSIMError, refused
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
 
@@ -329,7 +329,4 @@ class Trace:
 def check_traceable(parameters: Parameters) -> None:
     """Raise an error if realizations with these parameters cannot be traced patch by patch."""
     if parameters.scale:
-        raise CCWSIMError(
-            'the method "ms-ccsim" places each patch once per scale and cannot be traced patch by '
-            'patch: choose "ccwsim" or "ccsim"'
-        )
+        raise refused("trace_of_ms_ccsim")

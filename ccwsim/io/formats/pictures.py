@@ -16,7 +16,7 @@ from ccwsim.io.gridding import FilePart
 from ccwsim.io.limits import MIB, check_cells
 from ccwsim.model.arrays import Bytes, Floats, Ints, Mask
 from ccwsim.model.classes import Classes, asks_for_codes, classify
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.errors import CCWSIMError, refused, shown
 
 _FORMATS = ("PNG", "JPEG", "TIFF", "GIF", "BMP")
 PICTURE_OF_NUMBERS = "picture of numbers"
@@ -79,10 +79,7 @@ def picture_facies(
             return picture.numbers.astype(np.int64)
         colours, places = distinct_colours(picture.rgb, picture.known)
         if len(colours) > MAX_COLOURS:
-            raise CCWSIMError(
-                f"{picture.name} has {len(colours)} colours, probably from blur or smooth edges; "
-                "give classes= (the number of facies) or a threshold on the grey value (0 to 255)"
-            )
+            raise refused("too_many_colours", name=picture.name, n=len(colours))
         return places.astype(np.int64)
     grey = grey_of(picture.rgb)
     return classify(grey, threshold=threshold, classes=classes, what=picture.name)
@@ -117,10 +114,7 @@ def _opened(content: bytes, name: str) -> Image.Image:
     ):
         image = Image.open(BytesIO(content), formats=_FORMATS)
         if (n := getattr(image, "n_frames", 1)) > 1:
-            raise CCWSIMError(
-                f"{name} has {n} frames; save one frame as PNG, or all frames as layers of an npy "
-                "file"
-            )
+            raise refused("several_frames", name=name, n=n)
         turned = image.getexif().get(_ORIENTATION, 1) > 1
         return ImageOps.exif_transpose(image) if turned else image
 

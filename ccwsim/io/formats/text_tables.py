@@ -15,7 +15,7 @@ from ccwsim.io.data_file import DataFile, distinct_names
 from ccwsim.io.limits import MAX_VARIABLES, check_cells, check_table, limits
 from ccwsim.model.arrays import Floats, Ints
 from ccwsim.model.bounds import MAX_FACIES
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.errors import CCWSIMError, refused
 
 CHUNK = 2**20  # number of bytes that are split into words at a time, to limit memory use
 
@@ -164,10 +164,7 @@ _COMMENT = (b"#", b"%", b"//")
 def read_delimited(content: bytes, name: str) -> DataFile:
     """Return the columns of a table with a header, or the matrix in a text without a header."""
     if (n_lines := content.count(b"\n")) > limits().lines:
-        raise CCWSIMError(
-            f"{name}: {n_lines} lines exceed the limit of {limits().lines}; use an SGeMS grid or "
-            "an npy file, or cut a smaller piece"
-        )
+        raise refused("too_many_lines", name=name, n=n_lines, most=limits().lines)
     lines, remark = _filled_lines(content, name)
     header = _own_header(lines.texts)
     lines = lines.after(header.n_lines)
@@ -402,10 +399,7 @@ def _filled_lines(content: bytes, name: str) -> tuple[_Lines, str]:
     lines, remark = _Lines([], []), ""
     for k, line in enumerate(content.split(b"\n"), start=1):
         if len(line) > limits().line_bytes:
-            raise CCWSIMError(
-                f"{name}, line {k}: {len(line)} bytes exceed the limit of {limits().line_bytes} "
-                "bytes per line; split the line"
-            )
+            raise refused("line_too_long", name=name, k=k, n=len(line), most=limits().line_bytes)
         bare = line.strip(b" \r")
         if not bare.startswith(_COMMENT) and bare.strip():
             lines.texts.append(bare)

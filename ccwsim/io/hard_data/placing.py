@@ -16,7 +16,7 @@ from ccwsim.io.hard_data.points import FAR, ImportedPoints, along_wells
 from ccwsim.io.hard_data.rows import RowProblem
 from ccwsim.model.arrays import Floats, Ints, Mask, as_integers, is_whole
 from ccwsim.model.classes import Classes, asks_for_codes, classify
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.errors import CCWSIMError, refused, shown
 
 _LISTED = 6  # maximum number of problems of a kind that a message lists
 Treatment = Literal["error", "drop"]
@@ -57,10 +57,7 @@ class Conversion:
 
     def __post_init__(self) -> None:
         if isinstance(self.classes, (int, np.integer)):
-            raise CCWSIMError(
-                f"classes = {shown(self.classes)} would give hard data other classes than the "
-                "training image; give the class edges of the training image"
-            )
+            raise refused("other_classes", classes=shown(self.classes))
         for name, allowed in CHOICES.items():
             value = getattr(self, name)
             if value not in allowed:

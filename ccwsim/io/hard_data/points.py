@@ -25,6 +25,7 @@ from ccwsim.io.limits import limits
 from ccwsim.io.opening import PathOrFile, open_file
 from ccwsim.model.arrays import AXES, Shape, check_int, describe_shape, frozen
 from ccwsim.model.classes import are_codes
+from ccwsim.model.errors import refused
 from ccwsim.model.missing import CUSTOMARY_CODES
 
 FAR = 2.0**40  # maximum distance of data from the grid, in cells; a larger distance is an error
@@ -117,10 +118,7 @@ class ImportedPoints:
 def check_few(name: str, n: int, what: str) -> None:
     """Raise an error if a file has too many rows or cells for hard data."""
     if n > limits().points:
-        raise CCWSIMError(
-            f"{name}: {n} {what} are more than the limit of {limits().points} hard data; a grid "
-            "without gaps cannot be hard data"
-        )
+        raise refused("too_many_points", name=name, n=n, what=what, most=limits().points)
 
 
 def heights_below(
@@ -146,10 +144,7 @@ def along_wells(points: ImportedPoints, grid: Grid | None) -> ImportedPoints:
     counts = np.ceil(top).astype(np.int64) - first
     n = int(counts.sum())
     if n > limits().points:
-        raise CCWSIMError(
-            f"{points.name}: its wells have {n} cells, more than {limits().points} hard data; use "
-            "fewer wells, or larger cells along z"
-        )
+        raise refused("too_many_cells_of_wells", name=points.name, n=n, most=limits().points)
     which = np.repeat(np.arange(points.n), counts)
     layers = first[which] + np.arange(n) - (np.cumsum(counts) - counts)[which]
     places = points.places[which]
@@ -361,10 +356,7 @@ def _of_list(file: DataFile, key: str, coordinates: str | None, volume: bool) ->
     """Read a matrix as a table whose columns are coordinates and, in the last column, facies."""
     rows, in_text = file.variables[key][0], file.lines is not None
     if volume and rows.shape[1] < 4:
-        raise CCWSIMError(
-            f"{file.name} has three columns without names, but data of a volume need four: x, y, "
-            "z and facies"
-        )
+        raise refused("three_columns_of_volume", name=file.name)
     world = coordinates == "world" or (coordinates is None and in_text)
     columns = {axis: axis for axis in AXES} if world else {"z": "layer", "y": "row", "x": "column"}
     if not volume:

@@ -36,7 +36,7 @@ from ccwsim.io.hard_data.rows import Intervals, RowProblems
 from ccwsim.io.limits import limits
 from ccwsim.io.opening import PathOrFile, open_file
 from ccwsim.model.arrays import Floats, Ints, Mask
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.errors import CCWSIMError, refused, shown
 
 STEPS_A_CELL = 16  # points on a deviated well's path within the length of the shortest side
 MAX_BEND = np.radians(179.0)  # between stations; near 180°, the plane of the arc is undefined
@@ -154,9 +154,7 @@ def read_well_points(
         _add_stations(problems._replace(file=_table(surveys)), wells, columns)
     elif lost := next((name for name in SURVEYS if getattr(columns, name)), None):
         named = shown(getattr(columns, lost))
-        raise CCWSIMError(
-            f"{lost} = {named} belongs to a table of surveys; give surveys, or leave the column out"
-        )
+        raise refused("only_with_surveys", lost=lost, value=named)
     return _points(problems._replace(file=_table(intervals)), wells, grid, columns)
 
 
