@@ -220,6 +220,12 @@ class Grid:
         )
 
 
+def describe_cell(cell: Sequence[int] | NDArray[np.integer]) -> str:
+    """Return the (layer,) row and column of a cell as text."""
+    names = ("layer", "row", "column")[-len(cell) :]
+    return ", ".join(f"{name} {place}" for name, place in zip(names, cell, strict=True))
+
+
 _CRS = re.compile(
     r"EPSG:\d{4,6}(\+\d{4,6})?|(?!EPSG:)[A-Z][\w-]{1,15}:[\w:.+-]{1,60}"
     r"|WGS84|WGS72|NAD27|NAD83|\+?(?:proj|init)=.+|[A-Z][A-Z_]{3,20}\s*\[.+\]",

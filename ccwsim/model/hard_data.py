@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from ccwsim.model.arrays import as_array, as_floats, as_integers, digest, frozen, is_table
 from ccwsim.model.backends import notebook, reader
 from ccwsim.model.errors import CCWSIMError, refused, shown
-from ccwsim.model.grid import Grid
+from ccwsim.model.grid import Grid, describe_cell
 from ccwsim.model.missing import known_values
 from ccwsim.model.training_image import TrainingImage
 
@@ -209,19 +209,14 @@ def _codes(facies: Any, training_image: TrainingImage | None) -> Any:
 
 def _listed(data: HardData, which: NDArray[np.integer]) -> str:
     shown = [
-        f"{_named(cell)}, facies {code}"
+        f"{describe_cell(cell)}, facies {code}"
         for cell, code in zip(data.cells[which[:3]], data.facies[which[:3]], strict=True)
     ]
     return "; ".join(shown) + (" …" if len(which) > 3 else "")
 
 
-def _named(cell: NDArray[np.integer]) -> str:
-    """Return the (layer,) row and column of a cell as text."""
-    names = ("layer", "row", "column")[-len(cell) :]
-    return ", ".join(f"{name} {place}" for name, place in zip(names, cell, strict=True))
-
-
 def _clash(places: NDArray, codes: NDArray, cell: NDArray) -> str:
     same = np.flatnonzero((places == cell).all(axis=1))
     said = ", ".join(f"no. {k + 1} says {codes[k]}" for k in same[:6])
-    return f"hard data: two facies in the cell at {_named(cell)} ({said}); keep one datum"
+    where = describe_cell(cell)
+    return f"hard data: two facies in the cell at {where} ({said}); keep one datum"

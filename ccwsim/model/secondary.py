@@ -9,18 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.model import arrays
-from ccwsim.model.bounds import (
-    MAX_AUXILIARY_WEIGHT,
-    MAX_DEGREES,
-    MAX_DIP,
-    MAX_IMAGES,
-    MAX_SCALE,
-    MAX_SOFT_WEIGHT,
-    MIN_SCALE,
-)
+from ccwsim.model import arrays, bounds
 from ccwsim.model.errors import CCWSIMError, refused, shown
-from ccwsim.model.grid import Grid
+from ccwsim.model.grid import Grid, describe_cell
 from ccwsim.model.missing import UNKNOWN, known_values
 from ccwsim.model.numbers import plural
 from ccwsim.model.training_image import TrainingImage
@@ -57,7 +48,7 @@ class Auxiliary:
     weight: float = 1.0
 
     def __post_init__(self) -> None:
-        weight = arrays.check_number("weight", self.weight, 0.0, MAX_AUXILIARY_WEIGHT)
+        weight = arrays.check_number("weight", self.weight, 0.0, bounds.MAX_AUXILIARY_WEIGHT)
         object.__setattr__(self, "weight", weight)
         for name in ("image", "grid"):
             values = arrays.as_floats(getattr(self, name), f"auxiliary variable of the {name}")
@@ -131,7 +122,7 @@ class Secondary:
     is_fitted: bool = field(default=False, repr=False)
 
     def __post_init__(self) -> None:
-        weight = arrays.check_number("soft_weight", self.soft_weight, 0.0, MAX_SOFT_WEIGHT)
+        weight = arrays.check_number("soft_weight", self.soft_weight, 0.0, bounds.MAX_SOFT_WEIGHT)
         several = (self.auxiliary,) if isinstance(self.auxiliary, Auxiliary) else self.auxiliary
         several = _listed("auxiliary", several, "ccwsim.Auxiliary(image, grid)")
         if not all(isinstance(each, Auxiliary) for each in several):
@@ -140,18 +131,15 @@ class Secondary:
         if given is not None and not self.is_fitted and not isinstance(given, Mapping):
             raise refused("probabilities_not_a_mapping", given=shown(given))
         images = _listed("images", self.images, "training images")
-        if len(images) >= MAX_IMAGES:
-            raise refused("too_many_images", n=len(images), most=MAX_IMAGES - 1)
+        if len(images) >= bounds.MAX_IMAGES:
+            raise refused("too_many_images", n=len(images), most=bounds.MAX_IMAGES - 1)
         axes = _listed("mirrored", self.mirrored, "axes")
         if not all(isinstance(axis, str) and axis in ("x", "y", "z") for axis in axes):
             raise CCWSIMError(f'mirrored = {shown(self.mirrored)}: give "x", "y", "z" or several')
         tolerance = arrays.check_number("angle_tolerance", self.angle_tolerance, 0.5, 45.0)
-        for name, value in (
-            *(("soft_weight", weight), ("auxiliary", several), ("mirrored", axes)),
-            *(("images", tuple(map(TrainingImage.of, images))),),
-            *(("angle_tolerance", tolerance),),
-        ):
-            object.__setattr__(self, name, value)
+        own = tuple(map(TrainingImage.of, images))
+        vars(self).update(soft_weight=weight, auxiliary=several, images=own)
+        vars(self).update(mirrored=axes, angle_tolerance=tolerance)
 
     @property
     def guides(self) -> bool:
@@ -217,7 +205,7 @@ class Secondary:
             self.check(grid.shape, image)
             return self
         probabilities = self.probabilities
-        if probabilities is not None and not self.is_fitted:
+        if probabilities is not None:
             probabilities = arrays.frozen(_probabilities(probabilities, grid, image))
         if self.soft_weight == 0:
             probabilities = None
@@ -256,14 +244,14 @@ class Secondary:
             if weights.shape != (n,) or not (weights >= 0).all() or not weights.sum() > 0:
                 raise refused("weights_of_images", weights=shown(self.weights), n=n)
             weights = tuple((weights / weights.sum()).tolist())
-        angle = _field("angle", self.angle, grid, (-MAX_DEGREES, MAX_DEGREES), 0.0)
-        dip = _field("dip", self.dip, grid, (-MAX_DIP, MAX_DIP), 0.0)
+        angle = _field("angle", self.angle, grid, (-bounds.MAX_DEGREES, bounds.MAX_DEGREES), 0.0)
+        dip = _field("dip", self.dip, grid, (-bounds.MAX_DIP, bounds.MAX_DIP), 0.0)
         scale = self.scale
         if scale is not None:
             along = scale if isinstance(scale, (tuple, list)) else (scale, scale)
             if len(along) not in (2, grid.n_dimensions):
                 raise CCWSIMError("scale: give one value, or a tuple of values along each axis")
-            limits = MIN_SCALE, MAX_SCALE
+            limits = bounds.MIN_SCALE, bounds.MAX_SCALE
             along = tuple(_field("scale", each, grid, limits, 1.0) for each in along)
             scale = None if all(np.all(each == 1) for each in along) else along
         return {
@@ -450,7 +438,7 @@ def _probabilities(
     wrong = known & (np.abs(total - 1) > SUM_TOLERANCE)
     if wrong.any():
         at = tuple(np.argwhere(wrong)[0])
-        raise refused("sum_of_probabilities", total=total[at], n=wrong.sum(), at=_named_cell(at))
+        raise refused("sum_of_probabilities", total=total[at], n=wrong.sum(), at=describe_cell(at))
     if not known.any():
         raise CCWSIMError("probabilities: no cell has a value for all facies; leave them out")
     soft = np.clip(soft, 0.0, 1.0)
@@ -470,10 +458,5 @@ def _map_of(key: Any, given: ArrayLike, grid: Grid) -> NDArray[np.float64]:
     wrong = (values < 0) | (values > 1)
     if wrong.any():
         at = tuple(np.argwhere(wrong)[0])
-        raise refused("probability", what=what, value=values[at], at=_named_cell(at))
+        raise refused("probability", what=what, value=values[at], at=describe_cell(at))
     return values
-
-
-def _named_cell(at: tuple[int, ...]) -> str:
-    axes = ("layer", "row", "column")[-len(at) :]
-    return ", ".join(f"{axis} {k}" for axis, k in zip(axes, at, strict=True))

@@ -36,12 +36,9 @@ class Study:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "seed", check_int("seed", self.seed, 0))
-        for name, kind in (
-            ("training_image", TrainingImage),
-            ("grid", Grid),
-            ("parameters", Parameters),
-            ("hard_data", HardData),
-        ):
+        names = "training_image", "grid", "parameters", "hard_data"
+        kinds = TrainingImage, Grid, Parameters, HardData
+        for name, kind in zip(names, kinds, strict=True):
             if not isinstance(getattr(self, name), kind):
                 given = type(getattr(self, name)).__name__
                 raise CCWSIMError(f"{name}: a {kind.__name__} is needed, not a {given}")
@@ -59,16 +56,10 @@ class Study:
                 raise CCWSIMError(f"secondary: a Secondary is needed, not a {given}")
             secondary = self.secondary.fitted(self.grid, self.training_image)
             object.__setattr__(self, "secondary", None if secondary.is_empty else secondary)
-            self._set_inactive_data_aside()
-
-    def _set_inactive_data_aside(self) -> None:
-        if self.active is None or not self.hard_data.n:
-            return
-        data = self.hard_data
-        inside = self.active[tuple(data.cells.T)]
-        for name, which in (("inactive_data", ~inside), ("hard_data", inside)):
-            some = HardData(data.cells[which], data.facies[which])
-            object.__setattr__(self, name, some)
+        if self.active is not None and self.hard_data.n:
+            data, inside = self.hard_data, self.active[tuple(self.hard_data.cells.T)]
+            for name, which in (("inactive_data", ~inside), ("hard_data", inside)):
+                object.__setattr__(self, name, HardData(data.cells[which], data.facies[which]))
 
     @property
     def active(self) -> NDArray[np.bool_] | None:
