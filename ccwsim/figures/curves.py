@@ -103,9 +103,7 @@ def curves_chart(
             dotted: dict[str, Any] = {"dash": "dot", "hovertemplate": "%{y:.3g}"}
             chart.add_trace(line(name, at, values, colour, 1.5, **dotted))
     chart.update_xaxes(range=[0, max(float(first.lags[-1]), 1.0)])
-    if y_range is not None:
-        chart.update_yaxes(range=list(y_range))
-    return chart
+    return chart.update_yaxes(range=y_range)
 
 
 def lines_chart(
@@ -134,9 +132,7 @@ def lines_chart(
         symbol = "diamond" if alone else "circle"
         drawn.update(marker={"color": one.colour, "size": 8, "symbol": symbol})
         chart.add_trace(drawn)
-    if y_range is not None:
-        chart.update_yaxes(range=list(y_range))
-    return chart
+    return chart.update_yaxes(range=y_range)
 
 
 def transiogram_chart(
