@@ -12,11 +12,10 @@ from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image
 
 from ccwsim import Grid, HardData, TrainingImage
-from ccwsim.model.arrays import describe_shape
+from ccwsim.model.arrays import Bytes, describe_shape
 from ccwsim.model.errors import CCWSIMError, refused, shown
 
 ASSETS = Path(__file__).parents[1] / "assets"
@@ -275,7 +274,7 @@ def field_path(image: str, side: int) -> Path:
     return ASSETS / "reference_fields" / f"{image}_{side}.png"
 
 
-def read_image(path: Path) -> NDArray[np.uint8]:
+def read_image(path: Path) -> Bytes:
     """Return the facies codes of a bundled image, shape (ny, nx), row 0 at the south."""
     with Image.open(_present(path)) as image:
         return np.asarray(image, np.uint8)[::-1]

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.model import arrays
+from ccwsim.model.arrays import Floats, Ints, Mask
 from ccwsim.model.bounds import MAX_CRS_LETTERS, MAX_GRID_SIDE
 from ccwsim.model.errors import CCWSIMError, refused, shown
 
@@ -167,7 +168,7 @@ class Grid:
         sides = zip(self.origin, self.cell_size, reversed(self.shape), strict=True)
         return tuple(corner + (np.arange(n) + 0.5) * width for corner, width, n in sides)
 
-    def cells_of(self, x: ArrayLike, y: ArrayLike, z: ArrayLike | None = None) -> NDArray[np.int64]:
+    def cells_of(self, x: ArrayLike, y: ArrayLike, z: ArrayLike | None = None) -> Ints:
         """Return (row, column) or (layer, row, column) of world points, inside or outside the grid.
 
         The result has shape (n, 2) or (n, 3). A point on the far edge of the grid belongs to the
@@ -196,18 +197,18 @@ class Grid:
         places = np.where(places == sides, sides - 1, np.floor(places))
         return places[:, ::-1].astype(np.int64, order="C")
 
-    def centers_of(self, cells: NDArray[np.integer]) -> NDArray[np.float64]:
+    def centers_of(self, cells: NDArray[np.integer]) -> Floats:
         """Return x, y (and z) of the centres of cells in world units, shape (n, 2) or (n, 3)."""
         middles = self._checked(cells).astype(float)[:, ::-1] + 0.5
         return middles * np.array(self.cell_size) + np.array(self.origin)
 
-    def holds(self, cells: NDArray[np.integer]) -> NDArray[np.bool_]:
+    def holds(self, cells: NDArray[np.integer]) -> Mask:
         """Return the mask of the cells ((layer,) row and column) that are in the grid."""
         places = self._checked(cells)
         sides = zip(places.T, self.shape, strict=True)
         return np.logical_and.reduce([(place >= 0) & (place < n) for place, n in sides])
 
-    def _checked(self, cells: NDArray[np.integer]) -> NDArray[np.int64]:
+    def _checked(self, cells: NDArray[np.integer]) -> Ints:
         """Return cells as an array, or raise `CCWSIMError` for a wrong number of dimensions."""
         places = arrays.as_integers(cells, "cells")
         if places.ndim == 2 and places.shape[1] == self.n_dimensions:
@@ -252,10 +253,7 @@ _FITTED_LAYERS = 50  # approximate number of layers of a fitted grid; small beca
 
 
 def _fitting(
-    low: NDArray[np.float64],
-    high: NDArray[np.float64],
-    shape: arrays.Shape | None,
-    cell_size: tuple[float, ...] | None,
+    low: Floats, high: Floats, shape: arrays.Shape | None, cell_size: tuple[float, ...] | None
 ) -> Grid:
     """Return a grid that contains the box from `low` to `high`; arguments are ordered x, y, z."""
     extent = (high - low) * (1 + 2 * _MARGIN)
@@ -276,7 +274,7 @@ def _fitting(
     return Grid(ny, nx, tuple(cell.tolist()), tuple(origin.tolist()), nz[0] if nz else None)
 
 
-def _rounded(values: NDArray[np.float64], step: NDArray[np.float64]) -> NDArray[np.float64]:
+def _rounded(values: Floats, step: Floats) -> Floats:
     """Return values rounded to multiples of a step, without rounding errors."""
     digits = np.clip(2 - np.floor(np.log10(step)), 0, 300).astype(int)
     multiples = np.round(values / step) * step

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.model import arrays, bounds
+from ccwsim.model.arrays import Floats, Mask
 from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.grid import Grid, describe_cell
 from ccwsim.model.missing import UNKNOWN, known_values
@@ -43,8 +44,8 @@ class Auxiliary:
     1.0
     """
 
-    image: NDArray[np.float64]
-    grid: NDArray[np.float64]
+    image: Floats
+    grid: Floats
     weight: float = 1.0
 
     def __post_init__(self) -> None:
@@ -337,7 +338,7 @@ def _check_shape(what: str, array: NDArray, shape: tuple[int, ...], of: str) -> 
 
 def _field(
     name: str, given: Any, grid: Grid, limits: tuple[float, float], usual: float
-) -> NDArray[np.float64] | None:
+) -> Floats | None:
     """Return a number, shape (), or a map of the shape of the grid; NaN becomes `usual`."""
     if given is None:
         return None
@@ -382,7 +383,7 @@ def _recoded(other: TrainingImage, image: TrainingImage, number: int) -> Trainin
     return TrainingImage(cells, name=other.name)
 
 
-def _active(given: ArrayLike, grid: Grid) -> NDArray[np.bool_]:
+def _active(given: ArrayLike, grid: Grid) -> Mask:
     """Return the active cells of a grid, from an array or polygons."""
     several = isinstance(given, (list, tuple)) and given and np.ndim(given[0]) == 2
     polygons = list(given) if several else [given]  # type: ignore[arg-type]
@@ -406,7 +407,7 @@ def _active(given: ArrayLike, grid: Grid) -> NDArray[np.bool_]:
 
 
 @np.errstate(over="ignore", invalid="ignore")  # of corners far from all cells
-def cells_in_polygon(corners: NDArray[np.float64], grid: Grid) -> NDArray[np.bool_]:
+def cells_in_polygon(corners: Floats, grid: Grid) -> Mask:
     """Return the cells of a grid whose centre is in a polygon, in all layers of a volume."""
     x, y = grid.axes[0], grid.axes[1]
     inside = np.zeros((len(y), len(x)), bool)
@@ -419,9 +420,7 @@ def cells_in_polygon(corners: NDArray[np.float64], grid: Grid) -> NDArray[np.boo
     return np.broadcast_to(inside, grid.shape).copy()
 
 
-def _probabilities(
-    given: Mapping[Any, ArrayLike], grid: Grid, image: TrainingImage
-) -> NDArray[np.float64]:
+def _probabilities(given: Mapping[Any, ArrayLike], grid: Grid, image: TrainingImage) -> Floats:
     """Return the probability of each facies in each cell, shape (n_facies, *shape of the grid)."""
     maps = {image.index_of(key): _map_of(key, values, grid) for key, values in given.items()}
     names = image.facies_names
@@ -445,7 +444,7 @@ def _probabilities(
     return soft / np.where(known, soft.sum(axis=0), np.nan)
 
 
-def _map_of(key: Any, given: ArrayLike, grid: Grid) -> NDArray[np.float64]:
+def _map_of(key: Any, given: ArrayLike, grid: Grid) -> Floats:
     """Return the map of a facies, of the shape of the grid, NaN where nothing is known."""
     what = f"probability of {shown(key)}"
     values = arrays.as_floats(given, what)

@@ -6,9 +6,8 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ccwsim.model.arrays import AXES, check_int, describe_shape
+from ccwsim.model.arrays import AXES, Bytes, Mask, check_int, describe_shape
 from ccwsim.model.errors import CCWSIMError, refused
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
@@ -62,7 +61,7 @@ class Study:
                 object.__setattr__(self, name, HardData(data.cells[which], data.facies[which]))
 
     @property
-    def active(self) -> NDArray[np.bool_] | None:
+    def active(self) -> Mask | None:
         """The active cells, shape of the grid; None if all cells are active."""
         return self.secondary.active if self.secondary else None
 
@@ -88,7 +87,7 @@ class Study:
         ), part
 
     @cached_property
-    def facies_of_data(self) -> NDArray[np.uint8]:
+    def facies_of_data(self) -> Bytes:
         """Index of the facies of each datum in the codes of the training image, shape (n,)."""
         return np.searchsorted(self.training_image.codes, self.hard_data.facies).astype(np.uint8)
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile, broken, distinct_names, printable
 from ccwsim.io.limits import MAX_VARIABLES, check_bytes, check_cells
+from ccwsim.model.arrays import Floats
 from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.grid import Grid
 
@@ -104,9 +105,7 @@ class _Builder(ElementTree.TreeBuilder):
         raise CCWSIMError(f"{self._name}: a DOCTYPE is not allowed; save the file again as VTI")
 
 
-def _numbers(
-    element: ElementTree.Element, key: str, default: str, n: int, name: str
-) -> NDArray[np.float64]:
+def _numbers(element: ElementTree.Element, key: str, default: str, n: int, name: str) -> Floats:
     words = element.get(key, default).split()
     try:
         values = np.array([float(word) for word in words])

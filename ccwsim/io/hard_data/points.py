@@ -23,7 +23,7 @@ from ccwsim.io.hard_data.columns import (
 from ccwsim.io.hard_data.rows import RowProblem
 from ccwsim.io.limits import limits
 from ccwsim.io.opening import PathOrFile, open_file
-from ccwsim.model.arrays import AXES, Shape, check_int, describe_shape, frozen
+from ccwsim.model.arrays import AXES, Floats, Ints, Mask, Shape, check_int, describe_shape, frozen
 from ccwsim.model.classes import are_codes
 from ccwsim.model.errors import refused
 from ccwsim.model.missing import CUSTOMARY_CODES
@@ -35,12 +35,12 @@ FAR = 2.0**40  # maximum distance of data from the grid, in cells; a larger dist
 class ImportedPoints:
     """Hard data of a file before they are placed in cells."""
 
-    places: NDArray[np.float64]
+    places: Floats
     """Coordinates, shape (n, 2) or (n, 3): x, y (and z) in world units if `world` is true,
     otherwise (layer,) row (from the south) and column."""
-    values: NDArray[np.float64]
+    values: Floats
     """Facies codes or values of a continuous variable, shape (n,); `known` removes NaN."""
-    lines: NDArray[np.int64]
+    lines: Ints
     """The line number of each datum in the file, from 1, shape (n,)."""
     world: bool
     """Whether `places` are world coordinates."""
@@ -57,7 +57,7 @@ class ImportedPoints:
     """Distinct facies names, if the file contains names; `values` are then indices of `words`."""
     grid: Grid | None = None
     """The grid of the file, if the file is a grid with gaps."""
-    spans: NDArray[np.float64] | None = None
+    spans: Floats | None = None
     """Heights z of bottom and top of each interval, shape (n, 2); `places` has the middle."""
     wells: Mapping[int, str] = field(default_factory=dict)
     """Well names by line number; empty if the file has no well names."""
@@ -83,7 +83,7 @@ class ImportedPoints:
         """Return the line numbers of some data as a phrase: "lines 3, 7 and 12"."""
         return named_lines(self.counted, self.lines[which])
 
-    def refuse(self, bad: NDArray[np.bool_], said: str) -> None:
+    def refuse(self, bad: Mask, said: str) -> None:
         """Raise an error with the lines of bad data, if there are any."""
         if bad.any():
             raise CCWSIMError(f"{self.name}, {self.named(np.flatnonzero(bad))}: {said}")
@@ -121,9 +121,7 @@ def check_few(name: str, n: int, what: str) -> None:
         raise refused("too_many_points", name=name, n=n, what=what, most=limits().points)
 
 
-def heights_below(
-    z: NDArray[np.float64], depths: list[NDArray[np.float64]]
-) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+def heights_below(z: Floats, depths: list[Floats]) -> tuple[Floats, Floats | None]:
     """Return heights (middles of intervals) and spans from z and up to two columns of depths."""
     if len(depths) < 2:
         return z - depths[0] if depths else z, None
@@ -309,7 +307,7 @@ def _of_table(file: DataFile, assigned: Assignment) -> ImportedPoints:
     ).known()
 
 
-def facies_of(file: DataFile, column: str) -> tuple[NDArray[np.float64], tuple[str, ...]]:
+def facies_of(file: DataFile, column: str) -> tuple[Floats, tuple[str, ...]]:
     """Return the values of facies, NaN if unknown, and their names if values are indices."""
     if column not in file.words:
         values = file.variables[column]
@@ -320,7 +318,7 @@ def facies_of(file: DataFile, column: str) -> tuple[NDArray[np.float64], tuple[s
     return numbered(fields, unknown)
 
 
-def lines_of(file: DataFile) -> NDArray[np.int64]:
+def lines_of(file: DataFile) -> Ints:
     """Return the line number of each row of a table."""
     if file.lines is None:
         raise CCWSIMError(f"{file.name}: too many lines for hard data; remove empty lines")
@@ -342,7 +340,7 @@ def _name_of(number: float) -> str:
     return str(int(number)) if number.is_integer() else repr(number)
 
 
-def numbers_of(file: DataFile, column: str) -> NDArray[np.float64]:
+def numbers_of(file: DataFile, column: str) -> Floats:
     """Return a column of coordinates; raise an error if it contains a word."""
     if column in file.words:
         fields = file.words[column]

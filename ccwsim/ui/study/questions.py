@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import streamlit as st
-from numpy.typing import NDArray
 
 from ccwsim import CCWSIMError, Grid
 from ccwsim.io import FileSummary, ImportedPoints, PlacedPoints, PointsPreview, inspect
@@ -19,7 +18,7 @@ from ccwsim.io.gridding import FilePart
 from ccwsim.io.hard_data.columns import ALTERNATIVE_ROLES, DEPTHS, WELL_TABLES
 from ccwsim.io.hard_data.placing import KINDS_OF_ROWS
 from ccwsim.io.hard_data.rows import RowProblem
-from ccwsim.model.arrays import describe_shape
+from ccwsim.model.arrays import Ints, describe_shape
 from ccwsim.sharing.choices import Answers, Choices, DataChoice, Upload
 from ccwsim.ui.session import resolve
 from ccwsim.ui.widgets.errors import if_possible
@@ -416,7 +415,7 @@ def _draw_table(rows: Mapping[str, Any], n: int) -> None:
         st.caption(f"The first {len(table)} of {n} rows.")
 
 
-def _list_rows(placed: PlacedPoints, which: NDArray[np.int64], wide: bool) -> None:
+def _list_rows(placed: PlacedPoints, which: Ints, wide: bool) -> None:
     points = placed.points
     if not wide:
         st.caption(plain(points.named(which).capitalize()))
