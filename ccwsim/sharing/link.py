@@ -265,11 +265,8 @@ class _Reader:
         if isinstance(kept := self._own.get(name or ""), ImageChoice):
             return kept
         if _is_own(name):
-            self.notes.append(
-                "The training image of this link is the sender's own file, which is not on this "
-                f"server. The bundled image {usual.bundled} is used instead. Open the project file "
-                "or the image again."
-            )
+            used = f"The bundled image {usual.bundled} is used instead"
+            self._miss("training image of this link is the sender's own file", used, "image")
             return usual
         known = datasets.all_image_names()
         if name is not None and name not in known:
@@ -279,6 +276,11 @@ class _Reader:
         bundled = name or usual.bundled
         choice = ImageChoice(bundled, names=self._names(bundled), colours=self._colours())
         return replace(choice, **{TURNS[short]: True for short in self._turns()})
+
+    def _miss(self, own: str, used: str, what: str) -> None:
+        """Note that `own` part of the study is missing, and what is `used` instead."""
+        there = f"The {own}, which is not on this server."
+        self.notes.append(f"{there} {used}. Open the project file or the {what} again.")
 
     def _turns(self) -> set[str]:
         turns = set((self.text("turn") or "").split("-")) - {""}
@@ -322,10 +324,8 @@ class _Reader:
             except (CCWSIMError, ValueError):
                 self.refuse(GUIDES, "does not describe secondary information", "none is used")
         elif name is not None:
-            self.notes.append(
-                "The secondary information of this link is the sender's own, which is not on this "
-                "server. None is used. Open the project file or the maps again."
-            )
+            own = "secondary information of this link is the sender's own"
+            self._miss(own, "None is used", "maps")
         return GuideChoice()
 
     def data(self, usual: DataChoice) -> DataChoice:
@@ -335,10 +335,8 @@ class _Reader:
         if isinstance(kept := self._own.get(name or ""), DataChoice):
             return kept
         if _is_own(name):
-            self.notes.append(
-                "The hard data of this link are the sender's own file, which is not on this "
-                "server. No data are used. Open the project file or the data again."
-            )
+            own = "hard data of this link are the sender's own file"
+            self._miss(own, "No data are used", "data")
         if name == "none" or _is_own(name):
             return DataChoice()
         if name == "sampled":

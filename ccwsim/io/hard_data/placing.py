@@ -17,6 +17,7 @@ from ccwsim.io.hard_data.rows import RowProblem
 from ccwsim.model.arrays import Floats, Ints, Mask, as_integers, is_whole
 from ccwsim.model.classes import Classes, asks_for_codes, classify
 from ccwsim.model.errors import CCWSIMError, refused, shown
+from ccwsim.model.grid import describe_cell
 
 _LISTED = 6  # maximum number of problems of a kind that a message lists
 Treatment = Literal["error", "drop"]
@@ -401,9 +402,7 @@ def _said_unknown(placed: PlacedPoints) -> str:
 
 def _said_collision(placed: PlacedPoints) -> str:
     points, members = placed.points, placed.collisions[0]
-    names = ("layer", "row", "column")[-placed.cells.shape[1] :]
-    numbers = zip(names, placed.cells[members[0]], strict=True)
-    where = ", ".join(f"{name} {number}" for name, number in numbers)
+    where = describe_cell(placed.cells[members[0]])
     values = [points.said(k) if points.words else placed.facies[k] for k in members[:6]]
     lines = zip(points.lines[members[:6]], values, strict=True)
     said = ", ".join(f"{points.counted} {line}: {value}" for line, value in lines)
