@@ -39,27 +39,20 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
-_HOMES = {  # imported on first use, so that the command line starts quickly
-    "Auxiliary": "model.secondary",
-    "CCWSIMError": "model.errors",
-    "Cancelled": "model.errors",
-    "Ensemble": "model.ensemble",
-    "Grid": "model.grid",
-    "HardData": "model.hard_data",
-    "Parameters": "model.parameters",
-    "Project": "sharing.project",
-    "Secondary": "model.secondary",
-    "TrainingImage": "model.training_image",
-    "concatenate": "model.ensemble",
-    "read_hard_data": "io",
-    "read_project": "sharing.project",
-    "read_realizations": "io",
-    "read_training_image": "io",
-    "revise": "engine.revision",
-    "save_project": "sharing.project",
-    "simulate": "run.simulation",
-    "write_realizations": "io",
+_NAMES = {  # imported on first use, so that the command line starts quickly
+    "engine.revision": ("revise",),
+    "io": ("read_hard_data", "read_realizations", "read_training_image", "write_realizations"),
+    "model.ensemble": ("Ensemble", "concatenate"),
+    "model.errors": ("CCWSIMError", "Cancelled"),
+    "model.grid": ("Grid",),
+    "model.hard_data": ("HardData",),
+    "model.parameters": ("Parameters",),
+    "model.secondary": ("Auxiliary", "Secondary"),
+    "model.training_image": ("TrainingImage",),
+    "run.simulation": ("simulate",),
+    "sharing.project": ("Project", "read_project", "save_project"),
 }
+_HOMES = {name: home for home, names in _NAMES.items() for name in names}
 """Module that defines each public name."""
 _FOLDERS = ("datasets", "experiments", "figures", "flow", "io", "metrics")
 """Subpackages that are available after `import ccwsim`."""

@@ -78,6 +78,7 @@ def texts_of(start: Path, folder: str) -> frozenset[str]:
     for path in modules_of(start):
         if path == start or path.is_relative_to(ROOT / folder):
             texts += literals(path)
+    texts += re.findall(r'"([^"]+)"', (ROOT / "ccwsim/ui/labels.toml").read_text("utf-8"))
     for path in (ROOT / "ccwsim/ui/frontend").glob("*/*.html"):
         texts += re.findall(r">([^<>]+)<", path.read_text("utf-8"))
     cleaned = (re.sub(r"<[^>]*>", " ", unescape(text)) for text in texts)

@@ -284,7 +284,8 @@ NO_INTEGERS = re.compile(
 )
 """Arguments of real numbers, of NumPy indices, of numbers in a chart, and of `Grid.of`."""
 INTEGERS = re.compile(
-    r"Images|Codes|Lags|Direction\b|ArrayLike|Shape|NDArray\[np\.u?int|Sequence\[int\]|tuple\[int"
+    r"Images|Codes|Lags|Direction\b|ArrayLike|Shape|Ints\b|Bytes\b|NDArray\[np\.u?int"
+    r"|Sequence\[int\]|tuple\[int"
 )
 CLASSES = (TrainingImage, HardData, Grid, Parameters, m.RunningStatistics, m.RunningCurves)
 CALLS = {**IMAGES, **OTHERS, **FREE}

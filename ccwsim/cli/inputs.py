@@ -12,7 +12,7 @@ import click
 from ccwsim import Auxiliary, CCWSIMError, Grid, HardData, Parameters, Secondary, TrainingImage
 from ccwsim.cli import options as types
 from ccwsim.cli.options import GroupedOption, suggestion
-from ccwsim.model.errors import shown
+from ccwsim.model.errors import refused, shown
 from ccwsim.model.parameters import CHOICES, parameter_table
 from ccwsim.sharing.codec import fields_of
 
@@ -199,17 +199,11 @@ def image_of(options: Any, name: str | None = None) -> TrainingImage:
     reading, bundled = _given(options, IMAGE_ARGUMENTS), datasets.all_image_names()
     if name in bundled:
         if reading:
-            raise CCWSIMError(
-                f"{name} is a bundled training image and needs no options for reading; for a file "
-                f"of this name write ./{name}"
-            )
+            raise refused("image_is_bundled", name=name)
         return datasets.load(name)
     if not Path(name).exists():
         there = ", ".join(bundled)
-        raise CCWSIMError(
-            f"{name} is neither a file nor a bundled training image ({there})."
-            f"{suggestion(name, bundled)}"
-        )
+        raise refused("unknown_image", name=name, there=there, suggestion=suggestion(name, bundled))
     if options.grid is not None and len(options.grid) == 3:
         reading["volume"] = True
     return read_training_image(name, **reading)
@@ -229,9 +223,7 @@ def grid_of(options: Any) -> Grid:
     height, bottom = options.cell_height, options.bottom
     if len(shape) == 2:
         if height is not None or bottom is not None:
-            raise CCWSIMError(
-                "--cell-height and --bottom are only for volumes; give --grid three numbers"
-            )
+            raise refused("heights_of_volumes_only")
         return Grid(shape[-2], shape[-1], cell, origin, crs=options.crs or "")
     cell, origin = (*cell, 1.0 if height is None else height), (*origin, bottom or 0.0)
     return Grid(shape[-2], shape[-1], cell, origin, nz=shape[0], crs=options.crs or "")
@@ -267,10 +259,7 @@ def hard_data_of(
         return datasets.load_hard_data(name), ()
     if not Path(name).exists():
         there = ", ".join(bundled)
-        raise CCWSIMError(
-            f"{name} is neither a file nor the name of bundled hard data ({there})."
-            f"{suggestion(name, bundled)}"
-        )
+        raise refused("unknown_data", name=name, there=there, suggestion=suggestion(name, bundled))
     if collars is None and surveys is not None:
         raise CCWSIMError("--surveys needs a table of well collars; give this table with --collars")
     for table, given in (("collars", collars), ("surveys", surveys)):
@@ -315,9 +304,7 @@ def secondary_of(options: Any, grid: Grid, image: TrainingImage) -> Secondary | 
     try:
         weights = weights and [float(weight) for weight in weights]
     except ValueError:
-        raise CCWSIMError(
-            f"--image-weights {shown(options.image_weights)}: give numbers, such as 3,1"
-        ) from None
+        raise refused("image_weights", given=shown(options.image_weights)) from None
     given = Secondary(
         *(active, probabilities or None, auxiliary, options.soft_weight),
         images=[image_of(options, name) for name in options.other_images],

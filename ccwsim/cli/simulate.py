@@ -13,7 +13,7 @@ import click
 
 from ccwsim.cli.inputs import image_and_data_options, inputs_of
 from ccwsim.cli.options import EPILOGS, GroupedCommand, check_writable, quiet
-from ccwsim.model.errors import Cancelled, CCWSIMError
+from ccwsim.model.errors import Cancelled, CCWSIMError, refused
 
 if TYPE_CHECKING:
     from ccwsim.model.ensemble import Ensemble
@@ -95,10 +95,7 @@ def streamed_output(paths: Sequence[str]) -> str | None:
     """Return the file to which realizations are written during the run, or None."""
     streamed = [path for path in paths if path.lower().endswith("." + STREAMED)]
     if len(streamed) > 1:
-        raise CCWSIMError(
-            f"give only one .npy file, not {len(streamed)}, because .npy files are written during "
-            "the run"
-        )
+        raise refused("one_npy_file", n=len(streamed))
     return streamed[0] if streamed else None
 
 

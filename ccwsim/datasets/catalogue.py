@@ -12,14 +12,11 @@ from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image
 
-from ccwsim.model.arrays import describe_shape
-from ccwsim.model.errors import CCWSIMError, shown
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
-from ccwsim.model.training_image import TrainingImage
+from ccwsim import Grid, HardData, TrainingImage
+from ccwsim.model.arrays import Bytes, describe_shape
+from ccwsim.model.errors import CCWSIMError, refused, shown
 
 ASSETS = Path(__file__).parents[1] / "assets"
 Row = TypeVar("Row")
@@ -277,7 +274,7 @@ def field_path(image: str, side: int) -> Path:
     return ASSETS / "reference_fields" / f"{image}_{side}.png"
 
 
-def read_image(path: Path) -> NDArray[np.uint8]:
+def read_image(path: Path) -> Bytes:
     """Return the facies codes of a bundled image, shape (ny, nx), row 0 at the south."""
     with Image.open(_present(path)) as image:
         return np.asarray(image, np.uint8)[::-1]
@@ -285,10 +282,7 @@ def read_image(path: Path) -> NDArray[np.uint8]:
 
 def _present(path: Path) -> Path:
     if not path.is_file():
-        raise CCWSIMError(
-            f"bundled file {path} is missing; install ccwsim again, or in a copy of the source "
-            "repository run: python -m tools.datasets write"
-        )
+        raise refused("bundled_file_missing", path=path)
     return path
 
 

@@ -6,10 +6,8 @@ times are not stored, because they depend on the machine.
 
 import numpy as np
 
+from ccwsim import Ensemble, Grid, Parameters
 from ccwsim.datasets.catalogue import ASSETS, load, load_hard_data
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.grid import Grid
-from ccwsim.model.parameters import Parameters
 
 STORED = ASSETS / "default_study.npz"
 IMAGE, HARD_DATA, SHAPE, N_REALIZATIONS = "channels", "channels_400_data", (512, 512), 12

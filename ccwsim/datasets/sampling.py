@@ -7,7 +7,7 @@ from numpy.random import RandomState
 from numpy.typing import NDArray
 
 from ccwsim.model.arrays import as_array, as_integers, check_int
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.hard_data import HardData
 
 DIRECTIONS = ("N-S", "E-W")
@@ -88,9 +88,7 @@ def _random(seed: int) -> RandomState:
 def _shape(field: NDArray[np.integer]) -> tuple[int, ...]:
     array = as_array(field, "field")
     if array.ndim not in (2, 3) or not array.size:
-        raise CCWSIMError(
-            f"a reference field must have the shape (ny, nx) or (nz, ny, nx), not {array.shape}"
-        )
+        raise refused("reference_field_shape", shape=array.shape)
     if array.dtype.kind not in "bui":
         as_integers(array, "field")
     return array.shape

@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.stages.path import Triple, in_layers
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.arrays import Bytes, Floats, Ints, Mask
+from ccwsim.model.errors import CCWSIMError, refused
 from ccwsim.model.grid import Grid
 from ccwsim.model.missing import UNKNOWN
 from ccwsim.model.secondary import Secondary
@@ -31,25 +32,25 @@ MAX_CELLS = 400_000_000  # maximum number of cells of all copies
 class Copies(NamedTuple):
     """The stack of copies of a study, in the orientation of the grid."""
 
-    indices: NDArray[np.uint8]  # shape (nz, ny, nx); n_facies in unknown cells
-    known: NDArray[np.bool_]  # known cells of the stack
+    indices: Bytes  # shape (nz, ny, nx); n_facies in unknown cells
+    known: Mask  # known cells of the stack
     # number of the cell in the training images, one after the other, −1 in unknown cells
     origins: NDArray[np.int32]
-    layers: NDArray[np.int64]  # shape (n_kinds, 2): first layer and number of layers of a kind
-    kinds: NDArray[np.uint8]  # shape (nz, ny, nx) of the grid: the kind of each cell
+    layers: Ints  # shape (n_kinds, 2): first layer and number of layers of a kind
+    kinds: Bytes  # shape (nz, ny, nx) of the grid: the kind of each cell
     # weights of images, whose kinds follow the kind of a cell; (1.0,) if images have no weights
     weights: tuple[float, ...]
-    proportions: NDArray[np.float64]  # shape (n_kinds, n_facies)
-    turns: NDArray[np.float64]  # shape (n_kinds, 5): angle, scale along x, y and z, dip
+    proportions: Floats  # shape (n_kinds, n_facies)
+    turns: Floats  # shape (n_kinds, 5): angle, scale along x, y and z, dip
 
     @property
-    def expected(self) -> NDArray[np.float64]:
+    def expected(self) -> Floats:
         """Mean proportions of the kinds in the grid, shape (n_facies,)."""
         shares = np.bincount(self.kinds.ravel(), minlength=len(self.layers)) / self.kinds.size
         own = np.outer(shares[:: len(self.weights)], self.weights).ravel()
         return (own if len(self.weights) > 1 else shares) @ self.proportions
 
-    def around(self) -> NDArray[np.int64]:
+    def around(self) -> Ints:
         """Return `layers` for windows, which use the images of all weights."""
         n, found = len(self.weights), self.layers.copy()
         for k in range(0, len(found), n):
@@ -66,10 +67,7 @@ def make_copies(study: Study) -> Copies | None:
     if secondary is None or not secondary.has_copies:
         return None
     if (n_cells := n_cells_of_copies(study)) > MAX_CELLS:
-        raise CCWSIMError(
-            f"the turned, scaled and mirrored copies of the images have {n_cells:,} cells, but "
-            f"{MAX_CELLS:,} are allowed: use a larger angle_tolerance, or a smaller scale or image"
-        )
+        raise refused("too_many_copies", n=n_cells, most=MAX_CELLS)
     images = [study.training_image, *secondary.images]
     turns, turn_of = turns_of(secondary, in_layers(study.grid.shape))
     together = secondary.zones is None and secondary.weights is None
@@ -130,9 +128,7 @@ def _n_cells(secondary: Secondary, shapes: tuple[Triple, ...], grid: Grid, gap: 
     return n_layers * y * x * 2 ** len(set(secondary.mirrored))
 
 
-def turns_of(
-    secondary: Secondary, shape: tuple[int, int, int]
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def turns_of(secondary: Secondary, shape: tuple[int, int, int]) -> tuple[Floats, Ints]:
     """Return the combinations of angle, scales and dip, shape (n, 5), and that of each cell."""
     scales = secondary.scale or ()
     fields = [secondary.angle, *(np.log(s) for s in scales), secondary.dip]
@@ -160,8 +156,8 @@ def turns_of(
 
 
 def classes_of(
-    values: NDArray[np.float64], tolerance: float, period: float | None = None
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    values: Floats, tolerance: float, period: float | None = None
+) -> tuple[Floats, Ints]:
     """Return the middles of as few classes as possible, and the class of each value.
 
     No value differs from the middle of its class by more than `tolerance`.
@@ -201,7 +197,7 @@ def _flips(mirrored: Sequence[str]) -> list[tuple[int, ...]]:
     return [some for n in range(len(axes) + 1) for some in combinations(axes, n)]
 
 
-def _forward(turn: NDArray[np.float64], cell_size: tuple[float, ...]) -> NDArray[np.float64]:
+def _forward(turn: Floats, cell_size: tuple[float, ...]) -> Floats:
     """Return the matrix that scales, inclines and turns vectors in cells along z, y and x."""
     angle, sx, sy, sz, dip = turn
     a, d = np.radians([angle, dip])
@@ -213,7 +209,7 @@ def _forward(turn: NDArray[np.float64], cell_size: tuple[float, ...]) -> NDArray
     return np.round(forward[::-1, ::-1], 12)
 
 
-def _shape_of(forward: NDArray[np.float64], shape: Triple) -> Triple:
+def _shape_of(forward: Floats, shape: Triple) -> Triple:
     """Return the shape of the box around a turned image."""
     nz, ny, nx = np.maximum(np.floor(np.abs(forward) @ np.array(shape) + 1e-6), 1).astype(int)
     return 1 if shape[0] == 1 else int(nz), int(ny), int(nx)
@@ -222,7 +218,7 @@ def _shape_of(forward: NDArray[np.float64], shape: Triple) -> Triple:
 def _turned(
     numbers: NDArray[np.int32],
     flipped: tuple[int, ...],
-    turn: NDArray[np.float64],
+    turn: Floats,
     cell_size: tuple[float, ...],
     gap: int,
 ) -> NDArray[np.int32]:
@@ -244,9 +240,7 @@ def _turned(
     return copy
 
 
-def _values(
-    indices: NDArray[np.uint8], numbers: NDArray[np.int32], origins: NDArray[np.int32]
-) -> NDArray[np.uint8]:
+def _values(indices: Bytes, numbers: NDArray[np.int32], origins: NDArray[np.int32]) -> Bytes:
     """Return the facies indices of a copy, `UNKNOWN` outside the image."""
     flat = np.append(indices.ravel(), np.uint8(UNKNOWN))
     return flat[np.where(origins < 0, len(flat) - 1, origins - numbers.flat[0])]
@@ -257,7 +251,7 @@ def _padded(values: NDArray, shape: list[int], fill: int) -> NDArray:
     return np.pad(values, wide, constant_values=fill)
 
 
-def check_pieces(copies: Copies, legal: NDArray[np.int64], template: tuple[int, ...]) -> None:
+def check_pieces(copies: Copies, legal: Ints, template: tuple[int, ...]) -> None:
     """Raise an error if a kind has no location without unknown cells; `legal`, shape (n_kinds,)."""
     if legal.all():
         return

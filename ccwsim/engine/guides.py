@@ -12,6 +12,7 @@ from ccwsim.engine.lengths import USUAL_OVERLAP, ScaledLengths
 from ccwsim.engine.prepared_image import OrientedImage, PreparedImage
 from ccwsim.engine.stages.path import RasterPath, in_layers, to_path
 from ccwsim.engine.stages.similarity import summed_up
+from ccwsim.model.arrays import Floats, Ints
 
 N_PARTS = (2, 4, 4)
 """Number of parts of a patch along z, y and x; one part along an axis of one block."""
@@ -22,7 +23,7 @@ def make_guide(
     oriented: OrientedImage,
     path: RasterPath,
     lengths: ScaledLengths,
-    patches: NDArray[np.int64],
+    patches: Ints,
 ) -> Guide | None:
     """Return the guide of the patches of a path, or None if nothing guides the search.
 
@@ -49,7 +50,7 @@ def make_guide(
             found.append(_means_along(summed_up(values), axes, ends))
         return np.array(found, np.float32).reshape(-1, *shape)
 
-    def of_grid(name: object, values: NDArray) -> NDArray[np.float64]:
+    def of_grid(name: object, values: NDArray) -> Floats:
         table = image.part(
             ("map of grid", name, *key),
             lambda: summed_up(to_path(_volume(values), path.orientation)),
@@ -80,9 +81,7 @@ def make_guide(
     return Guide(values, starts, factors, *work, costs)
 
 
-def _parts(
-    patches: NDArray[np.int64], block: NDArray[np.int64], counts: list[int], part: NDArray[np.int64]
-) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+def _parts(patches: Ints, block: Ints, counts: list[int], part: Ints) -> tuple[Ints, Ints, Ints]:
     """Return the first block of each part in its patch, and its first and last cell in the grid.
 
     All arrays have the shape (n_patches, n_parts, 3). Parts of smaller patches overlap.
@@ -114,15 +113,13 @@ def _volume(values: NDArray) -> NDArray:
     return values.reshape(in_layers(values.shape))
 
 
-def _scaled(values: NDArray, reference: NDArray) -> NDArray[np.float64]:
+def _scaled(values: NDArray, reference: NDArray) -> Floats:
     """Return values of an auxiliary variable with the range of the image as the unit."""
     low, high = float(reference.min()), float(reference.max())
     return (values - low) / ((high - low) or 1.0)
 
 
-def _means_along(
-    table: NDArray[np.float64], first: list[NDArray], last: list[NDArray]
-) -> NDArray[np.float64]:
+def _means_along(table: Floats, first: list[NDArray], last: list[NDArray]) -> Floats:
     """Return `_box_means` of boxes with these ends along each axis, one box per combination."""
     means = table
     for axis, (start, end) in enumerate(zip(first, last, strict=True)):
@@ -134,9 +131,7 @@ def _means_along(
     return means
 
 
-def _box_means(
-    table: NDArray[np.float64], first: NDArray[np.int64], last: NDArray[np.int64]
-) -> NDArray[np.float64]:
+def _box_means(table: Floats, first: Ints, last: Ints) -> Floats:
     """Return the means over boxes of cells, as far as they are inside the map.
 
     `first` and `last` (exclusive) have the shape (…, 3). A box outside takes the nearest cell.

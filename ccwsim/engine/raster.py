@@ -365,7 +365,9 @@ def _search(
     # In a volume, continuations are not excluded, because few locations continue neighbouring
     # patches. The slack is smaller instead.
     slack = SLACK * coarse.weight_of_data * (0.75 if coarse.volume else 1.0)
-    far = _overlap_of_location(image.lengths[0]) / 4**p.scale
+    # the cost of a location at the opposite end of the image, in wrong overlap cells
+    (_, ty, _), (_, oy, _) = whole = image.lengths[0].template, image.lengths[0].overlap
+    far = (overlap_cells(*whole) if coarse.volume else 2 * ty * oy) / 4**p.scale
     z, y, x = along_path(p.location_weights, orientation)
     location = max(z, y, x)
     draws_once = p.draws_as_published or p.match_proportions
@@ -394,13 +396,6 @@ def _search(
         by_unseen=by_unseen,
         reach=(reach[0] * coarse.volume, reach[1], reach[2]),
     )
-
-
-def _overlap_of_location(lengths: ScaledLengths) -> int:
-    """Return the cost of a location at the opposite end of the image, in wrong overlap cells."""
-    if not lengths.volume:
-        return 2 * lengths.template[1] * lengths.overlap[1]
-    return overlap_cells(lengths.template, lengths.overlap)
 
 
 def draw_template(p: Parameters, shape: tuple[int, ...], rng: np.random.Generator) -> Triple:

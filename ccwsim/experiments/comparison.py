@@ -15,7 +15,7 @@ from ccwsim.metrics.bands import STATISTICS, curves_of
 from ccwsim.metrics.lags import axes_of, max_lag
 from ccwsim.model.arrays import Shape
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.errors import Cancelled, CCWSIMError
+from ccwsim.model.errors import Cancelled, CCWSIMError, refused
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters
@@ -246,9 +246,7 @@ def _check(
     secondary: Secondary | None,
 ) -> None:
     if not MIN_SETTINGS <= len(settings) <= MAX_SETTINGS:
-        raise CCWSIMError(
-            f"{len(settings)} settings were given; compare {MIN_SETTINGS} to {MAX_SETTINGS}"
-        )
+        raise refused("number_of_settings", n=len(settings), low=MIN_SETTINGS, high=MAX_SETTINGS)
     for name, parameters in settings.items():
         try:
             if isinstance(parameters, Parameters):

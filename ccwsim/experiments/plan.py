@@ -6,7 +6,7 @@ from itertools import product
 from typing import Any
 
 from ccwsim.model.arrays import Shape, describe_shape
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.parameters import PER_AXIS, Parameters
 
 RANGED = {
@@ -42,9 +42,7 @@ class SweepPlan:
 
 
 def plan_sweep(
-    base: Parameters,
-    ranges: Mapping[str, Sequence[Any]],
-    image_shape: Shape | None = None,
+    base: Parameters, ranges: Mapping[str, Sequence[Any]], image_shape: Shape | None = None
 ) -> SweepPlan:
     """Return all valid combinations of parameter ranges.
 
@@ -127,6 +125,4 @@ def _check_fits(p: Parameters, image_shape: Shape | None) -> None:
     sides = image_shape if volume else (1, min(image_shape), min(image_shape))
     if any(t > n for t, n in zip(own, sides, strict=True)):
         size = describe_shape(own) if volume else own[-1]
-        raise CCWSIMError(
-            f"Template {size} is larger than the training image of {describe_shape(image_shape)}"
-        )
+        raise refused("template_too_large", size=size, image=describe_shape(image_shape))

@@ -8,17 +8,13 @@ from math import prod
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim import Cancelled, CCWSIMError, Grid, HardData, Parameters, TrainingImage, simulate
 from ccwsim.datasets.sampling import sample_random
 from ccwsim.engine.corrections.resimulation import MAX_COMPARED
 from ccwsim.engine.stages.conditioning import MAX_DATA
 from ccwsim.jobs.workers import Cancel, Progress
 from ccwsim.model.arrays import Shape, check_int, frozen
-from ccwsim.model.errors import Cancelled, CCWSIMError
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
-from ccwsim.model.parameters import Parameters
-from ccwsim.model.training_image import TrainingImage
-from ccwsim.run.simulation import simulate
+from ccwsim.model.errors import refused
 
 CELLS_AT_ONCE = 32_000_000  # cells of realizations in memory at a time; a cell takes one byte
 LINEAR = (0.9, 1.1)  # growth is called linear if the exponent of the cells is in this range
@@ -117,9 +113,7 @@ def time_cases(
     seed = check_int("seed", seed, 0)
     for case in cases:
         if not 0 <= case.n_data <= case.n_cells:
-            raise CCWSIMError(
-                f"{case.n_data} data do not fit a grid of {case.n_cells} cells: use fewer data"
-            )
+            raise refused("too_many_data_to_time", n_data=case.n_data, n_cells=case.n_cells)
     work = [_typical(training_image, case) for case in cases]
     ends, fields = list(accumulate(work, initial=0.0)), {}
     for number, case in enumerate(cases):

@@ -10,12 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import ndtri
 
-from ccwsim.model.arrays import Shape, check_int
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
-from ccwsim.model.parameters import Parameters
-from ccwsim.model.training_image import TrainingImage
+from ccwsim import Ensemble, Grid, HardData, Parameters, TrainingImage
+from ccwsim.model.arrays import Floats, Mask, Shape, check_int
 
 
 def simulate_two_point(
@@ -64,9 +60,7 @@ def simulate_two_point(
     )
 
 
-def _amplitudes(
-    is_facies: NDArray[np.bool_], is_free: NDArray[np.bool_], threshold: float, shape: Shape
-) -> NDArray[np.float64]:
+def _amplitudes(is_facies: Mask, is_free: Mask, threshold: float, shape: Shape) -> Floats:
     """Return the Fourier amplitudes of a periodic field, larger than the grid, to be truncated."""
     share = is_facies.sum() / is_free.sum()
     covariances, weights = _pairs(is_facies) / np.maximum(_pairs(is_free), 1) - share**2, 1.0
@@ -84,13 +78,13 @@ def _amplitudes(
     return np.sqrt(np.maximum(spectrum - excess[np.flatnonzero(ordered > excess)[-1]], 0))
 
 
-def _pairs(inside: NDArray[np.bool_]) -> NDArray[np.float64]:
+def _pairs(inside: Mask) -> Floats:
     """Return the number of pairs of cells inside, for each lag modulo twice the image."""
     shape, axes = [2 * side for side in inside.shape], range(inside.ndim)
     return np.fft.irfftn(np.abs(np.fft.rfftn(inside, shape, axes)) ** 2, shape, axes).round()
 
 
-def _correlations(covariances: NDArray, threshold: float) -> NDArray[np.float64]:
+def _correlations(covariances: NDArray, threshold: float) -> Floats:
     """Return the correlations of a Gaussian field from covariances of the truncated field.
 
     Those are ∫ exp(−t² / (1 + sin θ)) / 2π from 0 to arcsin of the correlation, with threshold t.

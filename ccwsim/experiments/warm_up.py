@@ -7,16 +7,12 @@ from threading import Event
 
 import numpy as np
 
+from ccwsim import CCWSIMError, Grid, HardData, Parameters, TrainingImage
 from ccwsim.engine.compilation import LATER, SOON, ask_for
 from ccwsim.engine.realization import walk_through
 from ccwsim.jobs.workers import Watch
 from ccwsim.metrics import connectivity, etype, variogram
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
-from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
-from ccwsim.model.training_image import TrainingImage
 
 MAP, VOLUME = (64, 64), (32, 32, 32)  # shapes of the training images and grids
 STUDIES = {

@@ -19,8 +19,8 @@ from ccwsim.figures.style import (
     with_opacity,
     written,
 )
+from ccwsim.model.arrays import Floats
 
-Floats = NDArray[np.float64]
 BAND_OPACITY = 0.13  # opacity of the bands of settings; low enough to see four overlapping bands
 ROW_HEIGHT = 172  # height in pixels of a row of transiograms
 MAX_DISC = 6  # maximum diameter in pixels of the discs that show the hard data of a layer
@@ -103,9 +103,7 @@ def curves_chart(
             dotted: dict[str, Any] = {"dash": "dot", "hovertemplate": "%{y:.3g}"}
             chart.add_trace(line(name, at, values, colour, 1.5, **dotted))
     chart.update_xaxes(range=[0, max(float(first.lags[-1]), 1.0)])
-    if y_range is not None:
-        chart.update_yaxes(range=list(y_range))
-    return chart
+    return chart.update_yaxes(range=y_range)
 
 
 def lines_chart(
@@ -134,9 +132,7 @@ def lines_chart(
         symbol = "diamond" if alone else "circle"
         drawn.update(marker={"color": one.colour, "size": 8, "symbol": symbol})
         chart.add_trace(drawn)
-    if y_range is not None:
-        chart.update_yaxes(range=list(y_range))
-    return chart
+    return chart.update_yaxes(range=y_range)
 
 
 def transiogram_chart(

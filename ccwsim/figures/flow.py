@@ -4,11 +4,10 @@ from collections.abc import Mapping
 
 import numpy as np
 import plotly.graph_objects as go
-from numpy.typing import NDArray
 
 from ccwsim.figures.style import Theme, blank_chart, line, written
+from ccwsim.model.arrays import Floats
 
-Floats = NDArray[np.float64]
 N_BINS = 16
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from ccwsim.figures.style import CIVIDIS, bytes_of, ramp
-from ccwsim.model.arrays import Shape, as_integers, check_int
+from ccwsim.model.arrays import Bytes, Floats, Mask, Shape, as_integers, check_int
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.missing import UNKNOWN
 
@@ -36,10 +36,10 @@ class Dots:
 
     cells: NDArray[np.integer]  # shape (n, 2): row and column, row 0 at the south
     colours: list[str]  # colour of the facies of each datum
-    wrong: NDArray[np.bool_]  # shape (n,): True if a datum is not honoured (red ring)
+    wrong: Mask  # shape (n,): True if a datum is not honoured (red ring)
 
 
-def index_png(indices: NDArray[np.uint8]) -> bytes:
+def index_png(indices: Bytes) -> bytes:
     """Return a PNG in which facies index k has the grey colour (k, k, k).
 
     The palette contains only indices that occur, to need few bits per cell. Encoding is four times
@@ -57,7 +57,7 @@ def index_png(indices: NDArray[np.uint8]) -> bytes:
     return png_of(picture, bits=bits, compress_level=QUICK)
 
 
-def map_png(indices: NDArray[np.uint8], colours: Sequence[str], *, scale: int = 1) -> bytes:
+def map_png(indices: Bytes, colours: Sequence[str], *, scale: int = 1) -> bytes:
     """Return a map as a palette PNG with square cells of `scale` pixels."""
     scale = check_int("scale", scale, 1)
     size = indices.shape[1] * scale, indices.shape[0] * scale
@@ -72,7 +72,7 @@ def tile_size(shape: Shape, longest: int) -> tuple[int, int]:
 
 
 def contact_sheet(
-    indices: NDArray[np.uint8], colours: Sequence[str], *, longest: int = 96
+    indices: Bytes, colours: Sequence[str], *, longest: int = 96
 ) -> tuple[bytes, int]:
     """Return a PNG that shows realizations, shape (n, ny, nx), as tiles, and its number of columns.
 
@@ -160,11 +160,7 @@ _SVG_SIDE = 480  # length in SVG units of the longer side of the sketch
 
 
 def data_map_png(
-    indices: NDArray[np.uint8],
-    colours: Sequence[str],
-    dots: Dots | None = None,
-    *,
-    longest: int = 640,
+    indices: Bytes, colours: Sequence[str], dots: Dots | None = None, *, longest: int = 640
 ) -> bytes:
     """Return a PNG of a map with hard data; the longer side has about `longest` pixels."""
     scale = max(1, round(longest / max(indices.shape)))
@@ -174,9 +170,7 @@ def data_map_png(
     return png_of(picture.quantize(64, dither=Image.Dither.NONE), optimize=True)
 
 
-def data_map(
-    indices: NDArray[np.uint8], colours: Sequence[str], dots: Dots, scale: int
-) -> Image.Image:
+def data_map(indices: Bytes, colours: Sequence[str], dots: Dots, scale: int) -> Image.Image:
     """Return a map with cells of `scale` pixels and with hard data; wrong data are drawn last."""
     size = indices.shape[1] * scale, indices.shape[0] * scale
     picture = _coloured(indices, colours).resize(size, Image.Resampling.NEAREST).convert("RGB")
@@ -197,7 +191,7 @@ def data_map(
     return picture
 
 
-def steps_of(shares: NDArray[np.float64]) -> tuple[NDArray[np.uint8], list[str]]:
+def steps_of(shares: Floats) -> tuple[Bytes, list[str]]:
     """Convert shares from 0 to 1, or NaN, to indices of cividis colours; return both."""
     steps = np.where(np.isnan(shares), UNKNOWN, np.rint(np.clip(shares, 0, 1) * (STEPS - 1)))
     return steps.astype(np.uint8), ramp(CIVIDIS, STEPS)
@@ -207,7 +201,7 @@ def _ring(pen: ImageDraw.ImageDraw, x: float, y: float, radius: float, colour: s
     pen.ellipse((x - radius, y - radius, x + radius, y + radius), fill=colour)
 
 
-def _coloured(indices: NDArray[np.uint8], colours: Sequence[str]) -> Image.Image:
+def _coloured(indices: Bytes, colours: Sequence[str]) -> Image.Image:
     """Return a palette picture; unknown cells are transparent, or white without transparency."""
     indices = _as_bytes(indices, len(colours))
     picture = Image.fromarray(np.ascontiguousarray(indices[::-1]), mode="P")
@@ -219,7 +213,7 @@ def _coloured(indices: NDArray[np.uint8], colours: Sequence[str]) -> Image.Image
     return picture
 
 
-def _as_bytes(indices: NDArray[np.integer], n: int) -> NDArray[np.uint8]:
+def _as_bytes(indices: NDArray[np.integer], n: int) -> Bytes:
     """Return indices from 0 to n − 1 as bytes; bytes are returned unchanged."""
     if indices.dtype == np.uint8:
         return indices.view(np.uint8)
@@ -236,13 +230,13 @@ def png_of(picture: Image.Image, **options: Any) -> bytes:
 class VolumeSlice(NamedTuple):
     """A slice of a volume with a label and hard data."""
 
-    indices: NDArray[np.uint8]
+    indices: Bytes
     label: str
     dots: Dots
 
 
 def slices_of(
-    indices: NDArray[np.uint8], at: Sequence[int] | None = None, dots: Dots | None = None
+    indices: Bytes, at: Sequence[int] | None = None, dots: Dots | None = None
 ) -> list[VolumeSlice]:
     """Return three slices through a cell of a volume: a layer, and sections along x and along y.
 
@@ -268,7 +262,7 @@ def slices_of(
 
 
 def slices_png(
-    indices: NDArray[np.uint8],
+    indices: Bytes,
     colours: Sequence[str],
     *,
     at: Sequence[int] | None = None,

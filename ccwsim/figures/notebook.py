@@ -6,13 +6,12 @@ from html import escape
 
 import numpy as np
 import plotly.graph_objects as go
-from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
 from ccwsim import Ensemble, Grid, HardData, TrainingImage
 from ccwsim.figures.maps import contact_sheet, data_png
 from ccwsim.figures.style import as_written, facies_colours, written
-from ccwsim.model.arrays import describe_shape
+from ccwsim.model.arrays import Bytes, Floats, Mask, describe_shape
 
 THUMB = 240  # length in pixels of the longer side of a picture; halved if there are many pictures
 FEW = 4
@@ -112,7 +111,7 @@ def _middle(shape: Sequence[int]) -> tuple[tuple[int, ...], str]:
     return (layer,), f", layer {layer} (of 0 to {shape[0] - 1})"
 
 
-def _middle_of_data(data: HardData) -> tuple[NDArray[np.bool_], str]:
+def _middle_of_data(data: HardData) -> tuple[Mask, str]:
     """Return a mask of the data to draw (one layer of a volume), and a note on the layer."""
     if data.n_dimensions == 2:
         return np.ones(data.n, bool), ""
@@ -122,7 +121,7 @@ def _middle_of_data(data: HardData) -> tuple[NDArray[np.bool_], str]:
 
 
 def _maps(
-    maps: Sequence[NDArray[np.uint8]],
+    maps: Sequence[Bytes],
     titles: Sequence[str],
     image: TrainingImage,
     grid: Grid,
@@ -161,7 +160,7 @@ def _maps(
     return chart.update_layout(height=HEIGHT, margin={"l": 50, "r": 20, "t": 40, "b": 40})
 
 
-def _facies(image: TrainingImage, shares: NDArray[np.float64]) -> str:
+def _facies(image: TrainingImage, shares: Floats) -> str:
     pairs = zip(image.facies_names, shares, strict=True)
     return ", ".join(f"{name} {100 * share:.1f} %" for name, share in pairs)
 

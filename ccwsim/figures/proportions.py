@@ -4,11 +4,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import plotly.graph_objects as go
-from numpy.typing import NDArray
 
 from ccwsim.figures.style import SYMBOLS, Theme, as_written, blank_chart, dots, line, name_rows
+from ccwsim.model.arrays import Floats
 
-Floats = NDArray[np.float64]
 LINE = 18  # height in pixels of a line of dots
 
 

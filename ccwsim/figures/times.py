@@ -6,11 +6,10 @@ from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
-from numpy.typing import NDArray
 
 from ccwsim.figures import style
+from ccwsim.model.arrays import Floats
 
-Floats = NDArray[np.float64]
 ROW = 40  # height in pixels of a bar including the space above and below the bar
 LEVEL_SYMBOLS = ("x", "circle", "square", "diamond", "triangle-up", "star", "pentagon")
 """Symbols of measured and published times, by wavelet level."""

@@ -19,8 +19,8 @@ from ccwsim.figures.style import (
     name_rows,
     written,
 )
+from ccwsim.model.arrays import Floats
 
-Floats = NDArray[np.float64]
 MAX_DOT, MIN_DOT = 22, 5  # largest and smallest diameter in pixels of the dots of a calibration
 EDGE = 0.4  # largest |x| of a point whose name is centred; farther out it does not fit
 
@@ -208,14 +208,14 @@ class Group:
     """Realizations that have the same marker and colour in an MDS plot."""
 
     name: str
-    positions: NDArray[np.float64]  # shape (n, 2)
+    positions: Floats  # shape (n, 2)
     colour: str
     symbol: str = "circle"  # plotly's name of the marker symbol
     labels: Sequence[str] = ()  # hover text of each point; by default the name of the group
     ringed: int | None = None  # index of the realization that is shown elsewhere on the page
 
 
-def label_side(place: NDArray[np.float64]) -> str:
+def label_side(place: Floats) -> str:
     """Return the side of a point on which its name fits into a plot with axes from −1 to 1."""
     x, y = place.tolist()
     across = "left" if x > EDGE else "right" if x < -EDGE else "center"
@@ -223,7 +223,7 @@ def label_side(place: NDArray[np.float64]) -> str:
 
 
 def mds_chart(
-    image: NDArray[np.float64], groups: Sequence[Group], theme: Theme, *, height: int = 400
+    image: Floats, groups: Sequence[Group], theme: Theme, *, height: int = 400
 ) -> go.Figure:
     """Return an MDS plot of groups of realizations, with the training image (2,) in red."""
     chart = blank_chart(theme, height=height, x_title="axis 1", y_title="axis 2")
@@ -255,7 +255,7 @@ def mds_title(stress: float) -> str:
     return f"MDS plot: stress {stress:.2f}"
 
 
-def _points(positions: NDArray[np.float64], name: str, colour: str, size: int, symbol: str) -> Any:
+def _points(positions: Floats, name: str, colour: str, size: int, symbol: str) -> Any:
     """Return a trace of points whose look does not change when they are selected."""
     x, y = positions.T
     trace = dots(name, x, y, colour, size, marker_symbol=symbol)

@@ -7,7 +7,7 @@ from io import BytesIO
 
 from ccwsim.io.data_file import broken
 from ccwsim.io.limits import MAX_MEMBERS, check_bytes
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.errors import CCWSIMError, refused
 
 _ENTRY = b"PK\x01\x02"
 _METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
@@ -53,10 +53,7 @@ def opened_archive(content: bytes, name: str) -> Iterator[Archive]:
     """Yield the members of a zip file; raise an error if the file is broken."""
     entries = content.count(_ENTRY)  # opening a zip creates an object for each entry
     if entries > MAX_MEMBERS:
-        raise CCWSIMError(
-            f"{name}: the zip has {entries} files, more than {MAX_MEMBERS}; save only the needed "
-            "files"
-        )
+        raise refused("too_many_files_in_zip", name=name, n=entries, most=MAX_MEMBERS)
     said = broken(f"{name}: the zip file is broken", remedy="get the file again")
     with said, zipfile.ZipFile(BytesIO(content)) as archive:
         yield Archive(archive, name)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ccwsim.io.limits import check_cells
 from ccwsim.model.arrays import is_whole
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.grid import Grid, fault_of_crs
 from ccwsim.model.missing import known_values, unknown_note
 
@@ -51,10 +51,7 @@ class DataFile:
         places = [*zip("xy", self.cell_size or (), self.origin or (0.0, 0.0), strict=False)]
         for axis, size, start in [*places, ("z", *self.along_z)] if self.along_z else places:
             if not (0 < size < inf and abs(start) < inf):
-                raise CCWSIMError(
-                    f"{self.name}: cells of {size:g} along {axis} from {start:g} are impossible; "
-                    "correct cell size and origin in the file"
-                )
+                raise refused("impossible_cells", name=self.name, size=size, axis=axis, start=start)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -89,16 +86,10 @@ class DataFile:
         if not self.is_table:
             if shape is not None and tuple(shape) not in (values.shape, values.shape[-2:]):
                 said = " × ".join(map(str, values.shape))
-                raise CCWSIMError(
-                    f"{self.name} states the shape {said} (slices × rows × columns), not "
-                    f"{tuple(shape)}; leave out shape="
-                )
+                raise refused("other_shape_in_file", name=self.name, said=said, shape=tuple(shape))
             return values
         if shape is None:
-            raise CCWSIMError(
-                f"{self.name} does not state the size of the grid; give shape=(rows, columns) for "
-                f"its {len(values)} values"
-            )
+            raise refused("file_without_size", name=self.name, n=len(values))
         return values.reshape(_full_shape(self.name, shape, len(values)))
 
     def at(self, cell_size: Sequence[float], corner: Sequence[float] = ()) -> DataFile:
@@ -145,9 +136,7 @@ class DataFile:
             return grid[0] if n == 1 else grid.reshape(n, -1)
         if not is_whole(slice_index) or not 0 <= slice_index < n:
             given = "" if slice_index is None else f", not {shown(slice_index)}"
-            raise CCWSIMError(
-                f"{self.name} is 3-D with {n} slices; choose one: slice_index=0 … {n - 1}{given}"
-            )
+            raise refused("file_of_slices", name=self.name, n=n, last=n - 1, given=given)
         return grid[slice_index]
 
     def known(self, values: NDArray) -> NDArray[np.bool_]:

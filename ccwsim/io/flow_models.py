@@ -8,12 +8,11 @@ from typing import Any
 from zipfile import ZIP_DEFLATED, ZipFile
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.flow.darcy import Ends, Wells, darcy
 from ccwsim.io.atomic import write_bytes
 from ccwsim.io.formats.grdecl import geometry_as_bytes, keywords_as_bytes
-from ccwsim.model.arrays import check_int
+from ccwsim.model.arrays import Floats, check_int
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.facies_property import FaciesValues, cell_values, values_by_facies
@@ -26,7 +25,7 @@ MODEL = "flow"  # name of the MODFLOW model and of its files
 TIME_UNITS = {"m/s": "seconds", "m/d": "days"}
 
 
-def millidarcy(conductivity: NDArray[np.float64], unit: str = "m/s") -> NDArray[np.float64]:
+def millidarcy(conductivity: Floats, unit: str = "m/s") -> Floats:
     """Return permeability in millidarcy, K μ / (ρ g), for water at 20 °C.
 
     `unit` of the conductivity is "m/s", "m/d", or "mD", which is returned unchanged.

@@ -17,7 +17,7 @@ from ccwsim.io.formats.text_tables import numbered
 from ccwsim.io.hard_data import columns as of_data
 from ccwsim.io.limits import limits
 from ccwsim.model.arrays import check_int, is_whole
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.errors import CCWSIMError, refused, shown
 
 Crop = tuple[int, int, int, int] | None  # first row from the south and column, numbers of both
 Layers = tuple[int, int] | None  # first layer from the bottom, number of layers
@@ -60,10 +60,7 @@ class FilePart:
         inside = all(map(le, last, (1, *shape)[-3:])) and min(first) >= 0
         if not inside or min(ny, nx) < self.every or nz < 1:
             said = ", ".join(f"{k} = {shown(getattr(self, k))}" for k in _ARGUMENTS)
-            raise CCWSIMError(
-                f"{name}: {said} selects no cell, or exceeds the {' × '.join(map(str, shape))} "
-                "cells of the grid, as [layers ×] rows × columns; correct these numbers"
-            )
+            raise refused("piece_outside", name=name, said=said, shape=" × ".join(map(str, shape)))
         k, n = self.every, len(shape)
         return first[-n:], (nz, ny - ny % k, nx - nx % k)[-n:]
 

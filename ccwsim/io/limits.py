@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from math import inf, prod
 from typing import Any
 
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.errors import CCWSIMError, refused, shown
 
 MIB = 2**20
 
@@ -98,10 +98,7 @@ def check_cells(name: str, *shapes: tuple[float, ...]) -> int:
     """Return the number of values of arrays; refuse too many, and impossible sizes."""
     for shape in shapes:
         if min(shape, default=0) < 1 or any(side % 1 != 0 for side in shape):
-            raise CCWSIMError(
-                f"{name}: a grid of {_sides(shape)} cells is empty or impossible; every size must "
-                "be a whole number of 1 or more"
-            )
+            raise refused("impossible_grid", name=name, shape=_sides(shape))
     counts = [prod(shape) if len(shape) <= 32 else inf for shape in shapes]
     n, most = sum(counts), limits().cells
     if n > most:

@@ -32,7 +32,7 @@ from ccwsim.io.isolated import IsolatedFile
 from ccwsim.io.limits import check_bytes, check_cells, limited, limits
 from ccwsim.model.arrays import is_table
 from ccwsim.model.classes import are_codes
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.errors import CCWSIMError, refused
 
 
 class Readable(Protocol):
@@ -49,16 +49,8 @@ class MemoryTable(Protocol):
     def __getitem__(self, key: Any, /) -> Any: ...
 
 
-PathOrFile = (
-    str
-    | os.PathLike[str]
-    | Readable
-    | BinaryIO
-    | IsolatedFile
-    | MemoryTable
-    | Mapping[str, Any]
-    | NDArray[np.void]
-)
+_InMemory = MemoryTable | Mapping[str, Any] | NDArray[np.void]
+PathOrFile = str | os.PathLike[str] | Readable | BinaryIO | IsolatedFile | _InMemory
 """A file, or a table in memory, which is read like a file."""
 
 _FILE = Path(__file__).parents[1] / "assets" / "file_formats.toml"
@@ -191,10 +183,7 @@ def open_content(
     if kind in READERS:
         options = {"part": part, "up": up} if kind == "picture" else {}
         return READERS[kind](content, name, **options)
-    raise CCWSIMError(
-        f"{name} has an unknown format; use a picture, an SGeMS or GSLIB file, a CSV table, "
-        "GeoJSON points, or a NumPy, MATLAB or VTK file"
-    )
+    raise refused("unknown_format", name=name)
 
 
 def refusal(content: bytes) -> str:

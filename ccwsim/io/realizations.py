@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ccwsim import Ensemble, Grid, HardData, Parameters, Secondary, TrainingImage
 from ccwsim.io.atomic import format_of, write_bytes
 from ccwsim.io.data_file import DataFile, printable
 from ccwsim.io.formats.labelled import realizations_as_netcdf
@@ -19,14 +20,8 @@ from ccwsim.io.maps import maps_as_bytes
 from ccwsim.io.opening import PathOrFile, kind_of, open_content, read_bytes
 from ccwsim.io.secondary import KINDS_OF_ARRAYS, arrays_of_secondary, secondary_of_arrays
 from ccwsim.model import arrays
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.errors import CCWSIMError, shown
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
+from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.missing import UNKNOWN
-from ccwsim.model.parameters import Parameters
-from ccwsim.model.secondary import Secondary
-from ccwsim.model.training_image import TrainingImage
 
 FORMATS = ("npz", "gslib", "sgems", "dat", "grdecl", "png", "vti", "tif", "nc")
 """Formats of realizations, named by file ending."""
@@ -141,10 +136,7 @@ def read_realizations(
 def _of_npz(members: Mapping[str, NDArray], image: TrainingImage | None) -> Ensemble:
     stack = members.get("realizations", np.empty(0))
     if stack.ndim not in (3, 4) or not stack.size:
-        raise CCWSIMError(
-            "the file has no realizations; save whole numbers of shape (n, ny, nx) or (n, nz, ny, "
-            "nx) as `realizations`"
-        )
+        raise refused("no_realizations")
     n, *shape = stack.shape
     if image is None and "training_image" in members:
         names = members.get("facies_names")
@@ -176,10 +168,7 @@ def _of_npz(members: Mapping[str, NDArray], image: TrainingImage | None) -> Ense
 
 def _of_grids(file: DataFile | PictureFile, image: TrainingImage | None) -> Ensemble:
     if isinstance(file, PictureFile) or file.is_table:
-        raise CCWSIMError(
-            "realizations are read from npz and npy files and from grids that state their size "
-            "(GSLIB, GRDECL, VTI, GeoTIFF, NetCDF), not from pictures or tables"
-        )
+        raise refused("not_a_file_of_realizations")
     layers = list(file.variables.values())
     if file.kind == "NumPy array" and not (image and image.n_dimensions == layers[0].ndim == 3):
         layers = list(layers[0])
@@ -203,10 +192,7 @@ def _ensemble(stack: NDArray, grid: Grid, image: TrainingImage | None) -> Ensemb
     if stack.dtype.kind == "f":
         active = ~np.isnan(stack[0])
         if not active.any() or any((np.isnan(one) == active).any() for one in stack):
-            raise CCWSIMError(
-                "some cells have no facies in some realizations; only cells without a facies in "
-                "all realizations are inactive"
-            )
+            raise refused("facies_missing_in_some")
         active = None if active.all() else active
     cells = [one if active is None else one[active] for one in stack]
     integers = [arrays.as_integers(one, "realizations") for one in cells]
@@ -218,10 +204,7 @@ def _ensemble(stack: NDArray, grid: Grid, image: TrainingImage | None) -> Ensemb
     missing = sorted(there - set(image.codes.tolist()))
     if missing:
         codes = ", ".join(map(str, image.codes))
-        raise CCWSIMError(
-            f"facies {missing[0]} is not in the training image, which has {codes}; give "
-            "training_image= with the image of these realizations"
-        )
+        raise refused("facies_not_in_image", code=missing[0], codes=codes)
     n = len(stack)
     if active is None:
         whole = np.stack([arrays.smallest_integers(one) for one in integers])
@@ -343,7 +326,5 @@ def parameters_from_json(text: str | bytes) -> Parameters:
     known = [f.name for f in fields(Parameters)]
     unknown = [name for name in given if name not in known]
     if unknown:
-        raise CCWSIMError(
-            f"parameters: {shown(unknown[0])} is not a parameter; choose from {', '.join(known)}"
-        )
+        raise refused("unknown_parameter", unknown=shown(unknown[0]), known=", ".join(known))
     return Parameters(**given)

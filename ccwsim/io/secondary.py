@@ -8,6 +8,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim import CCWSIMError, Grid, TrainingImage
 from ccwsim.io.data_file import DataFile, listed
 from ccwsim.io.formats.pictures import PictureFile
 from ccwsim.io.gridding import as_grid
@@ -17,11 +18,9 @@ from ccwsim.io.limits import limits
 from ccwsim.io.opening import PathOrFile, open_file, read_bytes
 from ccwsim.model.arrays import as_floats, describe_shape, frozen
 from ccwsim.model.bounds import MAX_IMAGES
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.grid import Grid
+from ccwsim.model.errors import refused
 from ccwsim.model.numbers import plural
 from ccwsim.model.secondary import Auxiliary, Secondary, cells_in_polygon
-from ccwsim.model.training_image import TrainingImage
 
 PREFIX = "p_"  # begin, in lower case, of variables with probabilities, such as `P_sand`
 HEIGHTS = ("z", "layer")  # first columns of a vertical curve, which has one row for each layer
@@ -60,10 +59,7 @@ def read_probabilities(
     if facies is not None and len(maps) == 1:
         return {facies: next(iter(maps.values()))}
     if not named:
-        raise CCWSIMError(
-            f"{file.name} has the variables {listed([*maps])}, but none with the name of a facies; "
-            "name them P_<facies>, such as P_sand"
-        )
+        raise refused("no_map_of_facies", name=file.name, maps=listed([*maps]))
     return {int(of) if of.isdecimal() else of: maps[name] for name, of in named.items()}
 
 
@@ -180,10 +176,7 @@ def _maps(path_or_file: PathOrFile, grid: Grid) -> tuple[DataFile, dict[str, NDA
     if file.is_table and heights and not points:
         order = np.argsort(file.variables[heights[0]])
         if len(order) != grid.nz:
-            raise CCWSIMError(
-                f"{file.name} has {len(order)} rows, but the grid has {grid.nz or 'no'} layers; "
-                "give one row for each layer"
-            )
+            raise refused("rows_of_layers", name=file.name, n=len(order), nz=grid.nz or "no")
         maps = {name: v[order] for name, v in file.variables.items() if name != heights[0]}
     else:
         file = as_grid(file) if not file.is_table or points else file

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim import Grid, TrainingImage
 from ccwsim.io.atomic import format_of, write_bytes
 from ccwsim.io.data_file import DataFile
 from ccwsim.io.formats import pictures
@@ -19,9 +20,7 @@ from ccwsim.io.gridding import Crop, FilePart, Layers, as_grid, largest_without_
 from ccwsim.io.limits import TooManyCells
 from ccwsim.io.opening import PathOrFile, open_file
 from ccwsim.model.classes import Classes, Merge, are_codes, classify, merge_facies
-from ccwsim.model.errors import CCWSIMError, shown
-from ccwsim.model.grid import Grid
-from ccwsim.model.training_image import TrainingImage
+from ccwsim.model.errors import CCWSIMError, refused, shown
 
 FORMATS = ("npy", "sgems", "gslib", "dat", "grdecl", "png")  # named by file ending
 
@@ -95,9 +94,7 @@ def read_training_image(
            [0, 7]], dtype=uint8)
     """
     if volume and slice_index is not None:
-        raise CCWSIMError(
-            f"slice_index = {shown(slice_index)} and volume=True exclude each other; give one"
-        )
+        raise refused("slice_and_volume", index=shown(slice_index))
     answers = {"crop": crop, "every": every, "layers": layers, "shape": shape, "z_up": z_up}
     answers |= {"variable": variable, "up": up, "slice_index": slice_index, "volume": volume}
     file, key, values = _read(path_or_file, answers)
@@ -234,10 +231,7 @@ def training_image_as_bytes(
     kind = format_of(None, format, FORMATS)
     if kind == "png":
         if training_image.n_dimensions == 3:
-            raise CCWSIMError(
-                "a PNG can show maps, not volumes; write one layer, TrainingImage(ti.array[k]), or "
-                "npy or sgems"
-            )
+            raise refused("png_of_volume")
         return _png(training_image, colours)
     if kind == "grdecl":
         maps = {"facies": training_image.array}

@@ -4,7 +4,7 @@ import os
 from contextlib import suppress
 from dataclasses import dataclass
 
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.errors import CCWSIMError, refused
 from ccwsim.system.machine import n_cores
 from ccwsim.system.memory import format_bytes, free_memory, used_memory
 
@@ -53,10 +53,7 @@ class ServerLimits:
                 "simulate fewer realizations or a smaller grid"
             )
         if self.data is not None and demand.n_data > self.data:
-            raise CCWSIMError(
-                f"{demand.n_data:,} hard data are more than the {self.data:,} that this server "
-                "allows for one run: use fewer data"
-            )
+            raise refused("run_of_too_many_data", n=demand.n_data, most=self.data)
 
     def __str__(self) -> str:
         """Describe the largest allowed run; return an empty text if there are no limits."""

@@ -11,7 +11,7 @@ from scipy.spatial.distance import pdist, squareform
 from ccwsim.metrics.patterns import FACTORS, divergences, layers_of, pyramid_histograms, size_of
 from ccwsim.metrics.stack import Codes, Fraction, Images, as_image, as_stack
 from ccwsim.model.arrays import as_floats, check_int, ratio
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.training_image import TrainingImage
 
 HISTOGRAM_SHARE = 0.5  # share of the progress bar for counting; the rest is for comparing
@@ -261,9 +261,7 @@ def _weights(given: Sequence[float] | None, n: int) -> NDArray[np.float64]:
     weights = 0.5 ** np.arange(1, n + 1) if given is None else as_floats(given, "weights")
     fits = weights.shape == (n,) and n > 0 and np.isfinite(weights).all()
     if not fits or weights.min() < 0 or not weights.sum() > 0:
-        raise CCWSIMError(
-            f"weights {shown(given)} must be {n} numbers that are not negative, one for each factor"
-        )
+        raise refused("factor_weights", given=shown(given), n=n)
     return weights / weights.sum()
 
 

@@ -13,7 +13,7 @@ from ccwsim.metrics.lags import Direction, DirectionName, Lags, axes_of, lags_th
 from ccwsim.metrics.stack import Codes, Fraction, Images, as_image, checked_codes, index_of
 from ccwsim.metrics.variograms import variogram
 from ccwsim.model.arrays import as_floats, as_integers, check_int, ratio
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.grid import Grid
 
 Statistic = Literal["variogram", "connectivity"]
@@ -77,9 +77,7 @@ def band(curves: ArrayLike, low: float = 0.1, high: float = 0.9) -> Band:
 def _check_quantiles(low: float, high: float) -> None:
     limits = as_floats([low, high], "quantiles")
     if limits.shape != (2,) or not 0 <= limits[0] <= limits[1] <= 1:
-        raise CCWSIMError(
-            f"quantiles {shown(low)} and {shown(high)} must be probabilities in ascending order"
-        )
+        raise refused("quantiles", low=shown(low), high=shown(high))
 
 
 class RunningCurves:
@@ -99,10 +97,7 @@ class RunningCurves:
 
     def __init__(self, n_points: int, low: float, high: float, n_bins: int = 1024) -> None:
         if n_points < 1 or n_bins < 1 or not low < high:
-            raise CCWSIMError(
-                f"curves of {n_points} points in {n_bins} bins from {low} to {high} cannot be "
-                "counted; give at least one point and bin, and low below high"
-            )
+            raise refused("bins_of_curves", n_points=n_points, n_bins=n_bins, low=low, high=high)
         self._low, self._width = low, (high - low) / n_bins
         self._counts = np.zeros((n_points, n_bins), np.int64)
         self._sums = np.zeros(n_points)

@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import allocating_kernel
 from ccwsim.metrics.stack import N_AXES, Codes, Images, as_image
-from ccwsim.model.arrays import as_array, check_int
+from ccwsim.model.arrays import Bytes, Floats, Ints, as_array, check_int
 from ccwsim.model.ensemble import codes_with_nan
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.errors import refused, shown
 from ccwsim.model.missing import UNKNOWN
 
 TIE = 1e-9  # minimum difference between shares; smaller differences count as ties (rounding errors)
@@ -35,10 +35,7 @@ def coarsened(
     stack = as_image(image, codes)
     if stack.is_volumes and np.ndim(as_array(factor, "coarsening factor")):
         if np.shape(factor) != (N_AXES,):
-            raise CCWSIMError(
-                f"coarsening factor = {shown(factor)} must be one number, or three along layers, "
-                "rows and columns"
-            )
+            raise refused("coarsening_factor", factor=shown(factor))
         factors = tuple(np.asarray(factor).tolist())
     else:
         one = check_int("coarsening factor", factor, 1, min(stack.shape))
@@ -48,9 +45,7 @@ def coarsened(
     return table[smaller.reshape(smaller.shape[-len(stack.shape) :])]
 
 
-def coarsened_volume(
-    volume: NDArray[np.uint8], factors: Sequence[int], n_facies: int
-) -> NDArray[np.uint8]:
+def coarsened_volume(volume: Bytes, factors: Sequence[int], n_facies: int) -> Bytes:
     """Return facies indices (nz, ny, nx) at a lower resolution along layers, rows and columns."""
     for factor, side in zip(factors, volume.shape, strict=True):
         check_int("coarsening factor", factor, 1, side)
@@ -64,7 +59,7 @@ def coarsened_volume(
     return np.where(coarse == n_facies, UNKNOWN, coarse).astype(np.uint8)
 
 
-def _taps(n: int, factor: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+def _taps(n: int, factor: int) -> tuple[Ints, Floats]:
     """Return the cells that contribute to each coarse cell along one axis, and their weights."""
     n_coarse = n // factor
     ratio = n / n_coarse

@@ -6,11 +6,11 @@ from math import prod
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ccwsim import Grid
 from ccwsim.engine.kernels import allocating_kernel, kernel
 from ccwsim.metrics.stack import N_AXES, as_volume
 from ccwsim.model.arrays import as_array, as_integers
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.grid import Grid
+from ccwsim.model.errors import refused
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,10 +66,7 @@ def copying(positions: ArrayLike, ti_shape: tuple[int, ...]) -> Copying:
     source, ti_shape = as_array(positions, "positions"), Grid.of(ti_shape).shape
     if source.ndim != len(ti_shape) or source.dtype.kind not in "ui" or not source.size:
         shape = "(ny, nx)" if len(ti_shape) < N_AXES else "(nz, ny, nx)"
-        raise CCWSIMError(
-            f"positions must be whole numbers of shape {shape}, not of shape {source.shape} and "
-            f"type {source.dtype}"
-        )
+        raise refused("positions", shape=shape, given=source.shape, dtype=source.dtype)
     n_cells = prod(ti_shape)
     image = f"a training image of {' × '.join(map(str, ti_shape))} cells"
     source = as_integers(source, f"positions in {image}", high=n_cells - 1)

@@ -17,20 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
+from ccwsim import CCWSIMError, Grid, HardData, TrainingImage, simulate
 from ccwsim.jobs.workers import Cancel, check_stop
 from ccwsim.metrics.stack import N_AXES, Fraction
-from ccwsim.model.arrays import check_int
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
+from ccwsim.model.arrays import Bytes, Floats, Ints, check_int
+from ccwsim.model.errors import refused
 from ccwsim.model.parameters import PER_AXIS, Parameters
 from ccwsim.model.study import Study
-from ccwsim.model.training_image import TrainingImage
-from ccwsim.run.simulation import simulate
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Bytes = NDArray[np.uint8]
 
 MAX_NEIGHBOURS = 5  # maximum number of data in the event of a datum
 MAX_EVENT_TABLE = 2**18  # facies combinations of an event; more facies leave fewer neighbours
@@ -135,9 +128,7 @@ def fit_data(
         data = HardData(data.cells[some], data.facies[some])
         study = replace(study, hard_data=data)
     if data.n < MIN_PLACES:
-        raise CCWSIMError(
-            f"{data.n} hard data are too few to judge an image; give at least {MIN_PLACES}"
-        )
+        raise refused("too_few_data_to_judge", n=data.n, least=MIN_PLACES)
     null = simulate(
         image, study.grid, study.parameters, None, n_null, seed, keep_sources=True, cancel=cancel
     )
@@ -207,10 +198,7 @@ def rank_images(
     ('E-W', True)
     """
     if not images or data.n < MIN_PLACES:
-        raise CCWSIMError(
-            f"{len(images)} images and {data.n} hard data: give at least one image and "
-            f"{MIN_PLACES} data"
-        )
+        raise refused("too_few_to_rank", images=len(images), n=data.n, least=MIN_PLACES)
     reach = np.min([_reach(image.shape) for image in images], axis=0)
     most = max(image.n_facies for image in images)
     targets = np.random.default_rng(0).permutation(data.n)[:MAX_EVENTS]

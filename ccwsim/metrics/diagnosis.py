@@ -8,20 +8,18 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ccwsim import Grid, Parameters, TrainingImage
 from ccwsim.engine.stages.conditioning import MAX_DATA
 from ccwsim.metrics.etype import proportions
 from ccwsim.metrics.lags import VERTICAL, Direction, lags_that_fit
 from ccwsim.metrics.stack import N_AXES, Codes, Images, Stack, as_image
 from ccwsim.metrics.stationarity import PARTS, QUARTERS, Stationarity, stationarity
 from ccwsim.metrics.variograms import variogram
-from ccwsim.model.arrays import as_integers, check_int
+from ccwsim.model.arrays import Floats, Ints, Mask, as_integers, check_int
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
-from ccwsim.model.grid import Grid
 from ccwsim.model.numbers import plural
-from ccwsim.model.parameters import Parameters
-from ccwsim.model.training_image import TrainingImage
 
 _FILE = Path(__file__).parents[1] / "assets" / "advice.toml"
 _SAID: dict[str, str] = tomllib.loads(_FILE.read_text("utf-8"))
@@ -34,8 +32,8 @@ THICK_SHARE = 0.95  # share of a facies covered by squares whose side is its thi
 class Spacing:
     """Range and spacing of features along a direction."""
 
-    lags: NDArray[np.int64]
-    correlation: NDArray[np.float64]
+    lags: Ints
+    correlation: Floats
     """Correlation 1 − Σ γ / Σ sill, with sums over facies, shape (n_lags,)."""
     range: int | None
     """First lag at which γ reaches 95 % of the sill; None if γ stays below this value."""
@@ -80,9 +78,9 @@ def feature_spacing(
 class Granulometry:
     """Share of a facies that remains when parts thinner than a size are removed."""
 
-    sizes: NDArray[np.int64]
+    sizes: Ints
     """Sides of squares: 1, 2, … cells."""
-    kept: NDArray[np.float64]
+    kept: Floats
     """Share of the facies' cells covered by squares of each size that are inside the facies."""
 
     def thickness(self, share: float = THICK_SHARE) -> int:
@@ -137,9 +135,7 @@ def granulometry(
     return Granulometry(np.arange(1, len(kept) + 1), np.array(kept))
 
 
-def _combined(
-    operation: np.ufunc, mask: NDArray[np.bool_], size: int, axis: int
-) -> NDArray[np.bool_]:
+def _combined(operation: np.ufunc, mask: Mask, size: int, axis: int) -> Mask:
     """Combine runs of `size` cells along an axis; the result is in the first cell of each run."""
     length = 1
     mask = np.moveaxis(mask, axis, 0)

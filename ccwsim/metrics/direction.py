@@ -1,21 +1,17 @@
 """The local direction of bodies, by the structure tensor of a smoothed facies."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ccwsim import CCWSIMError, Ensemble
 from ccwsim.metrics.stack import Images, as_stack
-from ccwsim.model.arrays import check_number
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.arrays import Floats, check_number
 
 EDGE = 1.5  # standard deviation, in cells, of the Gaussian whose gradients are taken
 WIDTH = 24.0
 """Standard deviation, in cells, of the Gaussian over which directions are averaged."""
 
 
-def local_direction(
-    images: Images, facies: int | None = None, width: float = WIDTH
-) -> NDArray[np.float64]:
+def local_direction(images: Images, facies: int | None = None, width: float = WIDTH) -> Floats:
     """Return the mean direction of bodies around each cell of maps.
 
     The direction is the axis of least change of the structure tensor (Bigün and Granlund 1987),
@@ -49,7 +45,7 @@ def local_direction(
     return (-across) % 180  # along them, clockwise from north
 
 
-def direction_error(ensemble: Ensemble, facies: int | None = None) -> NDArray[np.float64]:
+def direction_error(ensemble: Ensemble, facies: int | None = None) -> Floats:
     """Return how much directions differ from the angles that a simulation asks for.
 
     The mean direction of all realizations is compared with the direction of the training image,

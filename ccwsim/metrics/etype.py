@@ -12,7 +12,7 @@ from ccwsim.jobs.workers import check_stop
 from ccwsim.metrics.stack import N_AXES, Codes, Images, as_stack, codes_or_places
 from ccwsim.model.arrays import MAX_INT, as_array, as_floats, as_integers, ratio
 from ccwsim.model.ensemble import codes_with_nan
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.errors import CCWSIMError, refused
 from ccwsim.model.missing import UNKNOWN
 
 CELLS_OF_ENTROPY = 1_000_000  # number of cells whose entropy is computed at a time
@@ -46,10 +46,7 @@ def vertical_proportions(images: Images, codes: Codes | None = None) -> NDArray[
     """
     stack = as_stack(images, codes, N_AXES)
     if not stack.is_volumes:
-        raise CCWSIMError(
-            "proportions by layer need volumes, shape (nz, ny, nx) or (n, nz, ny, nx), not "
-            f"{len(stack)} maps of shape {stack.shape}"
-        )
+        raise refused("proportions_by_layer", n=len(stack), shape=stack.shape)
     n = stack.n_facies
     counts = np.array(
         [
@@ -61,9 +58,7 @@ def vertical_proportions(images: Images, codes: Codes | None = None) -> NDArray[
 
 
 def proportion_quantiles(
-    images: Images,
-    codes: Codes | None = None,
-    probabilities: Sequence[float] = (0.1, 0.5, 0.9),
+    images: Images, codes: Codes | None = None, probabilities: Sequence[float] = (0.1, 0.5, 0.9)
 ) -> NDArray[np.float64]:
     """Return quantiles of each facies' proportion, shape (n_quantiles, n_facies).
 
@@ -171,10 +166,7 @@ def etype_of_counts(counts: NDArray[np.integer], codes: Codes | None = None) -> 
     counts = as_array(counts, "counts")
     n_axes = counts.ndim - 1
     if n_axes not in (2, N_AXES) or not counts.size or counts.dtype.kind not in "ui":
-        raise CCWSIMError(
-            "counts of shape (n_facies, ny, nx) or (n_facies, nz, ny, nx) are needed, not "
-            f"{counts.shape}"
-        )
+        raise refused("counts_shape", shape=counts.shape)
     counts = as_integers(counts, "counts", 0, MAX_INT // counts.size)
     each = counts.sum(axis=0)  # 0 in inactive cells
     n = int(each.max())

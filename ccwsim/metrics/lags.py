@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.metrics.stack import N_AXES
-from ccwsim.model.arrays import as_array, as_integers
+from ccwsim.model.arrays import Floats, Ints, as_array, as_integers
 from ccwsim.model.bounds import MAX_LAG
 from ccwsim.model.errors import CCWSIMError, shown
 
@@ -43,9 +43,7 @@ def axes_of(shape: tuple[int, ...]) -> tuple[DirectionName, ...]:
     return axes[: len(shape)]
 
 
-def lag_offsets(
-    direction: Direction, lags: NDArray[np.integer], n_axes: int = 2
-) -> NDArray[np.int64]:
+def lag_offsets(direction: Direction, lags: NDArray[np.integer], n_axes: int = 2) -> Ints:
     """Return the offset (layers,) rows, columns from x to x + h of each lag."""
     if _is_azimuth(direction):
         angle = np.deg2rad(float(direction))
@@ -62,7 +60,7 @@ def _is_azimuth(direction: Direction) -> TypeGuard[float]:
     return is_number
 
 
-def _step(direction: Direction, n_axes: int) -> NDArray[np.int64]:
+def _step(direction: Direction, n_axes: int) -> Ints:
     """Return one step along a direction as (rows, columns) or (layers, rows, columns)."""
     if isinstance(direction, str):
         if direction == VERTICAL and n_axes < N_AXES:
@@ -89,9 +87,7 @@ def max_lag(direction: Direction, *shapes: tuple[int, ...]) -> int:
     return min(MAX_LAG, int((halves[step > 0] // step[step > 0]).min()))
 
 
-def distinct_lags(
-    direction: Direction, n_lags: int
-) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+def distinct_lags(direction: Direction, n_lags: int) -> tuple[Ints, Floats]:
     """Return the lags from 0 to n_lags that have different offsets, and their distances."""
     offsets = lag_offsets(direction, np.arange(n_lags + 1), N_AXES)
     _, first = np.unique(offsets, axis=0, return_index=True)
@@ -101,7 +97,7 @@ def distinct_lags(
 
 def lags_within(
     shape: tuple[int, ...], direction: Direction, lags: Lags | None
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+) -> tuple[Ints, Ints]:
     """Return the lags, by default as far as they fit up to 100, and their offsets, (n_lags, 3)."""
     if lags is None:
         steps = lags_that_fit(shape, direction, np.arange(MAX_LAG + 1))
@@ -123,14 +119,12 @@ def lags_within(
     return steps, np.pad(offsets, ((0, 0), (N_AXES - len(shape), 0)))
 
 
-def lags_that_fit(
-    shape: tuple[int, ...], direction: Direction, lags: NDArray[np.int64]
-) -> NDArray[np.int64]:
+def lags_that_fit(shape: tuple[int, ...], direction: Direction, lags: Ints) -> Ints:
     """Return the lags at which an image has pairs of cells."""
     fits = (np.abs(lag_offsets(direction, lags, len(shape))) < shape).all(axis=1)
     return lags[fits]
 
 
-def count_pairs(shape: tuple[int, ...], offsets: NDArray[np.int64]) -> NDArray[np.int64]:
+def count_pairs(shape: tuple[int, ...], offsets: Ints) -> Ints:
     """Return the number of pairs x, x + h in an image for each offset of `lags_within`."""
     return np.prod(np.array(shape) - np.abs(offsets[:, N_AXES - len(shape) :]), axis=1)

@@ -6,22 +6,19 @@ from functools import cached_property, partial
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ccwsim import Ensemble, TrainingImage
 from ccwsim.metrics.connectivity import Geobodies, geobody_statistics
 from ccwsim.metrics.pattern_codes import count_patterns
 from ccwsim.metrics.patterns import layers_of, unseen_patterns
 from ccwsim.metrics.reference_band import Fit, fit_values
 from ccwsim.metrics.stack import Fraction, Stack, as_stack, map_parallel
-from ccwsim.model.arrays import ratio
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.training_image import TrainingImage
+from ccwsim.model.arrays import Floats, Ints, Mask, ratio
 
 MAX_IMAGES = 200  # maximum number of measured realizations; later realizations are not measured
 PER_CELLS, PER_CELLS_VOLUME = 10_000, 1_000_000
 """Number of cells to which geobody counts are scaled, because images differ in size."""
 PATTERN_SIDE = 3
-Values = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +31,7 @@ class OfFacies:
     are_crops: bool = False  # whether the images are crops of the training image
 
     @cached_property
-    def inside(self) -> NDArray[np.bool_]:
+    def inside(self) -> Mask:
         """Mask of the facies, shape (n, nz, ny, nx); maps have one layer."""
         cells = self.images.indices == self.images.index_of(self.code)
         return cells if self.images.is_volumes else cells[:, None]
@@ -57,7 +54,7 @@ class Measure:
     title: str
     """Name of the measure, with the unit."""
     definition: str
-    values: Callable[[OfFacies], Values]
+    values: Callable[[OfFacies], Floats]
     """Function of an `OfFacies` that returns a value (or NaN) for each image, shape (n,)."""
     least: float
     """Smallest reported difference, in units of the value."""
@@ -95,7 +92,7 @@ class Measure:
         return f"{self.factor * value:.{self.digits}f}".replace("-", "−")
 
 
-def _boundary(of: OfFacies) -> Values:
+def _boundary(of: OfFacies) -> Floats:
     """Return the share of adjacent cell pairs with only one cell in the facies, or NaN."""
     unequal, n_pairs = np.zeros(len(of.inside)), 0
     for axis in (1, 2, 3):
@@ -105,10 +102,10 @@ def _boundary(of: OfFacies) -> Values:
     return unequal / n_pairs if n_pairs else np.full(len(unequal), np.nan)
 
 
-def _chord(axis: int) -> Callable[[OfFacies], Values]:
+def _chord(axis: int) -> Callable[[OfFacies], Floats]:
     """Return a function that computes mean chord lengths along an axis of (n, nz, ny, nx)."""
 
-    def values(of: OfFacies) -> Values:
+    def values(of: OfFacies) -> Floats:
         lines = np.moveaxis(of.inside, axis, -1)
         begins = lines[..., 0].sum(axis=(1, 2))
         begins = begins + (lines[..., 1:] & ~lines[..., :-1]).sum(axis=(1, 2, 3))
@@ -118,12 +115,12 @@ def _chord(axis: int) -> Callable[[OfFacies], Values]:
     return values
 
 
-def _largest(of: OfFacies) -> Values:
+def _largest(of: OfFacies) -> Floats:
     sizes = (own[0] / own.sum() if len(own) else np.nan for own in of.geobodies.sizes)
     return np.array([*sizes], float)
 
 
-def _unseen(of: OfFacies) -> Values:
+def _unseen(of: OfFacies) -> Floats:
     sides = *of.images.shape[-2:], *of.training_image.shape[-2:]
     size, crops, own = min(PATTERN_SIDE, *sides), of.images, as_stack(of.training_image)
     if not of.are_crops:
@@ -139,15 +136,12 @@ def _unseen(of: OfFacies) -> Values:
 
 
 def _counted(
-    title: str,
-    definition: str,
-    count: Callable[[OfFacies], NDArray[np.int64]],
-    words: tuple[str, str],
+    title: str, definition: str, count: Callable[[OfFacies], Ints], words: tuple[str, str]
 ) -> Iterator[Measure]:
     """Yield a measure that counts geobodies per 10,000 cells in maps, or 1,000,000 in volumes."""
     for per, least, volumes in ((PER_CELLS, 0.5, False), (PER_CELLS_VOLUME, 5.0, True)):
 
-        def values(of: OfFacies, per: int = per) -> Values:
+        def values(of: OfFacies, per: int = per) -> Floats:
             return per * count(of) / of.n_cells
 
         whole = f"{title} per {per:,} cells"
@@ -214,12 +208,12 @@ MEASURES = (
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """Values of the measures of a facies, in maps or in volumes."""
+    """Floats of the measures of a facies, in maps or in volumes."""
 
     measures: tuple[Measure, ...]
-    each: Values
+    each: Floats
     """Value of each measure in each realization, shape (n, m)."""
-    reference: Values
+    reference: Floats
     """Value of each measure in the training image, shape (m,)."""
     fit: Fit | None
     """Comparison of pieces of the realizations with crops of the training image, by measure."""
@@ -238,7 +232,7 @@ def measure(ensemble: Ensemble, facies: int, progress: Fraction | None = None) -
     image, chosen = ensemble.training_image, measures_of(ensemble.training_image)
     fit = fit_measures(ensemble, facies, chosen)
 
-    def one(r: int) -> Values:
+    def one(r: int) -> Floats:
         return _values(chosen, image, facies, Stack(ensemble.indices[r : r + 1], image.codes))
 
     each = map_parallel(one, min(ensemble.n, MAX_IMAGES), progress)
@@ -270,7 +264,7 @@ def _values(
     facies: int,
     images: Stack,
     are_crops: bool = False,
-) -> Values:
+) -> Floats:
     """Return the measures of a facies in images, shape (n_images, n_measures)."""
     of = OfFacies(images, facies, image, are_crops)
     return np.column_stack([np.asarray(m.values(of), float) for m in chosen])

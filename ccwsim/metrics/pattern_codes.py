@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from ccwsim.engine.kernels import allocating_kernel, kernel, part_of_kernel
 from ccwsim.engine.stages.similarity import box_sums, summed_up
 from ccwsim.jobs.workers import check_stop
+from ccwsim.model.arrays import Bytes, Ints, Mask
 from ccwsim.model.missing import UNKNOWN
 
 CELLS_OF_STRIP = 4_000_000  # number of cells whose patterns are counted at a time
@@ -15,8 +16,8 @@ MAX_TABLE = 2**20  # possible patterns that are counted in a table; otherwise co
 
 
 def count_patterns(
-    volume: NDArray[np.uint8], n_facies: int, height: int, size: int
-) -> tuple[NDArray[np.uint64], NDArray[np.int64]]:
+    volume: Bytes, n_facies: int, height: int, size: int
+) -> tuple[NDArray[np.uint64], Ints]:
     """Return the sorted codes of patterns (see `PatternHistogram`) and their counts."""
     n_cells = height * size * size
     if n_cells * np.log2(max(n_facies, 2)) < 64 and n_facies**n_cells <= MAX_TABLE:
@@ -34,9 +35,7 @@ def count_patterns(
     return found, counts
 
 
-def codes_in(
-    volume: NDArray[np.uint8], n_facies: int, height: int, size: int
-) -> Iterator[NDArray[np.uint64]]:
+def codes_in(volume: Bytes, n_facies: int, height: int, size: int) -> Iterator[NDArray[np.uint64]]:
     """Yield the codes of patterns of known cells, for some layers and rows at a time."""
     fits = height * size * size * np.log2(max(n_facies, 2)) < 64
     nz, ny, nx = volume.shape
@@ -127,7 +126,7 @@ def _add_to(sums, values, weight):
         sums[j] += weight * values[j]
 
 
-def table_of(codes: NDArray[np.uint64]) -> tuple[NDArray[np.uint64], NDArray[np.bool_]]:
+def table_of(codes: NDArray[np.uint64]) -> tuple[NDArray[np.uint64], Mask]:
     """Return a hash table of distinct codes for `are_unknown`, and the mask of the used slots."""
     n_places = 2 ** (4 * len(codes)).bit_length()
     keys, full = np.zeros(n_places, np.uint64), np.zeros(n_places, bool)

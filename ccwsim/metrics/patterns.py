@@ -10,8 +10,8 @@ from ccwsim.engine.kernels import kernel, part_of_kernel
 from ccwsim.metrics.coarsening import coarsened_volume
 from ccwsim.metrics.pattern_codes import are_unknown, codes_in, count_patterns, table_of
 from ccwsim.metrics.stack import Codes, Fraction, Images, Stack, as_image, as_stack, map_parallel
-from ccwsim.model.arrays import as_array, as_integers, check_int
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.arrays import Bytes, Floats, Mask, as_array, as_integers, check_int
+from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.training_image import TrainingImage
 
 PATTERN_SIZE, VOLUME_PATTERN_SIZE = 4, 3  # default side of patterns in maps and in volumes
@@ -25,7 +25,7 @@ class PatternHistogram:
     codes: NDArray[np.uint64]
     """Sorted codes of the patterns that occur. The digits of a code in base n_facies are the facies
     of the pattern's cells. A code of more than 64 bits is replaced by a 64-bit hash."""
-    frequencies: NDArray[np.float64]
+    frequencies: Floats
     """Relative frequency of each pattern; the sum is 1."""
     size: int
     """Side of the patterns in cells."""
@@ -64,15 +64,12 @@ def layers_of(stack: Stack, *others: Stack) -> int:
     """Return the number of layers of the thinnest volume; 1 for maps."""
     for other in others:
         if other.is_volumes != stack.is_volumes:
-            raise CCWSIMError(
-                f"images of shape {other.shape} and of {stack.shape} cannot be compared: give "
-                "only maps or only volumes; give one volume as array[None], shape (1, nz, ny, nx)"
-            )
+            raise refused("maps_and_volumes", other=other.shape, shape=stack.shape)
     return min(one.shape[0] for one in (stack, *others)) if stack.is_volumes else 1
 
 
 def _histogram(
-    volume: NDArray[np.uint8], facies: NDArray[np.integer], size: int, height: int
+    volume: Bytes, facies: NDArray[np.integer], size: int, height: int
 ) -> PatternHistogram:
     size = check_int("pattern size", size, 1, min(volume.shape[1:]))
     found, counts = count_patterns(volume, len(facies), height, size)
@@ -136,10 +133,7 @@ def js_divergence(a: PatternHistogram, b: PatternHistogram) -> float:
         )
         raise CCWSIMError(f"patterns of {one} and of {other} cells cannot be compared")
     if a.facies != b.facies:
-        raise CCWSIMError(
-            f"patterns of the facies {shown(a.facies)} and {shown(b.facies)} cannot be compared; "
-            "count both images with the same codes"
-        )
+        raise refused("patterns_of_other_facies", first=shown(a.facies), second=shown(b.facies))
     result = np.zeros((2, 2))
     _fill_row(*_joined([a, b]), 0, result)
     return float(result[0, 1])
@@ -152,7 +146,7 @@ def pattern_distance(
     size: int | None = None,
     factors: Sequence[int] = FACTORS,
     progress: Fraction | None = None,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return the Jensen–Shannon divergence between patterns of each image and the training image.
 
     The result has shape (n, n_factors), in bits.
@@ -177,10 +171,10 @@ def unseen_patterns(
     images: Images,
     training_image: Images,
     size: int = 3,
-    mask: NDArray[np.bool_] | None = None,
+    mask: Mask | None = None,
     codes: Codes | None = None,
     progress: Fraction | None = None,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return the share of the patterns of each image that do not occur in the training image.
 
     Patterns of volumes have `size` layers, or all layers of the thinner image. The result has shape
@@ -211,16 +205,11 @@ def unseen_patterns(
     return np.array(map_parallel(one, len(stack), progress))
 
 
-def _containing(
-    mask: NDArray[np.bool_], shape: tuple[int, ...], height: int, size: int
-) -> NDArray[np.bool_]:
+def _containing(mask: Mask, shape: tuple[int, ...], height: int, size: int) -> Mask:
     """Return the flat mask of the locations whose pattern contains a cell of `mask`."""
     mask = as_array(mask, "mask")
     if mask.shape != shape or mask.dtype != np.bool_:
-        raise CCWSIMError(
-            f"mask must be of type bool and shape {shape}, not of type {mask.dtype} and shape "
-            f"{mask.shape}"
-        )
+        raise refused("mask", shape=shape, dtype=mask.dtype, given=mask.shape)
     chosen = mask.reshape(-1, *shape[-2:])
     for axis, side in enumerate((height, size, size)):
         windows = np.lib.stride_tricks.sliding_window_view(chosen, side, axis)
@@ -230,7 +219,7 @@ def _containing(
 
 def divergences(
     histograms: list[list[PatternHistogram]], progress: Fraction | None = None
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return the Jensen–Shannon divergences of all pairs in bits, shape (n_factors, n, n).
 
     `histograms` is the result of `pyramid_histograms`: `histograms[k][g]` belongs to image k and

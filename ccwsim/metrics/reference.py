@@ -6,6 +6,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ccwsim import Grid, HardData, TrainingImage, simulate
 from ccwsim.jobs.workers import Cancel
 from ccwsim.metrics.data_fit import MIN_Z, paired_z, wells_of
 from ccwsim.metrics.etype import EType
@@ -18,14 +19,10 @@ from ccwsim.metrics.stack import (
     codes_or_places,
     index_of,
 )
-from ccwsim.model.arrays import as_floats, check_int, ratio
-from ccwsim.model.errors import CCWSIMError, shown
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
+from ccwsim.model.arrays import Floats, Ints, Mask, as_floats, check_int, ratio
+from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.missing import UNKNOWN
 from ccwsim.model.study import Study
-from ccwsim.model.training_image import TrainingImage
-from ccwsim.run.simulation import simulate
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +38,7 @@ class ReferenceScores:
     replaced by (n p + ½) / (n + n_facies / 2), which is never 0."""
     n_cells: int
     """Number of scored cells."""
-    right: NDArray[np.bool_]
+    right: Mask
     """Mask of the cells, scored or not, whose most likely facies is the true facies."""
 
 
@@ -49,13 +46,13 @@ class ReferenceScores:
 class Calibration:
     """Predicted probabilities of a facies, and observed shares of cells with this facies."""
 
-    edges: NDArray[np.float64]
+    edges: Floats
     """Edges of the bins of probability, shape (n_bins + 1,)."""
-    forecast: NDArray[np.float64]
+    forecast: Floats
     """Mean probability in each bin, shape (n_bins,); NaN for an empty bin."""
-    observed: NDArray[np.float64]
+    observed: Floats
     """Observed share of the facies in each bin's cells, shape (n_bins,); NaN for an empty bin."""
-    count: NDArray[np.int64]
+    count: Ints
     """Number of probabilities in each bin, shape (n_bins,): one for each cell and facies."""
     error: float
     """Expected calibration error: mean of |forecast − observed| over all cells."""
@@ -65,7 +62,7 @@ def score_reference(
     probability: EType | ArrayLike,
     truth: TrainingImage | ArrayLike,
     n_realizations: int | None = None,
-    scored: NDArray[np.bool_] | None = None,
+    scored: Mask | None = None,
     codes: Codes | None = None,
 ) -> ReferenceScores:
     """Score probabilities, such as the result of `etype`, against the reference field `truth`.
@@ -103,7 +100,7 @@ def calibration(
     truth: TrainingImage | ArrayLike,
     facies: int | None = None,
     n_bins: int = 10,
-    scored: NDArray[np.bool_] | None = None,
+    scored: Mask | None = None,
     codes: Codes | None = None,
 ) -> Calibration:
     """Return the reliability of probabilities in bins of equal width.
@@ -123,7 +120,7 @@ def calibration(
 
 
 def pooled_calibration(
-    chances: NDArray[np.float64], came: NDArray[np.float64 | np.bool_], n_bins: int
+    chances: Floats, came: NDArray[np.float64 | np.bool_], n_bins: int
 ) -> Calibration:
     """Return the reliability of probabilities `chances`, shape (n,), of events or shares `came`."""
     n_bins = check_int("n_bins", n_bins, 1, 10_000)
@@ -141,9 +138,9 @@ def pooled_calibration(
 def _checked(
     probability: EType | ArrayLike,
     truth: TrainingImage | ArrayLike,
-    scored: NDArray[np.bool_] | None,
+    scored: Mask | None,
     codes: Codes | None,
-) -> tuple[NDArray[np.float64], NDArray[np.integer], NDArray[np.int64], NDArray[np.bool_]]:
+) -> tuple[Floats, NDArray[np.integer], Ints, Mask]:
     """Return probabilities, codes, indices of the true facies, and the mask of scored cells."""
     if isinstance(probability, EType):
         p, codes = probability.probability, probability.codes
@@ -152,10 +149,7 @@ def _checked(
     known = codes_or_places(codes, len(p) if p.ndim else 0)
     field = as_image(truth, known, p.ndim - 1)
     if p.shape[1:] != field.shape:
-        raise CCWSIMError(
-            f"probabilities of shape {p.shape} do not fit a reference field of {field.shape}; "
-            "give (n_facies, ny, nx) and (ny, nx), or (n_facies, nz, ny, nx) and (nz, ny, nx)"
-        )
+        raise refused("probabilities_of_reference", given=p.shape, field=field.shape)
     true = field.indices[0].astype(np.int64)
     mask = np.ones(true.shape, bool) if scored is None else np.asarray(scored, dtype=bool)
     scorable = (true != UNKNOWN) & ~np.isnan(p).any(axis=0)  # known and active cells
@@ -168,13 +162,13 @@ def _checked(
 class DataMatch:
     """Hard data that realizations do not honour."""
 
-    wrong: NDArray[np.bool_]
+    wrong: Mask
     """Mask of the data that each realization does not honour, shape (n, n_data)."""
-    n_wrong: NDArray[np.int64]
+    n_wrong: Ints
     """Number of data that each realization does not honour, shape (n,)."""
-    times_wrong: NDArray[np.int64]
+    times_wrong: Ints
     """Number of realizations that do not honour each datum, shape (n_data,)."""
-    map: NDArray[np.int64]
+    map: Ints
     """Map (or volume) of `times_wrong`, with −1 in cells without data."""
 
 
@@ -213,7 +207,7 @@ MIN_DATA = 200  # minimum number of data for a verdict on the slope
 class LeaveOut:
     """Result of `leave_out`; all scores are means over data."""
 
-    probability: NDArray[np.float64]
+    probability: Floats
     """Probability of each facies at each datum when it was left out, shape (n, n_facies)."""
     skill: float
     """1 − Brier score / Brier score of the proportions of the other data. The Brier score is the
@@ -273,9 +267,7 @@ def leave_out(
     units = np.unique(groups)
     if len(units) < folds:
         what = "wells" if by == "well" else "data"
-        raise CCWSIMError(
-            f"{len(units)} {what} cannot be left out in {folds} parts; give more, or fewer folds"
-        )
+        raise refused("too_few_to_leave_out", n=len(units), what=what, folds=folds)
     fold = (np.random.default_rng(study.seed).permutation(len(units)) % folds)[groups]
     facies = study.facies_of_data.astype(np.int64)
     p, shares = np.empty((data.n, n_facies)), np.empty((data.n, n_facies))
@@ -298,9 +290,7 @@ def leave_out(
     return _scored(p, shares, facies, n)
 
 
-def _scored(
-    p: NDArray[np.float64], shares: NDArray[np.float64], facies: NDArray[np.int64], n: int
-) -> LeaveOut:
+def _scored(p: Floats, shares: Floats, facies: Ints, n: int) -> LeaveOut:
     """Return the scores of probabilities from n realizations, and of the proportions `shares`."""
     observed = np.eye(p.shape[1])[facies]
     chance = p * (1 - p) / (n - 1)  # variance of a probability that n realizations estimate

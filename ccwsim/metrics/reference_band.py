@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import ndtri, stdtrit
 
+from ccwsim import Ensemble, Grid, TrainingImage
 from ccwsim.metrics.bands import STATISTICS, Statistic, curves_of
 from ccwsim.metrics.connectivity import geobody_statistics
 from ccwsim.metrics.etype import proportions
@@ -26,11 +27,8 @@ from ccwsim.metrics.lags import Direction, distinct_lags, max_lag
 from ccwsim.metrics.pattern_codes import count_patterns
 from ccwsim.metrics.patterns import PatternHistogram, js_divergence
 from ccwsim.metrics.stack import N_AXES, Stack, as_volume
-from ccwsim.model.arrays import as_floats, check_int, ratio
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.errors import CCWSIMError, shown
-from ccwsim.model.grid import Grid
-from ccwsim.model.training_image import TrainingImage
+from ccwsim.model.arrays import Bytes, Floats, Mask, as_floats, check_int, ratio
+from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.system.lru_cache import LruCache
 
 MIN_SIDE, MAX_SIDE = 8, 512
@@ -59,7 +57,6 @@ MIN_GAMMA_GAP, MIN_PERCOLATION_GAP = 0.1, 0.25
 MIN_TAU_SPREAD, MIN_GEOBODY_SPREAD = 0.05, 0.1
 """Smallest standard deviation between crops of τ, and of Γ and the share that percolates."""
 MIN_PATTERN_SPREAD = 0.5  # smallest deviation of pattern distances, relative to their mean
-Floats = NDArray[np.float64]
 Shape = tuple[int, ...]
 ValuesOf = Callable[[Stack], Floats]
 
@@ -78,7 +75,7 @@ class Fit:
     """Allowed difference between `found` and `reference`; NaN if the value cannot be judged."""
     crop_shape: Shape
     """(Layers,) rows and columns of crops and pieces."""
-    one_sided: bool | NDArray[np.bool_] = False
+    one_sided: bool | Mask = False
     """Whether only values above `reference` are outside the band, one for all values or a mask."""
 
     @property
@@ -87,7 +84,7 @@ class Fit:
         return bool(np.isfinite(self._excess).any())
 
     @property
-    def outside(self) -> NDArray[np.bool_]:
+    def outside(self) -> Mask:
         """Mask of the values outside the band, shape (m,)."""
         return self._excess > 1
 
@@ -192,16 +189,13 @@ def crop_shape(image_shape: Shape, grid_shape: Shape) -> Shape | None:
 def largest_crop(image_shape: Shape, grid_shape: Shape) -> Shape:
     """Return the shape of the largest window that fits into the training image and the grid."""
     if len(image_shape) != len(grid_shape):
-        raise CCWSIMError(
-            f"a training image of shape {tuple(image_shape)} and realizations of "
-            f"{tuple(grid_shape)} cannot be compared: give maps only or volumes only"
-        )
+        raise refused("image_and_realizations", image=tuple(image_shape), grid=tuple(grid_shape))
     *layers, rows, columns = map(min, image_shape, grid_shape)
     longest = min(MAX_SIDE, isqrt(MAX_CROP_CELLS // max(*layers, 1, 1)))
     return (*layers, min(rows, longest), min(columns, longest))
 
 
-def crops_of(image: NDArray[np.uint8], shape: Shape) -> NDArray[np.uint8]:
+def crops_of(image: Bytes, shape: Shape) -> Bytes:
     """Return evenly spaced crops, shape (n, *shape): at most 4 × 4, or 2 × 4 × 4 of a volume."""
     most = (MAX_CROPS_ABOVE, MAX_CROPS_ALONG, MAX_CROPS_ALONG)[-len(shape) :]
     needed = (1 + -(-2 * (n - own) // own) for n, own in zip(image.shape, shape, strict=True))
@@ -209,7 +203,7 @@ def crops_of(image: NDArray[np.uint8], shape: Shape) -> NDArray[np.uint8]:
     return np.array([image[window] for window in windows])
 
 
-def pieces_of(realizations: NDArray[np.uint8], shape: Shape) -> NDArray[np.uint8]:
+def pieces_of(realizations: Bytes, shape: Shape) -> Bytes:
     """Return m ≤ `MAX_PIECES` pieces of realizations without overlap, shape (m, *shape)."""
     sides = realizations.shape[1:]
     windows = _windows(sides, shape, (n // own for n, own in zip(sides, shape, strict=True)))
@@ -293,7 +287,7 @@ def fit_values(
     values: ValuesOf,
     min_gap: ArrayLike,
     min_spread: ArrayLike = 0.0,
-    one_sided: bool | NDArray[np.bool_] = False,
+    one_sided: bool | Mask = False,
     of_crops: ValuesOf | None = None,
     n_errors: ArrayLike | None = None,
 ) -> Fit | None:

@@ -3,19 +3,15 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim import Ensemble, Grid, Parameters, Secondary, TrainingImage
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.raster import SLACK, make_plan
 from ccwsim.engine.stages.similarity import box_sums, summed_up
 from ccwsim.metrics.etype import facies_counts
 from ccwsim.metrics.reference import Calibration, pooled_calibration
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.grid import Grid
+from ccwsim.model.errors import refused
 from ccwsim.model.missing import UNKNOWN
-from ccwsim.model.parameters import Parameters
-from ccwsim.model.secondary import Secondary
 from ccwsim.model.study import Study
-from ccwsim.model.training_image import TrainingImage
 
 NOTED = 0.05  # noted difference between an asked proportion and the nearest one of a piece
 FEW, MANY = 5, 0.2  # fewer locations are noted if more than the share MANY of patches have them
@@ -41,10 +37,7 @@ def reliability(ensemble: Ensemble, facies: int | None = None, n_bins: int = 10)
     """
     given = ensemble.secondary.probabilities if ensemble.secondary else None
     if given is None:
-        raise CCWSIMError(
-            "reliability: the ensemble was simulated without probabilities; give "
-            "secondary=Secondary(probabilities=...) to simulate"
-        )
+        raise refused("no_probabilities")
     image, active = ensemble.training_image, ensemble.active
     which = range(image.n_facies) if facies is None else [image.index_of(facies)]
     scored = ~np.isnan(given[0]) if active is None else ~np.isnan(given[0]) & active

@@ -11,7 +11,7 @@ from ccwsim.jobs.workers import Watch, check_stop, run_all
 from ccwsim.model.arrays import as_array, as_integers, codes_of, is_whole
 from ccwsim.model.bounds import MAX_FACIES
 from ccwsim.model.ensemble import Ensemble, codes_with_nan
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.missing import UNKNOWN
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.system.machine import n_cores
@@ -110,9 +110,7 @@ def as_image(image: Images, codes: Codes | None = None, n_axes: int = 2) -> Stac
             n_axes = N_AXES
     stack = as_stack(image, codes, n_axes)
     if len(stack) > 1:
-        raise CCWSIMError(
-            f"one image of shape (ny, nx) or (nz, ny, nx) is needed, not {len(stack)} images"
-        )
+        raise refused("one_image", n=len(stack))
     return stack
 
 
@@ -127,15 +125,10 @@ def as_values(images: Images, n_axes: int = 2) -> NDArray:
         return images.array[None]
     array = as_array(images, "images")
     if array.ndim not in (2, N_AXES, N_AXES + 1) or array.size == 0:
-        raise CCWSIMError(
-            f"images of shape (ny, nx), (n, ny, nx) or (n, nz, ny, nx) are needed, not "
-            f"{array.shape}; give one image or a stack of realizations"
-        )
+        raise refused("images_shape", shape=array.shape)
     has_gaps = array.dtype.kind == "f" and bool(np.isnan(array).any())
     if array.dtype.kind not in "bui" and not has_gaps:
-        raise CCWSIMError(
-            f"images of whole numbers are needed, not of type {array.dtype}; give facies codes"
-        )
+        raise refused("images_of_integers", dtype=array.dtype)
     if array.dtype.kind == "b":
         array = array.view(np.uint8)
     elif array.dtype == np.uint64:
@@ -167,9 +160,7 @@ def checked_codes(codes: Codes) -> NDArray[np.integer]:
     given = as_integers(list(codes) if isinstance(codes, range) else codes, "codes")
     known = np.unique(given)
     if given.ndim != 1 or not 1 <= len(known) <= MAX_FACIES or len(known) < len(given):
-        raise CCWSIMError(
-            f"codes = {shown(codes)} must be 1 to {MAX_FACIES} different facies codes"
-        )
+        raise refused("facies_codes", codes=shown(codes), most=MAX_FACIES)
     return known
 
 
@@ -177,10 +168,7 @@ def _codes_in(values: NDArray[np.integer]) -> NDArray[np.integer]:
     """Return the codes that occur, sorted."""
     codes = np.unique(np.concatenate([codes_of(as_integers(v, "facies codes")) for v in values]))
     if len(codes) > MAX_FACIES:
-        raise CCWSIMError(
-            f"images: {len(codes)} different codes look like a continuous variable; "
-            "give classes or a threshold"
-        )
+        raise refused("images_look_continuous", n=len(codes))
     return codes
 
 

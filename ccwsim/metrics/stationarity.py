@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from ccwsim.metrics.etype import proportions
 from ccwsim.metrics.stack import Codes, Images, Stack, as_image
 from ccwsim.metrics.variograms import variogram
-from ccwsim.model.arrays import ratio
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.arrays import Floats, Ints, Mask, ratio
+from ccwsim.model.errors import refused
 
 QUARTERS = ("south-west", "south-east", "north-west", "north-east")
 PARTS = (
@@ -38,46 +38,46 @@ SLOPES = 0.5  # degrees of freedom of the common plane per quarter: two slopes, 
 class Stationarity:
     """Proportions and variograms of the quarters of an image, with standard errors."""
 
-    proportions: NDArray[np.float64]
+    proportions: Floats
     """Proportions of the quarters in the order of `QUARTERS`, shape (4, n_facies)."""
-    proportion_shift: NDArray[np.float64]
+    proportion_shift: Floats
     """|p of the quarter − p| / √(p (1 − p)), shape (4, n_facies)."""
-    lags: NDArray[np.int64]
-    variograms: NDArray[np.float64]
+    lags: Ints
+    variograms: Floats
     """γ(h) of each quarter, shape (4, n_facies, 2, n_lags), E-W first, then N-S."""
-    variogram_shift: NDArray[np.float64]
+    variogram_shift: Floats
     """Root mean square of (γ of quarter − γ of image) over lags, in sills, (4, n_facies, 2)."""
-    differences: NDArray[np.float64]
+    differences: Floats
     """Proportion of each of the `PARTS` − mean of the quarters, shape (8, n_facies)."""
-    errors: NDArray[np.float64]
+    errors: Floats
     """Standard errors of `differences` in a stationary image with the same covariance."""
-    variogram_scores: NDArray[np.float64]
+    variogram_scores: Floats
     """|Mean variogram of the part − of the image|, in standard errors, shape (8, n_facies, 2)."""
-    vertical_differences: NDArray[np.float64] | None = None
+    vertical_differences: Floats | None = None
     """Proportion in the upper half − mean of both halves, shape (n_facies,); None for maps."""
-    vertical_errors: NDArray[np.float64] | None = None
+    vertical_errors: Floats | None = None
     """Standard errors of `vertical_differences`, estimated from the variation between columns."""
 
     @property
-    def vertical_trend(self) -> NDArray[np.bool_]:
+    def vertical_trend(self) -> Mask:
         """Mask of the facies whose proportion differs between the halves of a volume."""
         if self.vertical_differences is None or self.vertical_errors is None:
             return np.zeros(self.proportions.shape[1], bool)
         return self._differ(self.vertical_differences, self.vertical_errors)
 
     @property
-    def drifting(self) -> NDArray[np.bool_]:
+    def drifting(self) -> Mask:
         """Mask of proportions that differ by more than limit and chance, shape (8, n_facies)."""
         return self._differ(self.differences, self.errors)
 
-    def _differ(self, differences: NDArray, errors: NDArray) -> NDArray[np.bool_]:
+    def _differ(self, differences: NDArray, errors: NDArray) -> Mask:
         """Return the mask of the differences above `PROPORTION_LIMIT` and `PROPORTION_DOUBT`."""
         p = self.proportions.mean(axis=0)
         limit = np.maximum(PROPORTION_LIMIT * np.sqrt(p * (1 - p)), PROPORTION_DOUBT * errors)
         return np.abs(differences) > limit
 
     @property
-    def changing(self) -> NDArray[np.bool_]:
+    def changing(self) -> Mask:
         """Mask of variograms that differ by more than limit and chance, shape (4, n_facies, 2)."""
         certain = self.variogram_scores.max(axis=0) > VARIOGRAM_DOUBT
         return (self.variogram_shift > VARIOGRAM_LIMIT) & certain
@@ -111,10 +111,7 @@ def stationarity(image: Images, codes: Codes | None = None) -> Stationarity:
     stack = as_image(image, codes)
     ny, nx = stack.shape[-2:]
     if min(ny, nx) < 8:
-        raise CCWSIMError(
-            f"an image of {ny} × {nx} cells is too small to compare its quarters; "
-            "at least 8 × 8 cells are needed"
-        )
+        raise refused("too_small_for_quarters", ny=ny, nx=nx)
     indices, n_facies = stack.indices[0], stack.n_facies
     quarters = [Stack(quarter[None], stack.codes) for quarter in _quarters(indices)]
     shares = np.array([proportions(quarter)[0] for quarter in quarters])
@@ -139,9 +136,7 @@ def stationarity(image: Images, codes: Codes | None = None) -> Stationarity:
     return Stationarity(*own_shift, differences, errors, scores, *vertical)
 
 
-def _compare_halves(
-    facies: Sequence[NDArray[np.bool_]],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _compare_halves(facies: Sequence[Mask]) -> tuple[Floats, Floats]:
     """Return proportions of the upper half minus proportions of the volume, and standard errors."""
     middle = len(facies[0]) // 2
     if not middle:
@@ -160,7 +155,7 @@ def _quarters(image: NDArray) -> list[NDArray]:
     return [image[..., r, c] for r in rows for c in columns]
 
 
-def _half_squares(facies: NDArray[np.bool_], axis: int) -> NDArray[np.float32]:
+def _half_squares(facies: Mask, axis: int) -> NDArray[np.float32]:
     """Return ½ (I(x) − I(x + h))² of each cell, averaged over ±h and over the lags 1, 2, 4, …"""
     image = facies.T if axis == 0 else facies
     n, total = image.shape[1], np.zeros(image.shape, np.float32)
@@ -178,7 +173,7 @@ def _half_squares(facies: NDArray[np.bool_], axis: int) -> NDArray[np.float32]:
     return mean.T if axis == 0 else mean
 
 
-def _compare_parts(field: NDArray) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _compare_parts(field: NDArray) -> tuple[Floats, Floats]:
     """Return each part's mean minus the mean of the image, and the standard errors."""
     means = np.array([quarter.mean(dtype=float) for quarter in _quarters(field)])
     errors = np.sqrt(_mean_variance(field) * (WEIGHTS**2).sum(axis=1))
@@ -210,7 +205,7 @@ def _mean_variance(field: NDArray) -> float:
     return float(sums[near].sum() / n_pairs / max(1 - taken, 0.25))
 
 
-def _blocks(quarter: NDArray) -> NDArray[np.float64]:
+def _blocks(quarter: NDArray) -> Floats:
     """Return the means of blocks of a quarter; a side has at most `BLOCKS` blocks."""
     ny, nx = quarter.shape
     down, along = -(-ny // BLOCKS), -(-nx // BLOCKS)
@@ -218,7 +213,7 @@ def _blocks(quarter: NDArray) -> NDArray[np.float64]:
     return whole.reshape(ny // down, down, nx // along, along).mean(axis=(1, 3), dtype=float)
 
 
-def _without_plane(parts: NDArray[np.float64]) -> NDArray[np.float64]:
+def _without_plane(parts: Floats) -> Floats:
     """Return the quarters, shape (4, ny, nx), minus their means and their common slopes."""
     centred = parts - parts.mean(axis=(1, 2), keepdims=True)
     for axis in (1, 2):
@@ -230,7 +225,7 @@ def _without_plane(parts: NDArray[np.float64]) -> NDArray[np.float64]:
     return centred
 
 
-def _curves(stack: Stack, lags: NDArray) -> NDArray[np.float64]:
+def _curves(stack: Stack, lags: NDArray) -> Floats:
     return np.array(
         [
             [variogram(stack, int(code), way, lags).gamma[0] for way in ("E-W", "N-S")]

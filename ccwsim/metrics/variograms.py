@@ -8,18 +8,10 @@ from scipy import fft
 
 from ccwsim.engine.kernels import allocating_kernel
 from ccwsim.metrics.lags import Direction, Lags, count_pairs, lags_within
-from ccwsim.metrics.stack import (
-    N_AXES,
-    Codes,
-    Fraction,
-    Images,
-    as_stack,
-    in_pieces,
-    map_parallel,
-)
-from ccwsim.model.arrays import check_int, ratio
+from ccwsim.metrics.stack import N_AXES, Codes, Fraction, Images, as_stack, in_pieces, map_parallel
+from ccwsim.model.arrays import Bytes, Floats, Ints, check_int, ratio
 from ccwsim.model.bounds import MAX_LAG
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.errors import refused
 from ccwsim.model.missing import UNKNOWN
 
 
@@ -27,11 +19,11 @@ from ccwsim.model.missing import UNKNOWN
 class Variogram:
     """Indicator variograms of one facies."""
 
-    lags: NDArray[np.int64]
+    lags: Ints
     """Lags in steps of the direction, shape (n_lags,)."""
-    gamma: NDArray[np.float64]
+    gamma: Floats
     """γ(h) of each image, shape (n, n_lags)."""
-    sill: NDArray[np.float64]
+    sill: Floats
     """p (1 − p), the value of γ for independent cells, shape (n,)."""
 
 
@@ -39,9 +31,9 @@ class Variogram:
 class VariogramMap:
     """Indicator variograms of one facies for all lags."""
 
-    lags: NDArray[np.int64]
+    lags: Ints
     """Lags −max_lag … max_lag of the rows (to the north) and the columns (to the east)."""
-    gamma: NDArray[np.float64]
+    gamma: Floats
     """γ(h) of each image, shape (n, 2 max_lag + 1, 2 max_lag + 1)."""
 
 
@@ -95,7 +87,7 @@ def variogram_map(
     lags, index = _lags_of_map(max_lag, stack.shape), stack.index_of(facies)
     reach = int(lags[-1])
 
-    def one(k: int) -> NDArray[np.float64]:
+    def one(k: int) -> Floats:
         inside, known = stack.indices[k] == index, stack.indices[k] != UNKNOWN
         near, n_pairs = _overlap_sums(inside, reach), _overlap_sums(known, reach)
         if not known.all():
@@ -129,9 +121,9 @@ def _count_unequal(inside, offsets):
 class Transiograms:
     """Transition probabilities between all facies."""
 
-    lags: NDArray[np.int64]
+    lags: Ints
     """Lags in steps of the direction, shape (n_lags,)."""
-    probability: NDArray[np.float64]
+    probability: Floats
     """P(x + h in head | x in tail), shape (n, tails, heads, n_lags); NaN for an absent tail."""
 
 
@@ -156,9 +148,7 @@ def transiograms(
     stack = as_stack(images, codes)
     steps, offsets = lags_within(stack.shape, direction, lags)
     counted = map_parallel(
-        lambda k: _known_transitions(stack.volume(k), stack.n_facies, offsets),
-        len(stack),
-        progress,
+        lambda k: _known_transitions(stack.volume(k), stack.n_facies, offsets), len(stack), progress
     )
     counts = np.moveaxis(np.array(counted, dtype=float), 1, 3)
     tails = counts.sum(axis=2, keepdims=True)
@@ -171,7 +161,7 @@ def transition_map(
     head: int,
     max_lag: int | None = None,
     progress: Fraction | None = None,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return the exact P(x + h in head | x in tail) in maps for all lags up to max_lag, by FFT.
 
     `tail` and `head` are facies codes. The result has shape (n, 2 max_lag + 1, 2 max_lag + 1); lags
@@ -186,7 +176,7 @@ def transition_map(
     reach = int(_lags_of_map(max_lag, stack.shape)[-1])
     first, second = stack.index_of(tail, "tail"), stack.index_of(head, "head")
 
-    def one(k: int) -> NDArray[np.float64]:
+    def one(k: int) -> Floats:
         start, known = stack.indices[k] == first, stack.indices[k] != UNKNOWN
         pairs = _product_sums(start, stack.indices[k] == second, reach)
         tails = _overlap_sums(start, reach) if known.all() else _product_sums(start, known, reach)
@@ -195,9 +185,7 @@ def transition_map(
     return np.array(map_parallel(one, len(stack), progress))
 
 
-def _known_transitions(
-    volume: NDArray[np.uint8], n_facies: int, offsets: NDArray[np.int64]
-) -> NDArray[np.int64]:
+def _known_transitions(volume: Bytes, n_facies: int, offsets: Ints) -> Ints:
     """Return `_count_transitions` of the pairs of known cells."""
     with_unknown = np.minimum(volume, n_facies)
     return _count_transitions(with_unknown, n_facies + 1, offsets)[:, :n_facies, :n_facies]
@@ -218,13 +206,10 @@ def _count_transitions(image, n_facies, offsets):
     return counts
 
 
-def _lags_of_map(max_lag: int | None, shape: tuple[int, ...]) -> NDArray[np.int64]:
+def _lags_of_map(max_lag: int | None, shape: tuple[int, ...]) -> Ints:
     """Return the lags −max_lag … max_lag, by default up to 50 or the longest lag that fits."""
     if len(shape) == N_AXES:
-        raise CCWSIMError(
-            f"lags in two directions need maps, not a volume of {shape[0]} layers; give one layer, "
-            "or compute along a direction"
-        )
+        raise refused("lags_of_volume", n=shape[0])
     longest = min(shape) - 1
     if max_lag is None:
         max_lag = min(MAX_LAG // 2, max(longest, 1))
@@ -232,7 +217,7 @@ def _lags_of_map(max_lag: int | None, shape: tuple[int, ...]) -> NDArray[np.int6
     return np.arange(-max_lag, max_lag + 1)
 
 
-def _product_sums(tail: NDArray, head: NDArray, max_lag: int) -> NDArray[np.float64]:
+def _product_sums(tail: NDArray, head: NDArray, max_lag: int) -> Floats:
     """Return the exact sum Σ tail(x) · head(x + h) for each lag h of two masks (ny, nx)."""
     size = [fft.next_fast_len(n + max_lag, real=True) for n in tail.shape]
     one, other = (np.asarray(fft.rfft2(np.asarray(a, float), size)) for a in (tail, head))
@@ -241,7 +226,7 @@ def _product_sums(tail: NDArray, head: NDArray, max_lag: int) -> NDArray[np.floa
     return np.rint(sums[np.ix_(lags, lags)]) + 0.0
 
 
-def _overlap_sums(inside: NDArray, max_lag: int) -> NDArray[np.float64]:
+def _overlap_sums(inside: NDArray, max_lag: int) -> Floats:
     """Return Σ inside(x) for each lag h, summed over the cells x for which x + h is in the map."""
     ny, nx = inside.shape
     table = np.zeros((ny + 1, nx + 1))

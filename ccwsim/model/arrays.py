@@ -7,10 +7,15 @@ from typing import Any, TypeAlias, TypeGuard
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.errors import CCWSIMError, refused, shown
 
 Shape: TypeAlias = tuple[int, ...]
 """Shape of a map or a volume; typed `Any` because some functions accept only maps."""
+Floats: TypeAlias = NDArray[np.float64]
+Ints: TypeAlias = NDArray[np.int64]
+Bytes: TypeAlias = NDArray[np.uint8]
+Mask: TypeAlias = NDArray[np.bool_]
+"""Arrays of real numbers, of integers, of indices of facies, and of True and False."""
 MIN_INT, MAX_INT = -(2**63), 2**63 - 1  # smallest and largest 64-bit integer
 AXES = "x", "y", "z"
 """Axes of world coordinates; the axes of arrays are in reverse order, and maps have no z."""
@@ -32,10 +37,7 @@ def as_array(values: ArrayLike, what: str) -> NDArray:
     if hasattr(values, "dims") and hasattr(values, "coords"):  # a DataArray names its axes
         values = oriented_values(values)
     if np.ma.is_masked(values):
-        raise CCWSIMError(
-            f"{what}: some values are masked; no value may be missing, so cut out a piece without "
-            "gaps"
-        )
+        raise refused("masked_values", what=what)
     try:
         return np.asarray(values)
     except ValueError:
@@ -276,8 +278,6 @@ def _cells_along(array: Any, name: Any) -> tuple[float, float]:
     steps = np.diff(np.sort(coordinates))
     size = float(np.median(steps))
     if size <= 0 or np.abs(steps - size).max() > 1e-3 * size:
-        raise CCWSIMError(
-            f"the coordinates along {name} are not equally spaced; interpolate to a regular grid"
-        )
+        raise refused("unequal_spacing", name=name)
     size = float(f"{(coordinates.max() - coordinates.min()) / (len(coordinates) - 1):.12g}")
     return size, float(coordinates.min()) - size / 2

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.model.arrays import as_array, as_floats, as_integers, check_int, codes_of, is_whole
 from ccwsim.model.bounds import MAX_FACIES
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.errors import CCWSIMError, refused, shown
 
 MAX_CODES = 32
 """Maximum number of facies codes; integers with more distinct values count as continuous."""
@@ -59,10 +59,7 @@ def classify(
     if threshold is not None:
         classes = [threshold]
     if classes is None and not are_codes(array):
-        raise CCWSIMError(
-            f"{label}: values from {array.min():g} to {array.max():g} look continuous; give a "
-            "threshold (values at or above it become 1), a number of classes, or class edges"
-        )
+        raise refused("values_look_continuous", label=label, low=array.min(), high=array.max())
     if asks_for_codes(classes):
         return as_integers(array, label)
     edges = class_edges(array, int(classes)) if is_whole(classes) else _edges(classes)
@@ -114,10 +111,7 @@ def class_edges(values: ArrayLike, n: int) -> NDArray[np.float64]:
     edges = np.unique(np.partition(array, places)[places] if array.size else array)
     edges = edges[edges > array.min()] if array.size else edges
     if len(edges) < n - 1:
-        raise CCWSIMError(
-            f"many values are equal, so only {len(edges) + 1} classes of equal size are possible, "
-            f"not {n}; give fewer classes, or a list of class edges"
-        )
+        raise refused("too_few_classes", possible=len(edges) + 1, n=n)
     return edges.astype(np.float64)
 
 
@@ -142,11 +136,7 @@ def _edges(classes: object) -> NDArray[np.float64]:
     except (TypeError, ValueError, OverflowError):
         edges = np.empty((0, 0))
     if edges.ndim != 1 or not edges.size or not np.isfinite(edges).all():
-        raise CCWSIMError(
-            f"classes or threshold = {shown(classes)} must be a number or a list of numbers"
-        )
+        raise refused("classes_not_numbers", classes=shown(classes))
     if (np.diff(edges) <= 0).any() or len(edges) >= MAX_FACIES:
-        raise CCWSIMError(
-            f"classes = {shown(classes)} must be fewer than {MAX_FACIES} edges in ascending order"
-        )
+        raise refused("edges_of_classes", classes=shown(classes), most=MAX_FACIES)
     return edges

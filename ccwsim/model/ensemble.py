@@ -12,7 +12,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from ccwsim.model.arrays import AXES, LazyStack, describe_shape, digest, is_whole, listing, readonly
 from ccwsim.model.backends import notebook
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.errors import CCWSIMError, refused
 from ccwsim.model.facies_property import FaciesProperty, FaciesValues, values_by_facies
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
@@ -263,17 +263,12 @@ def concatenate(ensembles: Iterable[Ensemble]) -> Ensemble:
     for k, part in enumerate(parts):
         different = [name for name, own in _study(part).items() if own != _study(first)[name]]
         if different:
-            raise CCWSIMError(
-                f"ensembles 0 and {k} are of different studies: they differ in "
-                f"{listing(different)}; join only ensembles of one study"
-            )
+            raise refused("ensembles_of_different_studies", k=k, different=listing(different))
     numbers = np.concatenate([part.numbers for part in parts])
     different, counts = np.unique(numbers, return_counts=True)
     twice = different[counts > 1]
     if len(twice):
-        raise CCWSIMError(
-            f"realization {twice[0]} is in two ensembles; remove it from one ensemble"
-        )
+        raise refused("realization_twice", index=twice[0])
     sources = [part.sources for part in parts if part.sources is not None]
     return replace(
         first,

@@ -1,11 +1,24 @@
 """Errors with messages that name the value and the remedy."""
 
+import tomllib
+from functools import cache
+from pathlib import Path
 from reprlib import Repr
 from typing import Any
 
 
 class CCWSIMError(ValueError):
     """Invalid input; the message names the value and the remedy."""
+
+
+@cache
+def _messages() -> dict[str, str]:
+    return tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
+
+
+def refused(key: str, /, **values: object) -> CCWSIMError:
+    """Return the error with a message of `errors.toml`, which contains the longer messages."""
+    return CCWSIMError(_messages()[key].format(**values))
 
 
 class Cancelled(CCWSIMError):

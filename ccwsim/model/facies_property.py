@@ -8,7 +8,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from ccwsim.model.arrays import Shape
 from ccwsim.model.bounds import MAX_CONTRAST
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.training_image import TrainingImage
 
 FaciesValues = Mapping[int | str, float]
@@ -41,10 +41,7 @@ def values_by_facies(
             raise CCWSIMError(f"{what} of {name} = {shown(value)} must be a number above 0")
     found = np.array([by_code[code] for code in names.values()], float)
     if found.max() > MAX_CONTRAST * found.min():
-        raise CCWSIMError(
-            f"{what} from {found.min():g} to {found.max():g} differs by more than a factor of "
-            f"{MAX_CONTRAST:g}; give all values in the same unit"
-        )
+        raise refused("contrast", what=what, low=found.min(), high=found.max(), most=MAX_CONTRAST)
     return found
 
 

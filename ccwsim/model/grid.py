@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.model import arrays
+from ccwsim.model.arrays import Floats, Ints, Mask
 from ccwsim.model.bounds import MAX_CRS_LETTERS, MAX_GRID_SIDE
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.errors import CCWSIMError, refused, shown
 
 
 @dataclass(frozen=True)
@@ -82,10 +83,7 @@ class Grid:
         if isinstance(shape, Grid):
             return shape
         if arrays.as_array(shape, "grid_shape").shape not in ((2,), (3,)):
-            raise CCWSIMError(
-                f"grid_shape = {shown(shape)} must be two numbers, rows and columns, or three: "
-                "layers, rows and columns"
-            )
+            raise refused("grid_shape", shape=shown(shape))
         *nz, ny, nx = shape
         return cls(ny, nx, nz=nz[0] if nz else None)
 
@@ -121,10 +119,7 @@ class Grid:
         """
         points = arrays.as_floats(places, "points")
         if points.ndim != 2 or points.shape[1] not in (2, 3) or not len(points):
-            raise CCWSIMError(
-                f"points of shape {points.shape} must be (n, 2) for x and y, or (n, 3) for x, y "
-                "and z, with n above 0"
-            )
+            raise refused("points_shape", shape=points.shape)
         n = points.shape[1]
         if not np.isfinite(points).all() or np.abs(points).max() > _MAX_PLACE:
             raise CCWSIMError(
@@ -173,7 +168,7 @@ class Grid:
         sides = zip(self.origin, self.cell_size, reversed(self.shape), strict=True)
         return tuple(corner + (np.arange(n) + 0.5) * width for corner, width, n in sides)
 
-    def cells_of(self, x: ArrayLike, y: ArrayLike, z: ArrayLike | None = None) -> NDArray[np.int64]:
+    def cells_of(self, x: ArrayLike, y: ArrayLike, z: ArrayLike | None = None) -> Ints:
         """Return (row, column) or (layer, row, column) of world points, inside or outside the grid.
 
         The result has shape (n, 2) or (n, 3). A point on the far edge of the grid belongs to the
@@ -202,18 +197,18 @@ class Grid:
         places = np.where(places == sides, sides - 1, np.floor(places))
         return places[:, ::-1].astype(np.int64, order="C")
 
-    def centers_of(self, cells: NDArray[np.integer]) -> NDArray[np.float64]:
+    def centers_of(self, cells: NDArray[np.integer]) -> Floats:
         """Return x, y (and z) of the centres of cells in world units, shape (n, 2) or (n, 3)."""
         middles = self._checked(cells).astype(float)[:, ::-1] + 0.5
         return middles * np.array(self.cell_size) + np.array(self.origin)
 
-    def holds(self, cells: NDArray[np.integer]) -> NDArray[np.bool_]:
+    def holds(self, cells: NDArray[np.integer]) -> Mask:
         """Return the mask of the cells ((layer,) row and column) that are in the grid."""
         places = self._checked(cells)
         sides = zip(places.T, self.shape, strict=True)
         return np.logical_and.reduce([(place >= 0) & (place < n) for place, n in sides])
 
-    def _checked(self, cells: NDArray[np.integer]) -> NDArray[np.int64]:
+    def _checked(self, cells: NDArray[np.integer]) -> Ints:
         """Return cells as an array, or raise `CCWSIMError` for a wrong number of dimensions."""
         places = arrays.as_integers(cells, "cells")
         if places.ndim == 2 and places.shape[1] == self.n_dimensions:
@@ -224,6 +219,12 @@ class Grid:
             f"(n, {self.n_dimensions}) is needed, "
             f"{'row and column' if self.nz is None else 'layer, row and column'}"
         )
+
+
+def describe_cell(cell: Sequence[int] | NDArray[np.integer]) -> str:
+    """Return the (layer,) row and column of a cell as text."""
+    names = ("layer", "row", "column")[-len(cell) :]
+    return ", ".join(f"{name} {place}" for name, place in zip(names, cell, strict=True))
 
 
 _CRS = re.compile(
@@ -252,10 +253,7 @@ _FITTED_LAYERS = 50  # approximate number of layers of a fitted grid; small beca
 
 
 def _fitting(
-    low: NDArray[np.float64],
-    high: NDArray[np.float64],
-    shape: arrays.Shape | None,
-    cell_size: tuple[float, ...] | None,
+    low: Floats, high: Floats, shape: arrays.Shape | None, cell_size: tuple[float, ...] | None
 ) -> Grid:
     """Return a grid that contains the box from `low` to `high`; arguments are ordered x, y, z."""
     extent = (high - low) * (1 + 2 * _MARGIN)
@@ -276,7 +274,7 @@ def _fitting(
     return Grid(ny, nx, tuple(cell.tolist()), tuple(origin.tolist()), nz[0] if nz else None)
 
 
-def _rounded(values: NDArray[np.float64], step: NDArray[np.float64]) -> NDArray[np.float64]:
+def _rounded(values: Floats, step: Floats) -> Floats:
     """Return values rounded to multiples of a step, without rounding errors."""
     digits = np.clip(2 - np.floor(np.log10(step)), 0, 300).astype(int)
     multiples = np.round(values / step) * step

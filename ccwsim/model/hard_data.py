@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.model.arrays import as_array, as_floats, as_integers, digest, frozen, is_table
 from ccwsim.model.backends import notebook, reader
-from ccwsim.model.errors import CCWSIMError, shown
-from ccwsim.model.grid import Grid
+from ccwsim.model.errors import CCWSIMError, refused, shown
+from ccwsim.model.grid import Grid, describe_cell
 from ccwsim.model.missing import known_values
 from ccwsim.model.training_image import TrainingImage
 
@@ -52,10 +52,7 @@ class HardData:
         places = as_integers(places, "cells of hard data") if places.size else none
         codes = as_integers(codes, "facies of hard data") if codes.size else np.empty(0)
         if places.ndim != 2 or places.shape[1] not in (2, 3) or codes.shape != (len(places),):
-            raise CCWSIMError(
-                f"hard data: cells of shape (n, 2) or (n, 3) and facies of shape (n,) are needed, "
-                f"not {np.shape(cells)} and {np.shape(facies)}"
-            )
+            raise refused("cells_and_facies", cells=np.shape(cells), facies=np.shape(facies))
         unique = np.unique(np.column_stack([places, codes]).astype(np.int64), axis=0)
         clashing = np.flatnonzero((np.diff(unique[:, :-1], axis=0) == 0).all(axis=1))
         if len(clashing):
@@ -65,10 +62,7 @@ class HardData:
 
     @classmethod
     def of(
-        cls,
-        data: Any,
-        grid: Grid | Sequence[int],
-        training_image: TrainingImage | None = None,
+        cls, data: Any, grid: Grid | Sequence[int], training_image: TrainingImage | None = None
     ) -> HardData:
         """Return hard data unchanged, or make hard data from another object.
 
@@ -104,11 +98,7 @@ class HardData:
             return cls()
         if isinstance(data, (str, PathLike)):
             said = shown(str(data))
-            raise CCWSIMError(
-                f"hard data: {said} is a name, not data; give "
-                f"ccwsim.datasets.load_hard_data({said}) for bundled data, or "
-                f" ccwsim.read_hard_data({said}, grid) for a file"
-            )
+            raise refused("data_are_a_name", said=said)
         grid = Grid.of(grid)
         if is_table(data):
             report = reader().import_hard_data(data, grid, training_image)
@@ -122,11 +112,7 @@ class HardData:
         values = as_floats(data, "hard data")
         if values.shape != grid.shape:
             world = "x, y" if grid.nz is None else "x, y, z"
-            raise CCWSIMError(
-                f"hard data: an array of shape {values.shape} does not have the grid's shape "
-                f"{grid.shape}; give such an array with NaN in cells without data, "
-                f"(cells, facies), or a table with {world} and facies"
-            )
+            raise refused("data_not_of_grid", shape=values.shape, grid=grid.shape, world=world)
         known = known_values(values, stated=[-1.0])
         if training_image is not None:
             known |= np.isin(values, training_image.codes)
@@ -217,28 +203,20 @@ def _codes(facies: Any, training_image: TrainingImage | None) -> Any:
     unknown = [v for v, code in zip(values, codes, strict=True) if code is None]
     if unknown:
         there = ", ".join(training_image.facies_names) if training_image is not None else "none"
-        raise CCWSIMError(
-            f"hard data: {shown(unknown[0])} is not a facies name (names are: {there}); give "
-            "names or codes of facies"
-        )
+        raise refused("unknown_facies_name", unknown=shown(unknown[0]), there=there)
     return codes
 
 
 def _listed(data: HardData, which: NDArray[np.integer]) -> str:
     shown = [
-        f"{_named(cell)}, facies {code}"
+        f"{describe_cell(cell)}, facies {code}"
         for cell, code in zip(data.cells[which[:3]], data.facies[which[:3]], strict=True)
     ]
     return "; ".join(shown) + (" …" if len(which) > 3 else "")
 
 
-def _named(cell: NDArray[np.integer]) -> str:
-    """Return the (layer,) row and column of a cell as text."""
-    names = ("layer", "row", "column")[-len(cell) :]
-    return ", ".join(f"{name} {place}" for name, place in zip(names, cell, strict=True))
-
-
 def _clash(places: NDArray, codes: NDArray, cell: NDArray) -> str:
     same = np.flatnonzero((places == cell).all(axis=1))
     said = ", ".join(f"no. {k + 1} says {codes[k]}" for k in same[:6])
-    return f"hard data: two facies in the cell at {_named(cell)} ({said}); keep one datum"
+    where = describe_cell(cell)
+    return f"hard data: two facies in the cell at {where} ({said}); keep one datum"

@@ -12,7 +12,7 @@ import numpy as np
 
 from ccwsim.model.arrays import AXES, check_int, check_number, digest, listing
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE, PARAMETERS
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.errors import CCWSIMError, refused, shown
 
 Method = Literal["ccwsim", "ccsim", "ms-ccsim"]
 Similarity = Literal["ssd", "correlation"]
@@ -127,10 +127,7 @@ class Parameters:
         for name in (*PER_AXIS, "location_weight"):
             value = getattr(self, name)
             if isinstance(value, tuple):
-                raise CCWSIMError(
-                    f"{name} = {value} has numbers along z, y and x, but the grid is a map: give "
-                    f"one number, such as {max(value)}"
-                )
+                raise refused("three_numbers_of_map", name=name, value=value, one=max(value))
         return Lengths((1, *template[1:]), (0, *overlap[1:]), (0, *level[1:]))
 
     @property

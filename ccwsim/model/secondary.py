@@ -9,18 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.model import arrays
-from ccwsim.model.bounds import (
-    MAX_AUXILIARY_WEIGHT,
-    MAX_DEGREES,
-    MAX_DIP,
-    MAX_IMAGES,
-    MAX_SCALE,
-    MAX_SOFT_WEIGHT,
-    MIN_SCALE,
-)
-from ccwsim.model.errors import CCWSIMError, shown
-from ccwsim.model.grid import Grid
+from ccwsim.model import arrays, bounds
+from ccwsim.model.arrays import Floats, Mask
+from ccwsim.model.errors import CCWSIMError, refused, shown
+from ccwsim.model.grid import Grid, describe_cell
 from ccwsim.model.missing import UNKNOWN, known_values
 from ccwsim.model.numbers import plural
 from ccwsim.model.training_image import TrainingImage
@@ -52,20 +44,17 @@ class Auxiliary:
     1.0
     """
 
-    image: NDArray[np.float64]
-    grid: NDArray[np.float64]
+    image: Floats
+    grid: Floats
     weight: float = 1.0
 
     def __post_init__(self) -> None:
-        weight = arrays.check_number("weight", self.weight, 0.0, MAX_AUXILIARY_WEIGHT)
+        weight = arrays.check_number("weight", self.weight, 0.0, bounds.MAX_AUXILIARY_WEIGHT)
         object.__setattr__(self, "weight", weight)
         for name in ("image", "grid"):
             values = arrays.as_floats(getattr(self, name), f"auxiliary variable of the {name}")
             if not np.isfinite(values).all():
-                raise CCWSIMError(
-                    f"auxiliary variable of the {name}: some cells have no finite value; fill the "
-                    "gaps"
-                )
+                raise refused("auxiliary_gaps", name=name)
             object.__setattr__(self, name, arrays.frozen(values))
 
 
@@ -134,33 +123,24 @@ class Secondary:
     is_fitted: bool = field(default=False, repr=False)
 
     def __post_init__(self) -> None:
-        weight = arrays.check_number("soft_weight", self.soft_weight, 0.0, MAX_SOFT_WEIGHT)
+        weight = arrays.check_number("soft_weight", self.soft_weight, 0.0, bounds.MAX_SOFT_WEIGHT)
         several = (self.auxiliary,) if isinstance(self.auxiliary, Auxiliary) else self.auxiliary
         several = _listed("auxiliary", several, "ccwsim.Auxiliary(image, grid)")
         if not all(isinstance(each, Auxiliary) for each in several):
             raise CCWSIMError("auxiliary: a list of ccwsim.Auxiliary(image, grid) is needed")
         given = self.probabilities
         if given is not None and not self.is_fitted and not isinstance(given, Mapping):
-            raise CCWSIMError(
-                'probabilities: a mapping of facies to arrays is needed, such as {"sand": array}, '
-                f"not {shown(given)}"
-            )
+            raise refused("probabilities_not_a_mapping", given=shown(given))
         images = _listed("images", self.images, "training images")
-        if len(images) >= MAX_IMAGES:
-            raise CCWSIMError(
-                f"images: {len(images)} are too many; give at most {MAX_IMAGES - 1} beside the "
-                "training image"
-            )
+        if len(images) >= bounds.MAX_IMAGES:
+            raise refused("too_many_images", n=len(images), most=bounds.MAX_IMAGES - 1)
         axes = _listed("mirrored", self.mirrored, "axes")
         if not all(isinstance(axis, str) and axis in ("x", "y", "z") for axis in axes):
             raise CCWSIMError(f'mirrored = {shown(self.mirrored)}: give "x", "y", "z" or several')
         tolerance = arrays.check_number("angle_tolerance", self.angle_tolerance, 0.5, 45.0)
-        for name, value in (
-            *(("soft_weight", weight), ("auxiliary", several), ("mirrored", axes)),
-            *(("images", tuple(map(TrainingImage.of, images))),),
-            *(("angle_tolerance", tolerance),),
-        ):
-            object.__setattr__(self, name, value)
+        own = tuple(map(TrainingImage.of, images))
+        vars(self).update(soft_weight=weight, auxiliary=several, images=own)
+        vars(self).update(mirrored=axes, angle_tolerance=tolerance)
 
     @property
     def guides(self) -> bool:
@@ -226,7 +206,7 @@ class Secondary:
             self.check(grid.shape, image)
             return self
         probabilities = self.probabilities
-        if probabilities is not None and not self.is_fitted:
+        if probabilities is not None:
             probabilities = arrays.frozen(_probabilities(probabilities, grid, image))
         if self.soft_weight == 0:
             probabilities = None
@@ -258,27 +238,21 @@ class Secondary:
             _check_shape("zones", zones, grid.shape, "the grid")
             if zones.min() < 0 or zones.max() >= n:
                 wrong = zones.min() if zones.min() < 0 else zones.max()
-                raise CCWSIMError(
-                    f"zones: {wrong} is not the number of an image; give 0 for the training image "
-                    f"to {n - 1} for the last of `images`"
-                )
+                raise refused("zone_number", zone=wrong, last=n - 1)
             zones = arrays.frozen(zones.astype(np.uint8))
         if weights is not None:
             weights = arrays.as_floats(weights, "weights")
             if weights.shape != (n,) or not (weights >= 0).all() or not weights.sum() > 0:
-                raise CCWSIMError(
-                    f"weights = {shown(self.weights)}: give {n} numbers of at least 0, the first "
-                    "for the training image"
-                )
+                raise refused("weights_of_images", weights=shown(self.weights), n=n)
             weights = tuple((weights / weights.sum()).tolist())
-        angle = _field("angle", self.angle, grid, (-MAX_DEGREES, MAX_DEGREES), 0.0)
-        dip = _field("dip", self.dip, grid, (-MAX_DIP, MAX_DIP), 0.0)
+        angle = _field("angle", self.angle, grid, (-bounds.MAX_DEGREES, bounds.MAX_DEGREES), 0.0)
+        dip = _field("dip", self.dip, grid, (-bounds.MAX_DIP, bounds.MAX_DIP), 0.0)
         scale = self.scale
         if scale is not None:
             along = scale if isinstance(scale, (tuple, list)) else (scale, scale)
             if len(along) not in (2, grid.n_dimensions):
                 raise CCWSIMError("scale: give one value, or a tuple of values along each axis")
-            limits = MIN_SCALE, MAX_SCALE
+            limits = bounds.MIN_SCALE, bounds.MAX_SCALE
             along = tuple(_field("scale", each, grid, limits, 1.0) for each in along)
             scale = None if all(np.all(each == 1) for each in along) else along
         return {
@@ -344,9 +318,7 @@ class Secondary:
             if (array := getattr(self, name)) is not None and array.ndim:
                 _check_shape(name, array, shape, "the grid")
         if self.auxiliary and self.images:
-            raise CCWSIMError(
-                "auxiliary: it is known in the training image only; leave out the further images"
-            )
+            raise refused("auxiliary_with_images")
 
 
 def _listed(name: str, given: Any, what: str) -> tuple[Any, ...]:
@@ -366,7 +338,7 @@ def _check_shape(what: str, array: NDArray, shape: tuple[int, ...], of: str) -> 
 
 def _field(
     name: str, given: Any, grid: Grid, limits: tuple[float, float], usual: float
-) -> NDArray[np.float64] | None:
+) -> Floats | None:
     """Return a number, shape (), or a map of the shape of the grid; NaN becomes `usual`."""
     if given is None:
         return None
@@ -402,9 +374,7 @@ def _recoded(other: TrainingImage, image: TrainingImage, number: int) -> Trainin
         keys = other.facies_names if by_name else other.codes.tolist()
         codes = image.codes[[image.index_of(key) for key in keys]]
     except CCWSIMError as error:
-        raise CCWSIMError(
-            f"{what}: {error}; rename or merge its facies, or exchange the two images"
-        ) from None
+        raise refused("facies_of_images", what=what, error=error) from None
     if np.array_equal(codes, other.codes):
         return other
     cells = np.where(
@@ -413,7 +383,7 @@ def _recoded(other: TrainingImage, image: TrainingImage, number: int) -> Trainin
     return TrainingImage(cells, name=other.name)
 
 
-def _active(given: ArrayLike, grid: Grid) -> NDArray[np.bool_]:
+def _active(given: ArrayLike, grid: Grid) -> Mask:
     """Return the active cells of a grid, from an array or polygons."""
     several = isinstance(given, (list, tuple)) and given and np.ndim(given[0]) == 2
     polygons = list(given) if several else [given]  # type: ignore[arg-type]
@@ -437,7 +407,7 @@ def _active(given: ArrayLike, grid: Grid) -> NDArray[np.bool_]:
 
 
 @np.errstate(over="ignore", invalid="ignore")  # of corners far from all cells
-def cells_in_polygon(corners: NDArray[np.float64], grid: Grid) -> NDArray[np.bool_]:
+def cells_in_polygon(corners: Floats, grid: Grid) -> Mask:
     """Return the cells of a grid whose centre is in a polygon, in all layers of a volume."""
     x, y = grid.axes[0], grid.axes[1]
     inside = np.zeros((len(y), len(x)), bool)
@@ -450,18 +420,14 @@ def cells_in_polygon(corners: NDArray[np.float64], grid: Grid) -> NDArray[np.boo
     return np.broadcast_to(inside, grid.shape).copy()
 
 
-def _probabilities(
-    given: Mapping[Any, ArrayLike], grid: Grid, image: TrainingImage
-) -> NDArray[np.float64]:
+def _probabilities(given: Mapping[Any, ArrayLike], grid: Grid, image: TrainingImage) -> Floats:
     """Return the probability of each facies in each cell, shape (n_facies, *shape of the grid)."""
     maps = {image.index_of(key): _map_of(key, values, grid) for key, values in given.items()}
     names = image.facies_names
     missing = [k for k in range(image.n_facies) if k not in maps]
     if len(missing) > 1 or not maps:
         left = arrays.listing(names[k] for k in missing)
-        raise CCWSIMError(
-            f"probabilities: {left} have no map; give all facies of the training image but one"
-        )
+        raise refused("probabilities_missing", facies=left)
     soft = np.stack([maps.get(k, np.zeros(grid.shape)) for k in range(image.n_facies)])
     total = soft.sum(axis=0)
     known = ~np.isnan(total)
@@ -471,17 +437,14 @@ def _probabilities(
     wrong = known & (np.abs(total - 1) > SUM_TOLERANCE)
     if wrong.any():
         at = tuple(np.argwhere(wrong)[0])
-        raise CCWSIMError(
-            f"probabilities: they sum to {total[at]:.3g} instead of 1 in {wrong.sum()} cells, "
-            f"first in {_named_cell(at)}; divide them by their sum"
-        )
+        raise refused("sum_of_probabilities", total=total[at], n=wrong.sum(), at=describe_cell(at))
     if not known.any():
         raise CCWSIMError("probabilities: no cell has a value for all facies; leave them out")
     soft = np.clip(soft, 0.0, 1.0)
     return soft / np.where(known, soft.sum(axis=0), np.nan)
 
 
-def _map_of(key: Any, given: ArrayLike, grid: Grid) -> NDArray[np.float64]:
+def _map_of(key: Any, given: ArrayLike, grid: Grid) -> Floats:
     """Return the map of a facies, of the shape of the grid, NaN where nothing is known."""
     what = f"probability of {shown(key)}"
     values = arrays.as_floats(given, what)
@@ -494,13 +457,5 @@ def _map_of(key: Any, given: ArrayLike, grid: Grid) -> NDArray[np.float64]:
     wrong = (values < 0) | (values > 1)
     if wrong.any():
         at = tuple(np.argwhere(wrong)[0])
-        raise CCWSIMError(
-            f"{what}: {values[at]:g} in {_named_cell(at)} is not between 0 and 1; divide percent "
-            "by 100"
-        )
+        raise refused("probability", what=what, value=values[at], at=describe_cell(at))
     return values
-
-
-def _named_cell(at: tuple[int, ...]) -> str:
-    axes = ("layer", "row", "column")[-len(at) :]
-    return ", ".join(f"{axis} {k}" for axis, k in zip(axes, at, strict=True))

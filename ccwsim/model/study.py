@@ -6,10 +6,9 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ccwsim.model.arrays import AXES, check_int, describe_shape
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.arrays import AXES, Bytes, Mask, check_int, describe_shape
+from ccwsim.model.errors import CCWSIMError, refused
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import PER_AXIS, Lengths, Parameters, legal_sizes
@@ -36,12 +35,9 @@ class Study:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "seed", check_int("seed", self.seed, 0))
-        for name, kind in (
-            ("training_image", TrainingImage),
-            ("grid", Grid),
-            ("parameters", Parameters),
-            ("hard_data", HardData),
-        ):
+        names = "training_image", "grid", "parameters", "hard_data"
+        kinds = TrainingImage, Grid, Parameters, HardData
+        for name, kind in zip(names, kinds, strict=True):
             if not isinstance(getattr(self, name), kind):
                 given = type(getattr(self, name)).__name__
                 raise CCWSIMError(f"{name}: a {kind.__name__} is needed, not a {given}")
@@ -59,19 +55,13 @@ class Study:
                 raise CCWSIMError(f"secondary: a Secondary is needed, not a {given}")
             secondary = self.secondary.fitted(self.grid, self.training_image)
             object.__setattr__(self, "secondary", None if secondary.is_empty else secondary)
-            self._set_inactive_data_aside()
-
-    def _set_inactive_data_aside(self) -> None:
-        if self.active is None or not self.hard_data.n:
-            return
-        data = self.hard_data
-        inside = self.active[tuple(data.cells.T)]
-        for name, which in (("inactive_data", ~inside), ("hard_data", inside)):
-            some = HardData(data.cells[which], data.facies[which])
-            object.__setattr__(self, name, some)
+        if self.active is not None and self.hard_data.n:
+            data, inside = self.hard_data, self.active[tuple(self.hard_data.cells.T)]
+            for name, which in (("inactive_data", ~inside), ("hard_data", inside)):
+                object.__setattr__(self, name, HardData(data.cells[which], data.facies[which]))
 
     @property
-    def active(self) -> NDArray[np.bool_] | None:
+    def active(self) -> Mask | None:
         """The active cells, shape of the grid; None if all cells are active."""
         return self.secondary.active if self.secondary else None
 
@@ -97,7 +87,7 @@ class Study:
         ), part
 
     @cached_property
-    def facies_of_data(self) -> NDArray[np.uint8]:
+    def facies_of_data(self) -> Bytes:
         """Index of the facies of each datum in the codes of the training image, shape (n,)."""
         return np.searchsorted(self.training_image.codes, self.hard_data.facies).astype(np.uint8)
 
@@ -107,14 +97,8 @@ def _check_dimensions(training_image: TrainingImage, grid: Grid) -> None:
         return
     image, cells = describe_shape(training_image.shape), describe_shape(grid.shape)
     if grid.nz is None:
-        raise CCWSIMError(
-            f"the training image is a volume of {image} cells, but the grid of {cells} is a map: "
-            "give the grid nz, or one layer of the image: ti.array[k]"
-        )
-    raise CCWSIMError(
-        f"the training image of {image} cells is a map, but the grid is a volume of {cells}: "
-        "leave out nz of the grid, or give a volume as training image"
-    )
+        raise refused("volume_for_map", image=image, cells=cells)
+    raise refused("map_for_volume", image=image, cells=cells)
 
 
 def _check_template(training_image: TrainingImage, p: Parameters) -> None:
@@ -131,9 +115,7 @@ def _check_template(training_image: TrainingImage, p: Parameters) -> None:
         what = f"Template {template}"
         legal = legal_sizes(lengths.level[-1], max(4, 2 * lengths.overlap[-1]), min(shape))
         advice = f"at most {legal[-1]}" if legal else "a larger image or a smaller overlap"
-    raise CCWSIMError(
-        f"{what} is larger than the training image of {describe_shape(shape)}: use {advice}"
-    )
+    raise refused("patch_too_large", what=what, shape=describe_shape(shape), advice=advice)
 
 
 def _check_gaps(training_image: TrainingImage, p: Parameters) -> None:
@@ -150,10 +132,7 @@ def _check_gaps(training_image: TrainingImage, p: Parameters) -> None:
         unknown = np.take(total, range(wide, wide + n), axis) - np.take(total, range(n), axis)
     if (unknown > 0).all():
         size = describe_shape(lengths.template[-training_image.n_dimensions :])
-        raise CCWSIMError(
-            f"no piece of the training image of {size} cells is known completely: use a smaller "
-            "template or a lower level, or fill the gaps"
-        )
+        raise refused("no_whole_piece", size=size)
 
 
 def _smaller(p: Parameters, lengths: Lengths, shape: tuple[int, ...]) -> str:

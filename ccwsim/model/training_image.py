@@ -14,7 +14,7 @@ from ccwsim.model import arrays
 from ccwsim.model.backends import notebook
 from ccwsim.model.bounds import MAX_FACIES
 from ccwsim.model.classes import Classes, classify
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.missing import UNKNOWN, known_values
 
 if TYPE_CHECKING:
@@ -66,10 +66,7 @@ class TrainingImage:
     ) -> None:
         raw, known = _values_and_known(array)
         if raw.ndim not in (2, 3) or raw.size == 0:
-            raise CCWSIMError(
-                f"training image: an array of shape (ny, nx) or (nz, ny, nx) is needed, "
-                f"not {raw.shape}"
-            )
+            raise refused("image_shape", shape=raw.shape)
         if known is None:
             integers = arrays.as_integers(raw, "training image", remedy=_CONTINUOUS)
             codes = arrays.codes_of(integers)
@@ -79,10 +76,7 @@ class TrainingImage:
             integers = np.full(raw.shape, some[0])
             integers[known] = some
         if len(codes) > MAX_FACIES:
-            raise CCWSIMError(
-                f"training image: {len(codes)} different codes look like a continuous variable; "
-                f"{_CONTINUOUS}"
-            )
+            raise refused("image_looks_continuous", n=len(codes), advice=_CONTINUOUS)
         array, indices = arrays.smallest_integers(integers), _indices_in(codes, integers)
         self.codes = arrays.frozen(codes.astype(array.dtype))
         if known is not None:
@@ -105,11 +99,7 @@ class TrainingImage:
         """
         if isinstance(image, (str, PathLike)):
             said = shown(str(image))
-            raise CCWSIMError(
-                f"training image: {said} is a name, not an image; give "
-                f"ccwsim.datasets.load({said}) for a bundled image, or "
-                f"ccwsim.read_training_image({said}) for a file"
-            )
+            raise refused("image_is_a_name", said=said)
         return image if isinstance(image, TrainingImage) else cls(image)
 
     @classmethod
@@ -234,16 +224,11 @@ class TrainingImage:
             names = [name.casefold() for name in self.facies_names]
             if names.count(code.casefold()) == 1:
                 return names.index(code.casefold())
-            raise CCWSIMError(
-                f"facies {shown(code)} is not in the training image, which has "
-                f"{', '.join(self.facies_names)}"
-            )
+            raise refused("facies_of_image", code=shown(code), there=", ".join(self.facies_names))
         indices = np.flatnonzero(self.codes == code) if arrays.is_whole(code) else np.empty(0, int)
         if not len(indices):
             there = ", ".join(map(str, self.codes))
-            raise CCWSIMError(
-                f"facies {shown(code)} is not in the training image, which has {there}"
-            )
+            raise refused("facies_of_image", code=shown(code), there=there)
         return int(indices[0])
 
     def plot(self) -> Figure:

@@ -10,13 +10,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim import HardData, TrainingImage
 from ccwsim.datasets.sampling import sample_random
 from ccwsim.figures import LIGHT, Group, mds_chart, mds_title
 from ccwsim.metrics import Anodi, anodi
 from ccwsim.metrics.stack import Stack
-from ccwsim.model.hard_data import HardData
 from ccwsim.model.numbers import seconds
-from ccwsim.model.training_image import TrainingImage
 from ccwsim.paper import methods, verdicts
 from ccwsim.paper.experiment import IMAGES, TEXTS, ExperimentRun, Outcome, said
 from ccwsim.paper.methods import DEFAULT, SETTINGS, TITLES

@@ -14,7 +14,7 @@ from ccwsim.datasets.catalogue import reference_field
 from ccwsim.datasets.sampling import sample_random
 from ccwsim.io import read_hard_data, read_training_image
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.errors import Cancelled, CCWSIMError
+from ccwsim.model.errors import Cancelled, CCWSIMError, refused
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters
@@ -88,14 +88,9 @@ class PaperInputs:
             with np.load(path, allow_pickle=False) as saved:
                 codes = saved["r"]
         except (OSError, ValueError, KeyError) as error:
-            raise CCWSIMError(
-                f"{path}: the file must contain realizations named r; remove it or write it again "
-                f"({error})"
-            ) from error
+            raise refused("paper_realizations", path=path, error=error) from error
         if codes.ndim != 3 or not np.isin(codes, image.codes).all():
-            raise CCWSIMError(
-                f"{path}: the file must contain an array (n, ny, nx) with the image's facies"
-            )
+            raise refused("paper_image", path=path)
         return np.searchsorted(image.codes, codes).astype(np.uint8)
 
     def _file(self, relative: str) -> Path | None:
@@ -116,10 +111,7 @@ def inputs_in(folder: str | Path | None) -> PaperInputs:
         found = PaperInputs(candidate.resolve())
         if any(found.is_own(name) for name in IMAGES):
             return found
-    raise CCWSIMError(
-        f"{folder}: no file paper/{IMAGES['channel']['file']}.npy; give the folder that contains "
-        "the folders paper and reference, or give no folder to use the bundled images"
-    )
+    raise refused("no_paper_images", folder=folder, file=IMAGES["channel"]["file"])
 
 
 def inside(data: HardData, shape: tuple[int, int]) -> HardData:

@@ -5,14 +5,11 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim import Ensemble, HardData, Parameters, TrainingImage
 from ccwsim.figures import LIGHT, Line, facies_colours, lines_chart
 from ccwsim.metrics import pattern_distance
 from ccwsim.metrics.bands import curves_of
 from ccwsim.metrics.stack import Stack
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.hard_data import HardData
-from ccwsim.model.parameters import Parameters
-from ccwsim.model.training_image import TrainingImage
 from ccwsim.paper.experiment import TEXTS, ExperimentRun
 from ccwsim.report.document import Chart, Picture, Text
 from ccwsim.report.pictures import map_picture

@@ -7,6 +7,7 @@ within one source (of two levels, methods or numbers of data) can be compared.
 import csv
 from dataclasses import dataclass
 from importlib.resources import files
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 from ccwsim.paper.experiment import TEXTS
@@ -87,10 +88,8 @@ def published_time(
 ) -> PublishedTime | None:
     """Return the time that a source reports for a case, or None if there is no such time."""
     wanted = source, method, level, n_cells, n_data, image
-    for t in ALL_TIMES:
-        if (t.source, t.method, t.level, t.n_cells, t.n_data, t.image) == wanted:
-            return t
-    return None
+    given = attrgetter("source", "method", "level", "n_cells", "n_data", "image")
+    return next((t for t in ALL_TIMES if given(t) == wanted), None)
 
 
 def stated_seconds(where: str) -> float:

@@ -5,15 +5,12 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim import datasets
+from ccwsim import Ensemble, HardData, TrainingImage, datasets
 from ccwsim.figures import Bundle
 from ccwsim.metrics import Stationarity, etype, stationarity
 from ccwsim.metrics.bands import STATISTICS, Statistic
 from ccwsim.metrics.stack import Stack
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.hard_data import HardData
 from ccwsim.model.numbers import seconds
-from ccwsim.model.training_image import TrainingImage
 from ccwsim.paper import methods, verdicts
 from ccwsim.paper.experiment import TEXTS, ExperimentRun, Outcome, said
 from ccwsim.paper.methods import SETTINGS

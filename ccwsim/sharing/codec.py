@@ -8,11 +8,10 @@ from typing import Any, get_args
 
 import numpy as np
 
+from ccwsim import CCWSIMError, Parameters
 from ccwsim.model import bounds
 from ccwsim.model.arrays import check_int
-from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import fault_of_crs
-from ccwsim.model.parameters import Parameters
 from ccwsim.sharing.choices import Choices, EMap, Shown
 
 YES_NO = {"yes": True, "no": False}

@@ -17,6 +17,7 @@ from ccwsim.io.data_file import printable
 from ccwsim.model import bounds
 from ccwsim.model.arrays import check_int, check_number, digest
 from ccwsim.model.bounds import MAX_LINK_DATA, MAX_LINK_LETTERS, MAX_LINK_VALUES
+from ccwsim.model.errors import refused
 from ccwsim.sharing.choices import (
     Choices,
     DataChoice,
@@ -264,11 +265,8 @@ class _Reader:
         if isinstance(kept := self._own.get(name or ""), ImageChoice):
             return kept
         if _is_own(name):
-            self.notes.append(
-                "The training image of this link is the sender's own file, which is not on this "
-                f"server. The bundled image {usual.bundled} is used instead. Open the project file "
-                "or the image again."
-            )
+            used = f"The bundled image {usual.bundled} is used instead"
+            self._miss("training image of this link is the sender's own file", used, "image")
             return usual
         known = datasets.all_image_names()
         if name is not None and name not in known:
@@ -278,6 +276,11 @@ class _Reader:
         bundled = name or usual.bundled
         choice = ImageChoice(bundled, names=self._names(bundled), colours=self._colours())
         return replace(choice, **{TURNS[short]: True for short in self._turns()})
+
+    def _miss(self, own: str, used: str, what: str) -> None:
+        """Note that `own` part of the study is missing, and what is `used` instead."""
+        there = f"The {own}, which is not on this server."
+        self.notes.append(f"{there} {used}. Open the project file or the {what} again.")
 
     def _turns(self) -> set[str]:
         turns = set((self.text("turn") or "").split("-")) - {""}
@@ -321,10 +324,8 @@ class _Reader:
             except (CCWSIMError, ValueError):
                 self.refuse(GUIDES, "does not describe secondary information", "none is used")
         elif name is not None:
-            self.notes.append(
-                "The secondary information of this link is the sender's own, which is not on this "
-                "server. None is used. Open the project file or the maps again."
-            )
+            own = "secondary information of this link is the sender's own"
+            self._miss(own, "None is used", "maps")
         return GuideChoice()
 
     def data(self, usual: DataChoice) -> DataChoice:
@@ -334,10 +335,8 @@ class _Reader:
         if isinstance(kept := self._own.get(name or ""), DataChoice):
             return kept
         if _is_own(name):
-            self.notes.append(
-                "The hard data of this link are the sender's own file, which is not on this "
-                "server. No data are used. Open the project file or the data again."
-            )
+            own = "hard data of this link are the sender's own file"
+            self._miss(own, "No data are used", "data")
         if name == "none" or _is_own(name):
             return DataChoice()
         if name == "sampled":
@@ -446,9 +445,7 @@ def packed(data: HardData) -> str:
     the number of data, and the steps from cell to cell along (layers,) rows and columns.
     """
     if data.n > MAX_LINK_DATA:
-        raise CCWSIMError(
-            f"{data.n} hard data are more than the {MAX_LINK_DATA} that a link can contain"
-        )
+        raise refused("too_many_data_for_link", n=data.n, most=MAX_LINK_DATA)
     volume = data.cells.shape[1] == 3
     content = bytearray(_number(VOLUME) if volume else b"") + _number(data.n)
     for code in np.unique(data.facies).tolist():

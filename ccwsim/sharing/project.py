@@ -10,15 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ccwsim import (
-    CCWSIMError,
-    Ensemble,
-    Grid,
-    HardData,
-    Parameters,
-    TrainingImage,
-    simulate,
-)
+from ccwsim import CCWSIMError, Ensemble, Grid, HardData, Parameters, TrainingImage, simulate
 from ccwsim.io.archive import opened_archive
 from ccwsim.io.atomic import write_bytes
 from ccwsim.io.data_file import printable
@@ -26,7 +18,7 @@ from ccwsim.io.formats.numpy_files import npz_arrays, read_npy
 from ccwsim.io.opening import PathOrFile, read_bytes
 from ccwsim.io.secondary import KINDS_OF_ARRAYS, arrays_of_secondary, secondary_of_arrays
 from ccwsim.model.arrays import check_int
-from ccwsim.model.errors import shown
+from ccwsim.model.errors import refused, shown
 from ccwsim.model.study import Study
 from ccwsim.sharing.choices import Shown
 from ccwsim.sharing.codec import fields_of
@@ -146,9 +138,7 @@ def _project(given: dict[str, Any], members: Mapping[str, bytes], name: str) -> 
     if n_data:
         table = _integers(members[DATA], f"{name}, {DATA}", 2)
     if table.shape != (n_data, columns):
-        raise CCWSIMError(
-            f"{n_data} hard data are expected, but {DATA} has another number of rows or columns"
-        )
+        raise refused("number_of_data", n=n_data, file=DATA)
     image_name = printable(_take(image, "name", str, name))
     training_image = TrainingImage(array, name=image_name, facies_names=facies_names)
     data = HardData(table[:, :-1], table[:, -1])
@@ -254,9 +244,7 @@ def _colours(given: list[Any], name: str) -> tuple[tuple[int, str], ...]:
     for pair in given:
         ok = isinstance(pair, list) and len(pair) == 2 and type(pair[0]) is int
         if not ok or not re.fullmatch("#[0-9a-fA-F]{6}", str(pair[1])):
-            raise CCWSIMError(
-                f"{name}: {shown(pair)} is not a pair of code and colour; save the project again"
-            )
+            raise refused("not_a_pair_of_colour", name=name, pair=shown(pair))
     return tuple((code, colour) for code, colour in given)
 
 
@@ -267,9 +255,7 @@ def _known(noun: Any, given: dict[str, Any], needed: Sequence[str], name: str) -
         raise CCWSIMError(f"{name}: {missing[0]} is missing in the settings; save it again")
     unknown = sorted(set(given) - {own.name for own in fields(noun)})
     if unknown:
-        raise CCWSIMError(
-            f"{name}: {shown(unknown[0])} is unknown; a newer version may have written it"
-        )
+        raise refused("unknown_entry", name=name, unknown=shown(unknown[0]))
     return given
 
 

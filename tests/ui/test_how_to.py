@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -69,6 +70,12 @@ def test_an_installation_without_documents_offers_none(monkeypatch):
     app.run()
     assert not app.exception
     assert not [box.key for box in app.selectbox]
+
+
+def test_every_table_of_labels_is_used_by_a_page():
+    modules = "".join(path.read_text("utf-8") for path in TEXTS.parent.rglob("*.py"))
+    used = {*re.findall(r'page_labels\("([^"]+)"', modules), "cell_size", "origin"}
+    assert used == tomllib.loads(TEXTS.with_name("labels.toml").read_text("utf-8")).keys()
 
 
 def test_every_longer_text_is_shown_by_a_page():

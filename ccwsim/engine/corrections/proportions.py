@@ -15,6 +15,7 @@ from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.stages.candidates import draw_index, place_of
 from ccwsim.engine.stages.path import Triple
 from ccwsim.engine.stages.similarity import box_sums, summed_up
+from ccwsim.model.arrays import Bytes, Floats, Ints
 
 N_COMPARED = 3
 """Number of candidates compared by proportions. With more candidates, proportions match sooner, but
@@ -53,15 +54,15 @@ class Steering(NamedTuple):
     """Target proportions of a realization."""
 
     # shape (1 or n_patches, n_facies): targets for the cells that are simulated before a patch
-    targets: NDArray[np.float64]
-    margin: NDArray[np.float64]  # shape (1 or n_patches, n_facies): made by `margin_weights`
-    gain: NDArray[np.float64]  # shape (n_facies,): change of λ per excess cell, see `draw_towards`
+    targets: Floats
+    margin: Floats  # shape (1 or n_patches, n_facies): made by `margin_weights`
+    gain: Floats  # shape (n_facies,): change of λ per excess cell, see `draw_towards`
     is_on: bool
 
 
 def patch_shares(
-    sums: NDArray[np.integer[Any]], size: Triple, cells: int, illegal: NDArray[np.uint8]
-) -> NDArray[np.float64]:
+    sums: NDArray[np.integer[Any]], size: Triple, cells: int, illegal: Bytes
+) -> Floats:
     """Return the proportions in patches at many locations, shape (n_locations, n_planes).
 
     Patches have `size` blocks, or `cells` cells. `sums` are block sums, one plane for two facies.
@@ -75,9 +76,7 @@ def patch_shares(
     return np.stack(planes, axis=1) / cells
 
 
-def margin_weights(
-    shares: NDArray[np.float64], proportions: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def margin_weights(shares: Floats, proportions: Floats) -> Floats:
     """Return λ, shape (n_facies,), for which random patches have the proportions of the image.
 
     `shares` come from `patch_shares`. The probability of a patch is proportional to exp(−λ·f), with
@@ -100,9 +99,7 @@ def margin_weights(
     return np.pad(weights, (len(proportions) - len(weights), 0))
 
 
-def gain_factors(
-    shares: NDArray[np.float64], proportions: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def gain_factors(shares: Floats, proportions: Floats) -> Floats:
     """Return the factor of the gain for each facies, shape (n_facies,); 1 if a facies is not rare.
 
     `shares` come from `patch_shares`. In patches that seldom contain a facies, the gain
@@ -114,11 +111,8 @@ def gain_factors(
 
 
 def draw_target(
-    image: NDArray[np.uint8],
-    proportions: NDArray[np.float64],
-    grid_shape: tuple[int, ...],
-    rng: np.random.Generator,
-) -> NDArray[np.float64]:
+    image: Bytes, proportions: Floats, grid_shape: tuple[int, ...], rng: np.random.Generator
+) -> Floats:
     """Return random target proportions, shape (n_facies,); they vary as in pieces of the image.
 
     The target is derived from a random piece of the training image, a quarter as long and wide. The
@@ -143,18 +137,14 @@ def draw_target(
 class DataProportions(NamedTuple):
     """Proportions of hard data in each column of cells with data."""
 
-    columns: NDArray[np.int64]  # shape (n, 2): row and column
-    shares: NDArray[np.float64]  # shape (n, n_facies)
-    weights: NDArray[np.float64]  # shape (n,): share of the grid that is nearest to each column
+    columns: Ints  # shape (n, 2): row and column
+    shares: Floats  # shape (n, n_facies)
+    weights: Floats  # shape (n,): share of the grid that is nearest to each column
     natural: float  # variance of the targets of `draw_target`, summed over the facies
 
 
 def proportions_of_data(
-    cells: NDArray[np.int64],
-    facies: NDArray[np.uint8],
-    image: NDArray[np.uint8],
-    proportions: NDArray[np.float64],
-    grid_shape: Triple,
+    cells: Ints, facies: Bytes, image: Bytes, proportions: Floats, grid_shape: Triple
 ) -> DataProportions:
     """Return the proportions of data at `cells`, shape (n, 3), with `facies`, shape (n,).
 
@@ -180,12 +170,12 @@ def proportions_of_data(
 
 
 def draw_between(
-    target: NDArray[np.float64],
-    proportions: NDArray[np.float64],
+    target: Floats,
+    proportions: Floats,
     data: DataProportions,
     rng: np.random.Generator,
     residual: float = 1.0,
-) -> NDArray[np.float64] | None:
+) -> Floats | None:
     """Return a weighted mean of the random `target` and the proportions of hard data.
 
     The weights depend on the variance between pieces of the image and the variance between columns

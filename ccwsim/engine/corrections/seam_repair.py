@@ -50,6 +50,7 @@ from ccwsim.engine.stages.similarity import (
     score_type,
     summed_squares,
 )
+from ccwsim.model.arrays import Bytes, Floats, Ints, Mask
 
 N_BEST = 2  # number of best locations that are tried for a window
 N_BEST_DATA = 8  # number of best locations that are tried for a window in a volume with data
@@ -78,9 +79,9 @@ class Repair(NamedTuple):
     shift_block: Triple  # block for refinement of locations: equal lengths along y and x
     running: NDArray[np.unsignedinteger[Any]]  # made by `running_sums`
     energy: NDArray[np.number[Any]]  # shape (nz, ny, nx) of locations: ΣA² of the ring
-    spans: NDArray[np.int64]  # made by `legal_spans`
+    spans: Ints  # made by `legal_spans`
     least: int  # minimum number of unseen patterns in a window
-    weights: NDArray[np.float64]  # shape (n_facies,): made by `facies_weights`
+    weights: Floats  # shape (n_facies,): made by `facies_weights`
 
 
 class RepairWorkspace(NamedTuple):
@@ -89,12 +90,12 @@ class RepairWorkspace(NamedTuple):
     scores: NDArray[np.number[Any]]  # shape (nz, ny, nx) of the compared locations
     terms: Terms
     ranking: Ranking
-    best: NDArray[np.int64]  # shape (n, 4): misfit, layer, row and column of locations to try
-    no_data: NDArray[np.int64]  # shape (0, 4): for `refine_place`
+    best: Ints  # shape (n, 4): misfit, layer, row and column of locations to try
+    no_data: Ints  # shape (0, 4): for `refine_place`
     honouring: Honouring
     strips: Strips
     cut: CutWorkspace
-    best_mask: NDArray[np.bool_]  # shape of a window: the mask of the best cut
+    best_mask: Mask  # shape of a window: the mask of the best cut
     trial: Trial
 
 
@@ -122,12 +123,7 @@ def window_lengths(template: Triple, room: Triple) -> tuple[Triple, Triple, Trip
 
 
 def prepare_repair(
-    image: NDArray[np.uint8],
-    template: Triple,
-    room: Triple,
-    n_facies: int,
-    volume: bool,
-    unknown: NDArray[np.int64],
+    image: Bytes, template: Triple, room: Triple, n_facies: int, volume: bool, unknown: Ints
 ) -> Repair:
     """Return the inputs of seam repair; `image`, shape (nz, ny, nx), is in grid coordinates.
 
@@ -182,7 +178,7 @@ def make_workspace(repair: Repair, target: Target) -> RepairWorkspace:
     )
 
 
-def facies_weights(counts: NDArray[np.int64]) -> NDArray[np.float64]:
+def facies_weights(counts: Ints) -> Floats:
     """Return the factor of `CHANGE` for each facies, shape (n_facies,), at most `MAX_WEIGHT`.
 
     The factor increases with the relative effect of a cell on the proportion of a rare facies;
@@ -196,10 +192,10 @@ def repair_seams(
     target: Target,
     repair: Repair,
     most: int,
-    forced: NDArray[np.int64],
+    forced: Ints,
     rng: np.random.Generator,
     report: Callable[[float], None] = lambda share: None,
-    active: NDArray[np.bool_] | None = None,
+    active: Mask | None = None,
 ) -> int:
     """Repair at most `most` windows in place; return the number of replaced windows.
 

@@ -12,11 +12,11 @@ from math import prod
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.stages.candidates import n_up_to
 from ccwsim.engine.stages.path import UNKNOWN, RasterPath, Triple
+from ccwsim.model.arrays import Bytes, Ints, Mask
 
 
 class Weights(NamedTuple):
@@ -46,26 +46,22 @@ N_CLASSES = 256
 class PlacedData(NamedTuple):
     """Hard data in path coordinates."""
 
-    facies: NDArray[np.uint8]  # shape (nz, ny, nx): made by `data_grid`
-    columns: NDArray[np.int64]  # shape (n,): column of each datum, sorted by layer and row
-    first: NDArray[np.int64]  # shape (nz * ny + 1,): index in `columns` of the first datum of a row
+    facies: Bytes  # shape (nz, ny, nx): made by `data_grid`
+    columns: Ints  # shape (n,): column of each datum, sorted by layer and row
+    first: Ints  # shape (nz * ny + 1,): index in `columns` of the first datum of a row
     # shape (nz, ny, nx): data that refinement and cut must honour, equal to `facies`; UNKNOWN
     # everywhere if data only condition the search
-    required: NDArray[np.uint8]
+    required: Bytes
 
 
-def data_grid(
-    cells: NDArray[np.int64], facies: NDArray[np.uint8], shape: tuple[int, ...]
-) -> NDArray[np.uint8]:
+def data_grid(cells: Ints, facies: Bytes, shape: tuple[int, ...]) -> Bytes:
     """Return a grid of `shape` with the facies index of each datum; other cells are UNKNOWN."""
     data = np.full(shape, UNKNOWN, np.uint8)
     data[tuple(cells.T)] = facies
     return data
 
 
-def place_data(
-    cells: NDArray[np.int64], facies: NDArray[np.uint8], shape: Triple, keep: bool = True
-) -> PlacedData:
+def place_data(cells: Ints, facies: Bytes, shape: Triple, keep: bool = True) -> PlacedData:
     """Return data on a grid of `shape`; `cells` has shape (n, 3), `facies` (indices) shape (n,).
 
     If `keep` is false, the data only condition the search.
@@ -108,7 +104,7 @@ def split_tiles(
     overlap: Triple,
     max_data: float = MAX_DATA,
     volume: bool = False,
-) -> NDArray[np.int64]:
+) -> Ints:
     """Return, for each tile, the index of the first split with at most `max_data` data per part.
 
     In a map, `max_data` limits the average number of data per part. In a volume, `max_data` limits
@@ -131,7 +127,7 @@ def split_tiles(
 
 def _data_of_parts(
     data: PlacedData, path: RasterPath, template: Triple, overlap: Triple, parts: Triple
-) -> NDArray[np.int64]:
+) -> Ints:
     """Count the data in the fullest part of each tile for tiles that are split into `parts`."""
     z, y = np.divmod(
         np.repeat(np.arange(len(data.first) - 1), np.diff(data.first)), len(data.facies[0])
@@ -155,17 +151,17 @@ class Misses(NamedTuple):
     # shape (6, n), with a column for each datum: index of the image cell that is compared with the
     # datum at location 0; numbers of layers, rows and columns of locations at which the compared
     # cell is in the image; facies of the datum; cost of the datum
-    terms: NDArray[np.int64]
-    counts: NDArray[np.uint8]  # number of data not honoured, in rows of the image
+    terms: Ints
+    counts: Bytes  # number of data not honoured, in rows of the image
     # column of each entry of `counts`, to mask columns beyond the end of the image without a loop
     # over rows; empty if column numbers do not fit into a byte
-    column_of: NDArray[np.uint8]
+    column_of: Bytes
     # shape (nz, ny, nx) of locations, reset to 0 after each patch: cost of data beyond the end of
     # the image, as differences between successive layers, rows and columns of locations
-    beyond: NDArray[np.int64]
-    changes: NDArray[np.bool_]  # shape (nz, ny): rows with nonzero `beyond`
-    steps: NDArray[np.int64]  # shape (nx,): changes of the cost along a row
-    row: NDArray[np.int64]  # shape (nx,): costs along a row
+    beyond: Ints
+    changes: Mask  # shape (nz, ny): rows with nonzero `beyond`
+    steps: Ints  # shape (nx,): changes of the cost along a row
+    row: Ints  # shape (nx,): costs along a row
 
 
 def make_misses(n_data: int, blocks: Triple, places: Triple) -> Misses:

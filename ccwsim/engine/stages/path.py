@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import part_of_kernel
+from ccwsim.model.arrays import Ints
 from ccwsim.model.missing import UNKNOWN as UNKNOWN
 
 T = TypeVar("T")
@@ -68,7 +69,7 @@ def in_layers(shape: tuple[int, ...]) -> Triple:
     return nz, ny, nx
 
 
-def in_three(cells: NDArray[np.int64]) -> NDArray[np.int64]:
+def in_three(cells: Ints) -> Ints:
     """Return cells with three coordinates; the layer is 0 in a map."""
     with_layers = np.zeros((len(cells), 3), cells.dtype)  # faster than `np.pad`
     with_layers[:, 3 - cells.shape[1] :] = cells
@@ -103,9 +104,7 @@ def along_path(lengths: tuple[T, T, T], orientation: int) -> tuple[T, T, T]:
     return (z, x, y) if orientation & 4 else (z, y, x)
 
 
-def cells_to_path(
-    cells: NDArray[np.int64], shape: tuple[int, ...], orientation: int
-) -> NDArray[np.int64]:
+def cells_to_path(cells: Ints, shape: tuple[int, ...], orientation: int) -> Ints:
     """Return the path coordinates of cells, shape (n, 2) or (n, 3), of a grid of `shape`."""
     *layers, rows, columns = cells.T
     n_rows, n_columns = shape[-2:]
@@ -117,9 +116,7 @@ def cells_to_path(
     return np.stack([*layers, rows, columns], axis=1)
 
 
-def cells_from_path(
-    cells: NDArray[np.int64], shape: tuple[int, ...], orientation: int
-) -> NDArray[np.int64]:
+def cells_from_path(cells: Ints, shape: tuple[int, ...], orientation: int) -> Ints:
     """Convert cells, shape (n, 3), from path to grid coordinates; `shape` is the path's shape."""
     layers, rows, columns = cells.T
     layers = shape[0] - 1 - layers if orientation & FROM_ABOVE else layers
@@ -167,19 +164,15 @@ def make_path(
     return RasterPath(orientation, order, shape, tiles, full, offset)  # type: ignore[arg-type]
 
 
-def in_order(path: RasterPath) -> NDArray[np.int64]:
+def in_order(path: RasterPath) -> Ints:
     """Return the numbers of the tiles (by layer, row and column) in the order of the path."""
     numbers = np.arange(prod(path.tiles)).reshape(path.tiles)
     return numbers.transpose(ORDERS[path.order]).ravel()
 
 
 def make_patches(
-    path: RasterPath,
-    step: Triple,
-    overlap: Triple,
-    splits: NDArray[np.int64],
-    split_of: NDArray[np.int64],
-) -> NDArray[np.int64]:
+    path: RasterPath, step: Triple, overlap: Triple, splits: Ints, split_of: Ints
+) -> Ints:
     """Return the patches in the order of the path, shape (n, 10).
 
     The columns are: first layer, row and column; number of layers, rows and columns; sides of the
@@ -203,14 +196,14 @@ def make_patches(
     return np.column_stack([first, size, sides, split_of[tile], tile, part]).astype(np.int64)
 
 
-def _side_bits(overlap: Triple) -> NDArray[np.int64]:
+def _side_bits(overlap: Triple) -> Ints:
     """Return BELOW, TOP and LEFT, or 0 for an axis without overlap."""
     return np.array([BELOW, TOP, LEFT]) * (np.array(overlap) > 0)
 
 
 def clip_patches(
-    patches: NDArray[np.int64], path: RasterPath, overlap: Triple, block: Triple, cell_size: Triple
-) -> NDArray[np.int64]:
+    patches: Ints, path: RasterPath, overlap: Triple, block: Triple, cell_size: Triple
+) -> Ints:
     """Return the patches of a path, restricted to whole blocks that contain cells of the grid.
 
     In a volume of few tiles, at least a third of the cells of unrestricted patches are outside the
@@ -229,12 +222,8 @@ def clip_patches(
 
 
 def active_patches(
-    patches: NDArray[np.int64],
-    path: RasterPath,
-    sums: NDArray[np.int64],
-    step: Triple,
-    cell_size: Triple,
-) -> NDArray[np.int64]:
+    patches: Ints, path: RasterPath, sums: Ints, step: Triple, cell_size: Triple
+) -> Ints:
     """Return the patches of the tiles that contain active cells, without overlaps with other tiles.
 
     `sums` are the running sums of the active cells in path coordinates, made by `summed_up`; `step`
@@ -259,7 +248,7 @@ def active_patches(
     return patches[is_used[tuple(tiles.T)]]
 
 
-def patches_before(patches: NDArray[np.int64], path: RasterPath) -> NDArray[np.int64]:
+def patches_before(patches: Ints, path: RasterPath) -> Ints:
     """Return, for each patch of a map, the numbers of its earlier neighbours, shape (n, 4).
 
     The neighbours are at the upper left, top, upper right and left; −1 means no neighbour. Split

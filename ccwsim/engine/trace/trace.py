@@ -16,7 +16,7 @@ from ccwsim.engine.stages.pyramid import block_sums, cells_of_blocks, decompose,
 from ccwsim.engine.tiles import simulate_patches
 from ccwsim.engine.trace.frames import Frame
 from ccwsim.engine.trace.patch import Patch, TracedPatch, data_terms, seen_data
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.errors import CCWSIMError, refused
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
 
@@ -73,14 +73,6 @@ MAX_CHECKPOINT_BYTES = 64_000_000
 MIN_INTERVAL = 8  # minimum number of patches between two checkpoints
 
 
-class Checkpoint(NamedTuple):
-    """The state of a realization before a patch; simulating it again restores sources."""
-
-    grid: NDArray[np.uint8]
-    counts: NDArray[np.int64]
-    rng: Any
-
-
 class PatchStepper:
     """A realization that is simulated patch by patch."""
 
@@ -92,7 +84,8 @@ class PatchStepper:
         self._next = 0
         n_kept = min(max(MAX_CHECKPOINT_BYTES // self.simulated.grid.size, 4), MAX_CHECKPOINTS)
         self._every = max(-(-len(self.patches) // n_kept), MIN_INTERVAL)
-        self._checkpoints: dict[int, Checkpoint] = {}
+        # grid, counts and state of `rng` before a patch; simulating it again restores sources
+        self._checkpoints: dict[int, tuple[NDArray[np.uint8], NDArray[np.int64], Any]] = {}
 
     @property
     def n_done(self) -> int:
@@ -115,8 +108,8 @@ class PatchStepper:
         """Simulate the next patch and return its location in the oriented image."""
         k, simulated = self._next, self.simulated
         if k % self._every == 0 and k not in self._checkpoints:
-            state = self.rng.bit_generator.state
-            self._checkpoints[k] = Checkpoint(simulated.grid.copy(), simulated.counts.copy(), state)
+            copies = simulated.grid.copy(), simulated.counts.copy()
+            self._checkpoints[k] = *copies, self.rng.bit_generator.state
         simulate_patches(k, k + 1, self.plan.inputs, self.work, simulated, self.rng)
         self._next += 1
         z, y, x = simulated.locations[k].tolist()
@@ -329,7 +322,4 @@ class Trace:
 def check_traceable(parameters: Parameters) -> None:
     """Raise an error if realizations with these parameters cannot be traced patch by patch."""
     if parameters.scale:
-        raise CCWSIMError(
-            'the method "ms-ccsim" places each patch once per scale and cannot be traced patch by '
-            'patch: choose "ccwsim" or "ccsim"'
-        )
+        raise refused("trace_of_ms_ccsim")

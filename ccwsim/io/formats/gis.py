@@ -14,7 +14,7 @@ from ccwsim.io.archive import opened_archive
 from ccwsim.io.data_file import DataFile, broken, optional_package, printable
 from ccwsim.io.formats.tables import table_of
 from ccwsim.io.limits import check_table, limits
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.errors import CCWSIMError, refused
 
 GIS_FILES = {"geopackage": "GeoPackage", "shapefile": "Shapefile", "shp": "Shapefile"}
 """Names of the formats that pyogrio reads."""
@@ -74,10 +74,7 @@ def is_shapefile_zip(content: bytes) -> bool:
 def read_gis(content: bytes, name: str, kind: str) -> DataFile:
     """Return the points of a GeoPackage or a zipped Shapefile as a table."""
     if kind == "shp":
-        raise CCWSIMError(
-            f"{name}: a .shp file is not enough without its table (.dbf); put all files of the "
-            "Shapefile into one zip"
-        )
+        raise refused("shapefile_without_table", name=name)
     pyogrio = optional_package("pyogrio", f"{GIS_FILES[kind]} files", "ccwsim[files]")
     if kind == "shapefile":
         content = _parts(content, name)

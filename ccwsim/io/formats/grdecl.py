@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim import CCWSIMError, Grid
 from ccwsim.io.data_file import DataFile, broken
 from ccwsim.io.formats.text_tables import numbers_in
 from ccwsim.io.limits import MAX_VARIABLES, check_cells
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.grid import Grid
+from ccwsim.model.errors import refused
 
 _KEYWORD = re.compile(rb"^[ \t]*([A-Za-z][A-Za-z0-9_+-]{0,31})\b([-\s\d.*+eEdD]*+)/", re.MULTILINE)
 _SIZES = re.compile(rb"^[ \t]*(SPECGRID|DIMENS)\s+(\d{1,9})\s+(\d{1,9})\s+(\d{1,9})", re.M | re.I)
@@ -113,10 +113,7 @@ def read_irap(content: bytes, name: str) -> DataFile:
     ny, nx, dx, dy = int(head[1]), int(head[8]), head[2], head[3]
     values = numbers_in(content, name)[19:]
     if len(values) != n or head[9]:
-        raise CCWSIMError(
-            f"{name}: {n} values of a grid without rotation are needed, but the file has "
-            f"{len(values)} values and a rotation of {head[9]:g}°"
-        )
+        raise refused("grdecl_rotation", name=name, n=n, there=len(values), rotation=head[9])
     origin = head[4] - dx / 2, head[6] - dy / 2
     grid = {"grid": values.reshape(1, ny, nx)}
     file = DataFile("IRAP ASCII grid", name, grid, missing=(IRAP_UNKNOWN,))

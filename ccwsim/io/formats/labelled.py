@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim import CCWSIMError, Grid
 from ccwsim.io.data_file import DataFile, broken, optional_package
 from ccwsim.io.formats.rasters import code_and_wkt
 from ccwsim.io.limits import MAX_VARIABLES, check_cells
 from ccwsim.model.arrays import AXES, labelled_axes, oriented_values
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.grid import Grid
+from ccwsim.model.errors import refused
 
 _MATLAB = "MATLAB_class"
 _CRS_VARIABLE = "spatial_ref"  # name of the variable whose attributes state the coordinate system
@@ -59,9 +59,7 @@ def _apart(dataset: Any) -> Iterator[tuple[Any, Any]]:
 
 def _file_of(arrays: dict[str, Any], name: str) -> DataFile:
     if not arrays or len(arrays) > MAX_VARIABLES:
-        raise CCWSIMError(
-            f"{name}: {len(arrays)} variables have rows and columns; save 1 to {MAX_VARIABLES}"
-        )
+        raise refused("number_of_variables", name=name, n=len(arrays), most=MAX_VARIABLES)
     check_cells(name, *(array.shape for array in arrays.values()))
     with broken(f"{name}: the NetCDF file cannot be read", remedy="save it again"):
         grids = {key: oriented_values(array) for key, array in arrays.items()}

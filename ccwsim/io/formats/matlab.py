@@ -15,18 +15,9 @@ from ccwsim.io.data_file import DataFile, broken, printable
 from ccwsim.io.limits import MAX_VARIABLES, check_bytes, check_cells, limits
 from ccwsim.model.errors import CCWSIMError
 
-_TYPES = {
-    1: "i1",
-    2: "u1",
-    3: "i2",
-    4: "u2",
-    5: "i4",
-    6: "u4",
-    7: "f4",
-    9: "f8",
-    12: "i8",
-    13: "u8",
-}
+_NUMBERS = (1, 2, 3, 4, 5, 6, 7, 9, 12, 13)
+_KINDS = ("i1", "u1", "i2", "u2", "i4", "u4", "f4", "f8", "i8", "u8")
+_TYPES = dict(zip(_NUMBERS, _KINDS, strict=True))
 """The NumPy type of each type number in the format."""
 _MATRIX, _COMPRESSED = 14, 15
 _NUMERIC_CLASSES = range(6, 16)

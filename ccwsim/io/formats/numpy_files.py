@@ -16,7 +16,7 @@ from ccwsim.io.archive import Archive, opened_archive
 from ccwsim.io.data_file import DataFile, broken, distinct_names
 from ccwsim.io.formats.tables import table_of
 from ccwsim.io.limits import MAX_VARIABLES, TooManyCells, check_cells
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.grid import Grid
 
 MAX_NPY_HEADER = 10_000  # maximum number of bytes of an array header, equal to NumPy's limit
@@ -67,9 +67,7 @@ def npz_arrays(content: bytes, name: str, kinds: Mapping[str, str]) -> dict[str,
         for key, member in members.items():
             array = _Array.opened(archive.read(member), f"{name}, {key}")
             if array.dtype.kind not in kinds[key]:
-                raise CCWSIMError(
-                    f"{array.name}: values of type {array.dtype} are not expected; save it again"
-                )
+                raise refused("unexpected_type", name=array.name, dtype=array.dtype)
             if prod(array.shape):
                 check_cells(array.name, array.shape or (1,))
             arrays[key] = array.values()
@@ -81,9 +79,7 @@ def npz_arrays(content: bytes, name: str, kinds: Mapping[str, str]) -> dict[str,
 def _grid(content: bytes, name: str, dimensions: tuple[int, ...] = (2, 3)) -> NDArray:
     array = _Array.of_numbers(content, name)
     if len(array.shape) not in dimensions:
-        raise CCWSIMError(
-            f"{name}: an array of shape {shown(array.shape)} is not a grid of rows and columns"
-        )
+        raise refused("not_a_grid", name=name, shape=shown(array.shape))
     values = array.values()
     return values[None] if values.ndim == 2 else values
 
@@ -153,9 +149,7 @@ class _Array(NamedTuple):
         """Read the header; raise an error for too many values or a non-numeric type."""
         array = cls.opened(content, name)
         if array.dtype.kind not in "buif" or array.dtype.itemsize > 16:
-            raise CCWSIMError(
-                f"{name}: values of type {array.dtype} are not numbers; save real numbers"
-            )
+            raise refused("not_numbers", name=name, dtype=array.dtype)
         check_cells(name, array.shape or (1,))
         return array
 

@@ -14,8 +14,9 @@ from PIL.PngImagePlugin import PngInfo
 from ccwsim.io.data_file import DataFile, broken
 from ccwsim.io.gridding import FilePart
 from ccwsim.io.limits import MIB, check_cells
+from ccwsim.model.arrays import Bytes, Floats, Ints, Mask
 from ccwsim.model.classes import Classes, asks_for_codes, classify
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.errors import CCWSIMError, refused, shown
 
 _FORMATS = ("PNG", "JPEG", "TIFF", "GIF", "BMP")
 PICTURE_OF_NUMBERS = "picture of numbers"
@@ -31,10 +32,10 @@ class PictureFile:
     """The colours of a picture, row 0 at the top as in the file."""
 
     name: str
-    rgb: NDArray[np.uint8]  # shape (ny, nx, 3); transparent parts are shown on white
-    numbers: NDArray[np.uint8] | None  # shape (ny, nx): palette indices or grey values
+    rgb: Bytes  # shape (ny, nx, 3); transparent parts are shown on white
+    numbers: Bytes | None  # shape (ny, nx): palette indices or grey values
     says_codes: bool = False  # whether the file marks `numbers` as facies codes
-    known: NDArray[np.bool_] | None = None  # shape (ny, nx); False in transparent pixels, if any
+    known: Mask | None = None  # shape (ny, nx); False in transparent pixels, if any
 
     def unknown_note(self) -> str:
         """Return a sentence about the transparent pixels; empty if there is none."""
@@ -64,7 +65,7 @@ def read_picture(
 
 def picture_facies(
     picture: PictureFile, *, threshold: float | None = None, classes: Classes = None
-) -> NDArray[np.int64]:
+) -> Ints:
     """Return the facies codes of a picture, shape (ny, nx), row 0 at the top.
 
     Without classes, every colour is a facies, from dark to light. `classes="codes"` uses palette
@@ -78,10 +79,7 @@ def picture_facies(
             return picture.numbers.astype(np.int64)
         colours, places = distinct_colours(picture.rgb, picture.known)
         if len(colours) > MAX_COLOURS:
-            raise CCWSIMError(
-                f"{picture.name} has {len(colours)} colours, probably from blur or smooth edges; "
-                "give classes= (the number of facies) or a threshold on the grey value (0 to 255)"
-            )
+            raise refused("too_many_colours", name=picture.name, n=len(colours))
         return places.astype(np.int64)
     grey = grey_of(picture.rgb)
     return classify(grey, threshold=threshold, classes=classes, what=picture.name)
@@ -116,10 +114,7 @@ def _opened(content: bytes, name: str) -> Image.Image:
     ):
         image = Image.open(BytesIO(content), formats=_FORMATS)
         if (n := getattr(image, "n_frames", 1)) > 1:
-            raise CCWSIMError(
-                f"{name} has {n} frames; save one frame as PNG, or all frames as layers of an npy "
-                "file"
-            )
+            raise refused("several_frames", name=name, n=n)
         turned = image.getexif().get(_ORIENTATION, 1) > 1
         return ImageOps.exif_transpose(image) if turned else image
 
@@ -132,7 +127,7 @@ def _part_of(image: Image.Image, part: FilePart, name: str, up: bool | None) -> 
     return image.resize(size, Image.Resampling.NEAREST, (column, top, column + nx, top + ny))
 
 
-def _on_white(image: Image.Image) -> tuple[NDArray[np.uint8], NDArray[np.bool_] | None]:
+def _on_white(image: Image.Image) -> tuple[Bytes, Mask | None]:
     """Return the colours of an image on white, and a mask of pixels that are not transparent."""
     if image.mode in ("RGBA", "LA", "PA", "La", "RGBa") or "transparency" in image.info:
         ground, image = Image.new("RGBA", image.size, "white"), image.convert("RGBA")
@@ -150,7 +145,7 @@ DEFAULT_COLOURS = ("#1f3f77", "#f0a830", "#2f8f5b", "#a63d2f", "#7d5ba6", "#8a8f
 """Default colours of facies, in the order of the codes: blue, amber, green, brick, violet, grey."""
 
 
-def colours_for(n: int, colours: Sequence[str] | None = None) -> NDArray[np.uint8]:
+def colours_for(n: int, colours: Sequence[str] | None = None) -> Bytes:
     """Return n colours as red, green and blue, shape (n, 3)."""
     given = list(DEFAULT_COLOURS if colours is None else colours)[:n]
     rgb = [_rgb(colour) for colour in given]
@@ -162,20 +157,18 @@ def colours_for(n: int, colours: Sequence[str] | None = None) -> NDArray[np.uint
     return np.array(rgb, dtype=np.uint8).reshape(n, 3)
 
 
-def grey_of(rgb: NDArray[np.uint8]) -> NDArray[np.float64]:
+def grey_of(rgb: Bytes) -> Floats:
     """Return the luminance (ITU-R 601) of each colour, from 0 (black) to 255 (white)."""
     weights = np.array([0.299, 0.587, 0.114])
     return np.rint(rgb @ weights * 1000) / 1000
 
 
-def is_grey(rgb: NDArray[np.uint8], percent: float = 100.0) -> bool:
+def is_grey(rgb: Bytes, percent: float = 100.0) -> bool:
     """Return whether at least `percent` % of the cells are grey."""
     return bool(np.percentile(np.ptp(rgb.astype(np.int16), axis=-1), percent) <= GREY)
 
 
-def distinct_colours(
-    rgb: NDArray[np.uint8], known: NDArray[np.bool_] | None = None
-) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
+def distinct_colours(rgb: Bytes, known: Mask | None = None) -> tuple[Bytes, NDArray[np.int32]]:
     """Return the colours of the `known` cells from dark to light, and each cell's colour index."""
     packed = _packed(rgb, 8)
     there = np.zeros(1 << 24, bool)
@@ -192,7 +185,7 @@ SHARE_OF_MAIN, APART = 0.02, 72.0
 """Minimum share of pixels of a main colour; minimum distance (0 to 255) between main colours."""
 
 
-def main_colours(rgb: NDArray[np.uint8]) -> NDArray[np.float64]:
+def main_colours(rgb: Bytes) -> Floats:
     """Return frequent colours that differ clearly from each other, shape (n, 3)."""
     counts = np.bincount(_packed(rgb >> 4, 4).ravel(), minlength=1 << 12)
     order = np.argsort(-counts, kind="stable")
@@ -206,14 +199,14 @@ def main_colours(rgb: NDArray[np.uint8]) -> NDArray[np.float64]:
     return main
 
 
-def few_colours(picture: PictureFile, most: int = 200) -> tuple[NDArray[np.uint8], list[str]]:
+def few_colours(picture: PictureFile, most: int = 200) -> tuple[Bytes, list[str]]:
     """Reduce a picture to a few colours for display; return their indices and `#rrggbb` codes."""
     small = Image.fromarray(picture.rgb).quantize(most, dither=Image.Dither.NONE)
     palette = bytes(small.getpalette() or b"")
     return np.array(small), [f"#{palette[k : k + 3].hex()}" for k in range(0, len(palette), 3)]
 
 
-def facies_colours_of(picture: PictureFile, codes: NDArray[np.int64]) -> list[str]:
+def facies_colours_of(picture: PictureFile, codes: Ints) -> list[str]:
     """Return the median colour of each facies of a picture, in the order of the codes."""
     order = np.argsort(codes, axis=None, kind="stable")
     _, starts = np.unique(codes.ravel()[order], return_index=True)
@@ -221,7 +214,7 @@ def facies_colours_of(picture: PictureFile, codes: NDArray[np.int64]) -> list[st
     return ["#" + np.median(rgb, axis=0).astype(np.uint8).tobytes().hex() for rgb in of_facies]
 
 
-def nearest_colours(rgb: NDArray[np.uint8], n: int) -> NDArray[np.int64]:
+def nearest_colours(rgb: Bytes, n: int) -> Ints:
     """Return the facies of a picture reduced to n colours, from dark to light, by k-means."""
     if not 2 <= n <= MAX_COLOURS:
         raise CCWSIMError(f"classes = {shown(n)} must be from 2 to {MAX_COLOURS} for a picture")

@@ -13,7 +13,7 @@ from ccwsim.io.data_file import DataFile, broken, distinct_names, optional_packa
 from ccwsim.io.formats.text_tables import column_of_numbers, read_delimited
 from ccwsim.io.limits import check_table, limits
 from ccwsim.model.arrays import as_array
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.errors import CCWSIMError, refused, shown
 
 NAME = "the table"  # name of a table in messages
 
@@ -28,10 +28,7 @@ def read_memory_table(table: Any) -> DataFile:
     n = len(columns[0]) if columns[0].ndim else 0
     for key, column in zip(keys, columns, strict=True):
         if column.shape != (n,):
-            raise CCWSIMError(
-                f"{NAME}: column {shown(key)} has the shape {column.shape}, not ({n},); columns "
-                "need one value for each row, and different names"
-            )
+            raise refused("column_shape", name=NAME, key=shown(key), shape=column.shape, n=n)
     return table_of("table", NAME, keys, columns, np.arange(1, n + 1))
 
 

@@ -8,11 +8,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim import CCWSIMError, Grid
 from ccwsim.io.data_file import DataFile, distinct_names, printable
 from ccwsim.io.formats.text_tables import is_number, numbers_in
 from ccwsim.io.limits import MAX_VARIABLES, check_cells, limits
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.grid import Grid
+from ccwsim.model.errors import refused
 
 _IN_TITLE = re.compile(r"\((\d{1,6}) ?[xX×] ?(\d{1,6})(?: ?[xX×] ?(\d{1,6}))?\)")
 """Sizes in a title such as "channels (250x250x1)", as SGeMS writes it."""
@@ -41,9 +41,7 @@ def read_gslib(content: bytes, name: str) -> DataFile:
     count = lines[1].split()
     n = int(count[0]) if len(count[0]) < 9 else MAX_VARIABLES + 1
     if not 1 <= n <= MAX_VARIABLES:
-        raise CCWSIMError(
-            f"{name}, line 2: {count[0][:20]} variables; 1 to {MAX_VARIABLES} are allowed"
-        )
+        raise refused("number_of_columns", name=name, n=count[0][:20], most=MAX_VARIABLES)
     lines, start = _head(content, n + 2)
     if len(lines) < n + 2:
         raise CCWSIMError(f"{name} ends before the {n} variable names that line 2 states")
@@ -196,9 +194,7 @@ def read_esri(content: bytes, name: str) -> DataFile:
     shape = int(header["nrows"]), int(header["ncols"])
     values = numbers_in(content, name, start=start, first_line=line)
     if len(values) != shape[0] * shape[1]:
-        raise CCWSIMError(
-            f"{name} states {shape[0]} rows of {shape[1]} cells, but {len(values)} values follow"
-        )
+        raise refused("rows_missing", name=name, rows=shape[0], columns=shape[1], there=len(values))
     side = header.get("cellsize", 1.0)
     cell = header.get("dx", side), header.get("dy", side)
     origin = (

@@ -10,12 +10,12 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile, distinct_names
 from ccwsim.io.limits import MAX_VARIABLES, check_cells, check_table, limits
+from ccwsim.model.arrays import Floats, Ints
 from ccwsim.model.bounds import MAX_FACIES
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.errors import CCWSIMError, refused
 
 CHUNK = 2**20  # number of bytes that are split into words at a time, to limit memory use
 
@@ -34,11 +34,9 @@ def is_number(word: str) -> bool:
     return "_" not in word
 
 
-def numbers_in(
-    content: bytes, name: str, *, start: int = 0, first_line: int = 1
-) -> NDArray[np.float64]:
+def numbers_in(content: bytes, name: str, *, start: int = 0, first_line: int = 1) -> Floats:
     """Return all numbers in a text from byte `start` on; this byte is in line `first_line`."""
-    parts: list[NDArray[np.float64]] = []
+    parts: list[Floats] = []
     n, at, line = 0, start, first_line
     while at < len(content):
         cut = _SPACE.search(content, at + CHUNK)
@@ -53,7 +51,7 @@ def numbers_in(
     return np.concatenate(parts) if parts else np.empty(0)
 
 
-def _parsed(chunk: bytes, name: str, line: int) -> NDArray[np.float64]:
+def _parsed(chunk: bytes, name: str, line: int) -> Floats:
     """Return the numbers in a part of a text; raise an error for the first other word."""
     words = chunk.split()
     if b"_" not in chunk and len(max(words, key=len, default=b"")) <= MAX_WORD:
@@ -115,7 +113,7 @@ def field_number(field: str, decimal: str) -> float | None:
     return float(number) if len(number) <= MAX_WORD and is_number(number) else None
 
 
-def column_of_numbers(fields: Sequence[str], decimal: str = ".") -> NDArray[np.float64] | None:
+def column_of_numbers(fields: Sequence[str], decimal: str = ".") -> Floats | None:
     """Return a column as numbers, if it consists of numbers, or of words for 1 and 0."""
     if {field.lower() for field in fields} <= BOOLEANS.keys() | UNKNOWN:
         return np.array([BOOLEANS.get(field.lower(), np.nan) for field in fields])
@@ -123,9 +121,7 @@ def column_of_numbers(fields: Sequence[str], decimal: str = ".") -> NDArray[np.f
     return None if any(v is None or np.isinf(v) for v in values) else np.array(values, np.float64)
 
 
-def numbered(
-    words: Sequence[str], unknown: Collection[str]
-) -> tuple[NDArray[np.float64], tuple[str, ...]]:
+def numbered(words: Sequence[str], unknown: Collection[str]) -> tuple[Floats, tuple[str, ...]]:
     """Return the index of each word among the sorted names (NaN if unknown), and the names."""
     names = tuple(sorted({*words} - {*unknown}))
     indices = {name: float(k) for k, name in enumerate(names)}
@@ -168,10 +164,7 @@ _COMMENT = (b"#", b"%", b"//")
 def read_delimited(content: bytes, name: str) -> DataFile:
     """Return the columns of a table with a header, or the matrix in a text without a header."""
     if (n_lines := content.count(b"\n")) > limits().lines:
-        raise CCWSIMError(
-            f"{name}: {n_lines} lines exceed the limit of {limits().lines}; use an SGeMS grid or "
-            "an npy file, or cut a smaller piece"
-        )
+        raise refused("too_many_lines", name=name, n=n_lines, most=limits().lines)
     lines, remark = _filled_lines(content, name)
     header = _own_header(lines.texts)
     lines = lines.after(header.n_lines)
@@ -231,9 +224,7 @@ def read_delimited(content: bytes, name: str) -> DataFile:
 _OF_MATRIX: dict[str, Any] = {"south_first": False, "asks_up": True}
 
 
-def _without_margins(
-    values: NDArray[np.float64], lines: NDArray[np.int64]
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def _without_margins(values: Floats, lines: Ints) -> tuple[Floats, Ints]:
     """Return a matrix without numbers of its rows and columns, and without an empty last column."""
     if values.shape[1] > 1 and np.isnan(values[:, -1]).all():  # a separator ends each line
         values = values[:, :-1]
@@ -246,7 +237,7 @@ def _without_margins(
     return values, lines
 
 
-def _counts_up(column: Sequence[float] | NDArray[np.float64] | tuple[str, ...]) -> bool:
+def _counts_up(column: Sequence[float] | Floats | tuple[str, ...]) -> bool:
     """Return whether the values are whole numbers that follow each other."""
     numbers = np.asarray(column)
     if numbers.dtype.kind != "f" or numbers[0] % 1:
@@ -408,10 +399,7 @@ def _filled_lines(content: bytes, name: str) -> tuple[_Lines, str]:
     lines, remark = _Lines([], []), ""
     for k, line in enumerate(content.split(b"\n"), start=1):
         if len(line) > limits().line_bytes:
-            raise CCWSIMError(
-                f"{name}, line {k}: {len(line)} bytes exceed the limit of {limits().line_bytes} "
-                "bytes per line; split the line"
-            )
+            raise refused("line_too_long", name=name, k=k, n=len(line), most=limits().line_bytes)
         bare = line.strip(b" \r")
         if not bare.startswith(_COMMENT) and bare.strip():
             lines.texts.append(bare)
@@ -421,7 +409,7 @@ def _filled_lines(content: bytes, name: str) -> tuple[_Lines, str]:
     return lines, remark
 
 
-def _fast(body: list[bytes], name: str, n: int, marks: _Marks) -> list[NDArray[np.float64]] | None:
+def _fast(body: list[bytes], name: str, n: int, marks: _Marks) -> list[Floats] | None:
     """Parse all numbers at once; return None if a field is missing or is not a plain number."""
     sep = marks.separator.encode() if marks.separator else None
     if any(len(line.split(sep)) != n for line in body):
@@ -442,7 +430,7 @@ def _fast(body: list[bytes], name: str, n: int, marks: _Marks) -> list[NDArray[n
 
 def _by_field(
     lines: _Lines, name: str, n: int, marks: _Marks, words_allowed: bool
-) -> list[NDArray[np.float64] | tuple[str, ...]]:
+) -> list[Floats | tuple[str, ...]]:
     """Return each column as numbers, NaN for empty fields, or as words."""
     table: list[list[str]] = []
     for line, number in zip(*lines, strict=True):

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile, broken, distinct_names, printable
 from ccwsim.io.limits import MAX_VARIABLES, check_bytes, check_cells
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.arrays import Floats
+from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.grid import Grid
 
 _TYPES = {
@@ -67,9 +68,7 @@ def read_vti(content: bytes, name: str) -> DataFile:
     arrays = [a for a in arrays if a.get("NumberOfComponents", "1") == "1"]
     arrays = [a for a in arrays if a.get("type") in _TYPES and a.get("Name") not in _MARKS]
     if not arrays or len(arrays) > MAX_VARIABLES:
-        raise CCWSIMError(
-            f"{name}: {len(arrays)} arrays have one number per cell; save 1 to {MAX_VARIABLES}"
-        )
+        raise refused("number_of_arrays", name=name, n=len(arrays), most=MAX_VARIABLES)
     full = tuple(int(n) if abs(n) < 2**31 else 0 for n in shape[::-1])
     check_cells(name, (len(arrays), *full))
     reader = _Values(root, appended, name)
@@ -106,9 +105,7 @@ class _Builder(ElementTree.TreeBuilder):
         raise CCWSIMError(f"{self._name}: a DOCTYPE is not allowed; save the file again as VTI")
 
 
-def _numbers(
-    element: ElementTree.Element, key: str, default: str, n: int, name: str
-) -> NDArray[np.float64]:
+def _numbers(element: ElementTree.Element, key: str, default: str, n: int, name: str) -> Floats:
     words = element.get(key, default).split()
     try:
         values = np.array([float(word) for word in words])

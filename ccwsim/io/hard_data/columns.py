@@ -14,7 +14,7 @@ import numpy as np
 
 from ccwsim.io.data_file import DataFile, listed
 from ccwsim.io.formats.text_tables import PETREL
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.errors import CCWSIMError, refused, shown
 
 
 def _asset(name: str) -> dict[str, Any]:
@@ -262,10 +262,7 @@ def place_columns(
         return column, row, False, note
     places = [name for name in free if name in file.variables and not _is(name, *_NOT_PLACES)]
     if len(names) < 3 or len(places) < asked.count(None):
-        raise CCWSIMError(
-            f"{file.name} needs columns x, y, facies or row, col, facies; it has {listed(names)}; "
-            "name the columns (x=, y=)"
-        )
+        raise refused("columns_needed", name=file.name, names=listed(names))
     guess = iter(places)
     if cells:  # the usual order is row, column
         row, column = y or next(guess), x or next(guess)
@@ -304,10 +301,7 @@ def columns_of(
     for one, others in ALTERNATIVE_ROLES.items():
         rivals = [other for other in others if other in named]
         if one in named and rivals:
-            raise CCWSIMError(
-                f"{file.name}: {one} and {rivals[0]} are both named, but are alternatives; leave "
-                "one out"
-            )
+            raise refused("alternative_columns", name=file.name, one=one, other=rivals[0])
         if one in named:
             columns = {role: column for role, column in columns.items() if role not in others}
         elif any(other in columns for other in others):
@@ -347,9 +341,7 @@ def value_column(file: DataFile, taken: Collection[str], variable: str | None) -
         return likely[0]
     if not likely:
         others = f" (among {', '.join(rest[:9])})" if rest else ""
-        raise CCWSIMError(
-            f"{file.name} has no column that looks like facies{others}; name the column (facies=)"
-        )
+        raise refused("no_facies_column", name=file.name, others=others)
     said = f"{file.name} has {len(likely)} variables: {listed(likely)}"
     raise CCWSIMError(f"{said}; pick one (facies=)")
 

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
+from ccwsim import CCWSIMError, Grid, HardData, TrainingImage
 from ccwsim.io.atomic import format_of, write_bytes
 from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.io.hard_data.columns import PointColumns
@@ -10,10 +11,6 @@ from ccwsim.io.hard_data.placing import Conversion, HardDataImport, place_points
 from ccwsim.io.hard_data.points import read_points
 from ccwsim.io.opening import PathOrFile
 from ccwsim.model.arrays import AXES
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
-from ccwsim.model.training_image import TrainingImage
 
 
 def import_hard_data(

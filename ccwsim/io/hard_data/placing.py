@@ -9,17 +9,15 @@ from pathlib import Path
 from typing import Any, Literal, get_args, get_type_hints
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ccwsim import Grid, HardData, TrainingImage
 from ccwsim.io.formats.text_tables import is_number
 from ccwsim.io.hard_data.points import FAR, ImportedPoints, along_wells
 from ccwsim.io.hard_data.rows import RowProblem
-from ccwsim.model.arrays import as_integers, is_whole
+from ccwsim.model.arrays import Floats, Ints, Mask, as_integers, is_whole
 from ccwsim.model.classes import Classes, asks_for_codes, classify
-from ccwsim.model.errors import CCWSIMError, shown
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
-from ccwsim.model.training_image import TrainingImage
+from ccwsim.model.errors import CCWSIMError, refused, shown
+from ccwsim.model.grid import describe_cell
 
 _LISTED = 6  # maximum number of problems of a kind that a message lists
 Treatment = Literal["error", "drop"]
@@ -60,10 +58,7 @@ class Conversion:
 
     def __post_init__(self) -> None:
         if isinstance(self.classes, (int, np.integer)):
-            raise CCWSIMError(
-                f"classes = {shown(self.classes)} would give hard data other classes than the "
-                "training image; give the class edges of the training image"
-            )
+            raise refused("other_classes", classes=shown(self.classes))
         for name, allowed in CHOICES.items():
             value = getattr(self, name)
             if value not in allowed:
@@ -95,17 +90,17 @@ class PlacedPoints:
 
     points: ImportedPoints
     """The imported points; an interval in a well has one point per cell."""
-    cells: NDArray[np.int64]
+    cells: Ints
     """(Layer,) row and column of each point, in or outside the grid; shape (n, 2) or (n, 3)."""
-    facies: NDArray[np.int64]
+    facies: Ints
     """Facies codes, shape (n,); the code of an unknown name is the minimum of int64."""
-    offsets: NDArray[np.float64]
+    offsets: Floats
     """Distance of each point from the centre of its cell, in cells, shape (n,)."""
-    outside: NDArray[np.int64]
+    outside: Ints
     """Indices of points outside the grid."""
-    unknown: NDArray[np.int64]
+    unknown: Ints
     """Indices of the points in the grid whose facies the training image does not have."""
-    collisions: tuple[NDArray[np.int64], ...]
+    collisions: tuple[Ints, ...]
     """For each cell with several facies: indices of its points that have a known facies."""
 
     @property
@@ -162,9 +157,7 @@ def place_points(
     return PlacedPoints(points, cells, facies, offsets, outside, unknown, collisions)
 
 
-def _of_indicator(
-    variable: str, facies: NDArray[np.int64], image: TrainingImage | None
-) -> dict[int, int]:
+def _of_indicator(variable: str, facies: Ints, image: TrainingImage | None) -> dict[int, int]:
     """Return the codes of 0 and 1 in a column with the name of a facies; no facies has code −1."""
     names = [] if image is None else [name.casefold() for name in image.facies_names]
     if image is None or variable.casefold() not in names or not np.isin(facies, (0, 1)).all():
@@ -211,7 +204,7 @@ def fit_grid(
     return Grid.of(np.maximum(least.shape, most))
 
 
-def far_away(places: NDArray[np.float64]) -> NDArray[np.bool_]:
+def far_away(places: Floats) -> Mask:
     """Return a mask of places farther off than the extent of all places without the outer tenth."""
     far = np.zeros(len(places), bool)
     if not len(places) or not np.isfinite(places).all():
@@ -222,9 +215,7 @@ def far_away(places: NDArray[np.float64]) -> NDArray[np.bool_]:
     return far
 
 
-def _cells(
-    points: ImportedPoints, grid: Grid | None
-) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+def _cells(points: ImportedPoints, grid: Grid | None) -> tuple[Ints, Floats]:
     """Return the cell of each point, and its distance from the cell's centre, in cells."""
     if not points.world:
         cells = np.rint(points.places)
@@ -242,7 +233,7 @@ def _cells(
     return cells, np.linalg.norm(in_cells[:, ::-1] - cells - 0.5, axis=1)
 
 
-def _facies(points: ImportedPoints, threshold: float | None, classes: Classes) -> NDArray[np.int64]:
+def _facies(points: ImportedPoints, threshold: float | None, classes: Classes) -> Ints:
     if not points.n:
         return np.empty(0, np.int64)
     if threshold is None and asks_for_codes(classes):
@@ -278,7 +269,7 @@ _NO_CODE = np.iinfo(np.int64).min  # the code of an unknown name
 
 def _by_name(
     points: ImportedPoints, training_image: TrainingImage | None, given: dict[str, int]
-) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+) -> tuple[Ints, Mask]:
     """Return the codes of facies names (given, of the image, or numbers), and which are known."""
     codes = dict(given)
     if training_image is not None:
@@ -295,9 +286,7 @@ def _by_name(
     return numbers[which], known[which]
 
 
-def colliding(
-    cells: NDArray[np.int64], facies: NDArray[np.int64], among: NDArray[np.int64]
-) -> tuple[NDArray[np.int64], ...]:
+def colliding(cells: Ints, facies: Ints, among: Ints) -> tuple[Ints, ...]:
     """For each cell with more than one facies, return its points."""
     if not len(among):
         return ()
@@ -309,9 +298,7 @@ def colliding(
     return tuple(order[starts[k] : starts[k + 1]] for k in np.flatnonzero(low != high))
 
 
-def settled(
-    facies: NDArray[np.int64], offsets: NDArray[np.float64], choice: str
-) -> tuple[int | None, bool]:
+def settled(facies: Ints, offsets: Floats, choice: str) -> tuple[int | None, bool]:
     """Return the facies to keep in a cell, and whether only the order of the data decided."""
     if choice == "drop":
         return None, False
@@ -340,7 +327,7 @@ class HardDataImport:
     n_dropped: int  # points left out: outside, unknown, or rejected in a collision
     notes: tuple[str, ...]
     """The report as sentences for the user."""
-    wells: Mapping[str, NDArray[np.int64]] = field(default_factory=dict)
+    wells: Mapping[str, Ints] = field(default_factory=dict)
     """For named wells, the cells that contain data of each well, as in `HardData.cells`."""
 
 
@@ -415,9 +402,7 @@ def _said_unknown(placed: PlacedPoints) -> str:
 
 def _said_collision(placed: PlacedPoints) -> str:
     points, members = placed.points, placed.collisions[0]
-    names = ("layer", "row", "column")[-placed.cells.shape[1] :]
-    numbers = zip(names, placed.cells[members[0]], strict=True)
-    where = ", ".join(f"{name} {number}" for name, number in numbers)
+    where = describe_cell(placed.cells[members[0]])
     values = [points.said(k) if points.words else placed.facies[k] for k in members[:6]]
     lines = zip(points.lines[members[:6]], values, strict=True)
     said = ", ".join(f"{points.counted} {line}: {value}" for line, value in lines)
@@ -430,7 +415,7 @@ def _said_collision(placed: PlacedPoints) -> str:
 
 
 def _report(
-    placed: PlacedPoints, keep: NDArray[np.bool_], ties: int, notes_on_rows: tuple[str, ...]
+    placed: PlacedPoints, keep: Mask, ties: int, notes_on_rows: tuple[str, ...]
 ) -> HardDataImport:
     points = placed.points
     hard_data = HardData(placed.cells[keep], placed.facies[keep])
@@ -451,7 +436,7 @@ def _report(
     return HardDataImport(hard_data, *counts, notes, _cells_of_wells(placed, keep))
 
 
-def _cells_of_wells(placed: PlacedPoints, keep: NDArray[np.bool_]) -> dict[str, NDArray[np.int64]]:
+def _cells_of_wells(placed: PlacedPoints, keep: Mask) -> dict[str, Ints]:
     """For each well, return the cells with its data; leave out wells without data."""
     names = placed.points.wells
     known = list(dict.fromkeys(name for name in names.values() if name))

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim import CCWSIMError, Grid
 from ccwsim.io.data_file import DataFile, first_of, named_lines, printable
 from ccwsim.io.formats.pictures import PictureFile
 from ccwsim.io.formats.text_tables import UNKNOWN, is_number, not_a_number, numbered
@@ -22,10 +23,9 @@ from ccwsim.io.hard_data.columns import (
 from ccwsim.io.hard_data.rows import RowProblem
 from ccwsim.io.limits import limits
 from ccwsim.io.opening import PathOrFile, open_file
-from ccwsim.model.arrays import AXES, Shape, check_int, describe_shape, frozen
+from ccwsim.model.arrays import AXES, Floats, Ints, Mask, Shape, check_int, describe_shape, frozen
 from ccwsim.model.classes import are_codes
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.grid import Grid
+from ccwsim.model.errors import refused
 from ccwsim.model.missing import CUSTOMARY_CODES
 
 FAR = 2.0**40  # maximum distance of data from the grid, in cells; a larger distance is an error
@@ -35,12 +35,12 @@ FAR = 2.0**40  # maximum distance of data from the grid, in cells; a larger dist
 class ImportedPoints:
     """Hard data of a file before they are placed in cells."""
 
-    places: NDArray[np.float64]
+    places: Floats
     """Coordinates, shape (n, 2) or (n, 3): x, y (and z) in world units if `world` is true,
     otherwise (layer,) row (from the south) and column."""
-    values: NDArray[np.float64]
+    values: Floats
     """Facies codes or values of a continuous variable, shape (n,); `known` removes NaN."""
-    lines: NDArray[np.int64]
+    lines: Ints
     """The line number of each datum in the file, from 1, shape (n,)."""
     world: bool
     """Whether `places` are world coordinates."""
@@ -57,7 +57,7 @@ class ImportedPoints:
     """Distinct facies names, if the file contains names; `values` are then indices of `words`."""
     grid: Grid | None = None
     """The grid of the file, if the file is a grid with gaps."""
-    spans: NDArray[np.float64] | None = None
+    spans: Floats | None = None
     """Heights z of bottom and top of each interval, shape (n, 2); `places` has the middle."""
     wells: Mapping[int, str] = field(default_factory=dict)
     """Well names by line number; empty if the file has no well names."""
@@ -83,7 +83,7 @@ class ImportedPoints:
         """Return the line numbers of some data as a phrase: "lines 3, 7 and 12"."""
         return named_lines(self.counted, self.lines[which])
 
-    def refuse(self, bad: NDArray[np.bool_], said: str) -> None:
+    def refuse(self, bad: Mask, said: str) -> None:
         """Raise an error with the lines of bad data, if there are any."""
         if bad.any():
             raise CCWSIMError(f"{self.name}, {self.named(np.flatnonzero(bad))}: {said}")
@@ -118,15 +118,10 @@ class ImportedPoints:
 def check_few(name: str, n: int, what: str) -> None:
     """Raise an error if a file has too many rows or cells for hard data."""
     if n > limits().points:
-        raise CCWSIMError(
-            f"{name}: {n} {what} are more than the limit of {limits().points} hard data; a grid "
-            "without gaps cannot be hard data"
-        )
+        raise refused("too_many_points", name=name, n=n, what=what, most=limits().points)
 
 
-def heights_below(
-    z: NDArray[np.float64], depths: list[NDArray[np.float64]]
-) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+def heights_below(z: Floats, depths: list[Floats]) -> tuple[Floats, Floats | None]:
     """Return heights (middles of intervals) and spans from z and up to two columns of depths."""
     if len(depths) < 2:
         return z - depths[0] if depths else z, None
@@ -147,10 +142,7 @@ def along_wells(points: ImportedPoints, grid: Grid | None) -> ImportedPoints:
     counts = np.ceil(top).astype(np.int64) - first
     n = int(counts.sum())
     if n > limits().points:
-        raise CCWSIMError(
-            f"{points.name}: its wells have {n} cells, more than {limits().points} hard data; use "
-            "fewer wells, or larger cells along z"
-        )
+        raise refused("too_many_cells_of_wells", name=points.name, n=n, most=limits().points)
     which = np.repeat(np.arange(points.n), counts)
     layers = first[which] + np.arange(n) - (np.cumsum(counts) - counts)[which]
     places = points.places[which]
@@ -315,7 +307,7 @@ def _of_table(file: DataFile, assigned: Assignment) -> ImportedPoints:
     ).known()
 
 
-def facies_of(file: DataFile, column: str) -> tuple[NDArray[np.float64], tuple[str, ...]]:
+def facies_of(file: DataFile, column: str) -> tuple[Floats, tuple[str, ...]]:
     """Return the values of facies, NaN if unknown, and their names if values are indices."""
     if column not in file.words:
         values = file.variables[column]
@@ -326,7 +318,7 @@ def facies_of(file: DataFile, column: str) -> tuple[NDArray[np.float64], tuple[s
     return numbered(fields, unknown)
 
 
-def lines_of(file: DataFile) -> NDArray[np.int64]:
+def lines_of(file: DataFile) -> Ints:
     """Return the line number of each row of a table."""
     if file.lines is None:
         raise CCWSIMError(f"{file.name}: too many lines for hard data; remove empty lines")
@@ -348,7 +340,7 @@ def _name_of(number: float) -> str:
     return str(int(number)) if number.is_integer() else repr(number)
 
 
-def numbers_of(file: DataFile, column: str) -> NDArray[np.float64]:
+def numbers_of(file: DataFile, column: str) -> Floats:
     """Return a column of coordinates; raise an error if it contains a word."""
     if column in file.words:
         fields = file.words[column]
@@ -362,10 +354,7 @@ def _of_list(file: DataFile, key: str, coordinates: str | None, volume: bool) ->
     """Read a matrix as a table whose columns are coordinates and, in the last column, facies."""
     rows, in_text = file.variables[key][0], file.lines is not None
     if volume and rows.shape[1] < 4:
-        raise CCWSIMError(
-            f"{file.name} has three columns without names, but data of a volume need four: x, y, "
-            "z and facies"
-        )
+        raise refused("three_columns_of_volume", name=file.name)
     world = coordinates == "world" or (coordinates is None and in_text)
     columns = {axis: axis for axis in AXES} if world else {"z": "layer", "y": "row", "x": "column"}
     if not volume:

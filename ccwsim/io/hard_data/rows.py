@@ -4,9 +4,9 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile, named_lines
+from ccwsim.model.arrays import Floats, Ints, Mask
 from ccwsim.model.errors import shown
 
 
@@ -32,20 +32,18 @@ class RowProblems(NamedTuple):
         lines = named_lines(self.file.counted, self.file.lines[np.array(rows)])
         self.noted.append(RowProblem(option, f"{self.file.name}, {lines}", said, remedy))
 
-    def usable(
-        self, bad: NDArray[np.bool_], said: str | Callable[[int], str], remedy: str
-    ) -> NDArray[np.bool_]:
+    def usable(self, bad: Mask, said: str | Callable[[int], str], remedy: str) -> Mask:
         """Note bad rows with what is `said` (of their index); return a mask of the others."""
         for k in np.flatnonzero(bad).tolist():
             self.add("on_bad_row", [k], said if isinstance(said, str) else said(k), remedy)
         return ~bad
 
-    def with_name(self, names: Sequence[str]) -> NDArray[np.bool_]:
+    def with_name(self, names: Sequence[str]) -> Mask:
         """Return a mask of the rows with the name of a well, and note the others."""
         lost = np.array([not name for name in names], bool)
         return self.usable(lost, "the name of the well is missing", "add it")
 
-    def with_collar(self, names: Sequence[str], collars: Collection[str]) -> NDArray[np.bool_]:
+    def with_collar(self, names: Sequence[str], collars: Collection[str]) -> Mask:
         """Return a mask of the rows whose well has a collar, and note the others."""
         there = self.with_name(names)
         rows_of_lost: dict[str, list[int]] = {}
@@ -65,7 +63,7 @@ class Intervals:
     def __init__(
         self,
         names: Sequence[str],
-        depths: Sequence[NDArray[np.float64]],
+        depths: Sequence[Floats],
         lengths: Mapping[str, float],
         problems: RowProblems,
     ) -> None:
@@ -76,7 +74,7 @@ class Intervals:
         self._wells = np.array([wells.get(name, -1) for name in names], np.int64)
         self._bottoms = np.array([*lengths.values(), np.nan])[self._wells]
 
-    def usable_rows(self) -> NDArray[np.int64]:
+    def usable_rows(self) -> Ints:
         """Return usable rows, sorted by well and depth; complete depths and resolve overlaps."""
         empty = self._keep & np.isnan(self.start) & np.isnan(self.end)
         self._keep &= self._problems.usable(empty, "the depth is missing", "add it")
@@ -84,7 +82,7 @@ class Intervals:
         self._check()
         return self._without_overlaps()
 
-    def _sorted(self) -> NDArray[np.int64]:
+    def _sorted(self) -> Ints:
         begins = ~np.isnan(self.start)
         depths = np.where(begins, self.start, self.end)
         order = np.lexsort((begins, depths, self._wells))
@@ -131,7 +129,7 @@ class Intervals:
         good = [self._problems.usable(self._keep & bad, said, fix) for bad, said, fix in checks]
         self._keep &= np.all(good, axis=0)
 
-    def _without_overlaps(self) -> NDArray[np.int64]:
+    def _without_overlaps(self) -> Ints:
         """Shorten or leave out intervals that overlap; without a decision, the upper is kept."""
         start, end, names = self.start, self.end, self._names
         decided, order = self._problems.decisions["on_overlap"], self._sorted()

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim import Grid, HardData, TrainingImage
 from ccwsim.io.data_file import DataFile, first_of
 from ccwsim.io.formats.pictures import PictureFile
 from ccwsim.io.hard_data import placing
@@ -34,10 +35,8 @@ from ccwsim.io.hard_data.points import (
 from ccwsim.io.hard_data.rows import Intervals, RowProblems
 from ccwsim.io.limits import limits
 from ccwsim.io.opening import PathOrFile, open_file
-from ccwsim.model.errors import CCWSIMError, shown
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
-from ccwsim.model.training_image import TrainingImage
+from ccwsim.model.arrays import Floats, Ints, Mask
+from ccwsim.model.errors import CCWSIMError, refused, shown
 
 STEPS_A_CELL = 16  # points on a deviated well's path within the length of the shortest side
 MAX_BEND = np.radians(179.0)  # between stations; near 180°, the plane of the arc is undefined
@@ -155,9 +154,7 @@ def read_well_points(
         _add_stations(problems._replace(file=_table(surveys)), wells, columns)
     elif lost := next((name for name in SURVEYS if getattr(columns, name)), None):
         named = shown(getattr(columns, lost))
-        raise CCWSIMError(
-            f"{lost} = {named} belongs to a table of surveys; give surveys, or leave the column out"
-        )
+        raise refused("only_with_surveys", lost=lost, value=named)
     return _points(problems._replace(file=_table(intervals)), wells, grid, columns)
 
 
@@ -186,7 +183,7 @@ class Well(NamedTuple):
     """A well: its collar, its length (infinite if unknown), and its stations."""
 
     row: int  # index of its row in the table of collars
-    collar: NDArray[np.float64]  # x, y, z
+    collar: Floats  # x, y, z
     length: float
     stations: Stations | None = None  # None for a vertical well
 
@@ -198,9 +195,7 @@ def _table(path_or_file: PathOrFile) -> DataFile:
     return file
 
 
-def _complete_rows(
-    problems: RowProblems, columns: Sequence[str]
-) -> tuple[list[NDArray[np.float64]], NDArray[np.bool_]]:
+def _complete_rows(problems: RowProblems, columns: Sequence[str]) -> tuple[list[Floats], Mask]:
     """Return columns of numbers and a mask of the rows with all of them; note other rows."""
     numbers = [numbers_of(problems.file, column) for column in columns]
     usable = np.ones(len(lines_of(problems.file)), bool)
@@ -334,10 +329,7 @@ def _points(
 
 
 def _notes_on_paths(
-    points: ImportedPoints,
-    names: NDArray[np.str_],
-    end: NDArray[np.float64],
-    wells: dict[str, Well],
+    points: ImportedPoints, names: NDArray[np.str_], end: Floats, wells: dict[str, Well]
 ) -> tuple[str, ...]:
     """Return notes on wells without data and on assumed paths."""
     logged = set(names.tolist())
@@ -357,11 +349,8 @@ def _notes_on_paths(
 
 
 def _with_facies(
-    values: NDArray[np.float64],
-    rows: NDArray[np.int64],
-    names: NDArray[np.str_],
-    problems: RowProblems,
-) -> NDArray[np.float64]:
+    values: Floats, rows: Ints, names: NDArray[np.str_], problems: RowProblems
+) -> Floats:
     """Note missing values of facies; by decision, replace them by those of the interval above."""
     for k in np.flatnonzero(np.isnan(values)).tolist():
         said = f"an interval of {shown(str(names[k]))} has no facies"
@@ -406,13 +395,11 @@ STRAIGHT = 1e-6  # with a smaller bend between two stations in radians, the path
 class Stations(NamedTuple):
     """Survey stations: depths along a well with a known direction."""
 
-    depths: NDArray[np.float64]  # depths along the well from 0, shape (n,)
-    directions: NDArray[np.float64]  # unit vectors along x, y and z, shape (n, 3)
+    depths: Floats  # depths along the well from 0, shape (n,)
+    directions: Floats  # unit vectors along x, y and z, shape (n, 3)
 
 
-def positions(
-    collar: NDArray[np.float64], stations: Stations, depths: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def positions(collar: Floats, stations: Stations, depths: Floats) -> Floats:
     """Return the positions, shape (n, 3), at given depths along a well, by minimum curvature.
 
     Between two stations, the path is an arc of length L and bend β, with end tangents t₁ and t₂. At
@@ -430,7 +417,7 @@ def positions(
     return places
 
 
-def _gone(stations: Stations, k: int, along: NDArray[np.float64]) -> NDArray[np.float64]:
+def _gone(stations: Stations, k: int, along: Floats) -> Floats:
     """Return the offsets of the path from station k at given lengths after this station."""
     first = stations.directions[k]
     if k + 1 == len(stations.depths):
@@ -446,6 +433,6 @@ def _gone(stations: Stations, k: int, along: NDArray[np.float64]) -> NDArray[np.
     return length / (bend * np.sin(bend)) * sums
 
 
-def bend_between(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
+def bend_between(first: Floats, second: Floats) -> float:
     """Return the angle between two directions in radians; small angles are accurate, too."""
     return 2 * float(np.arcsin(min(float(np.linalg.norm(second - first)) / 2, 1.0)))

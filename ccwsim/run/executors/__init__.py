@@ -7,7 +7,7 @@ from threading import current_thread
 from typing import Any
 
 from ccwsim.model.arrays import check_int
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.errors import refused, shown
 from ccwsim.run.executors.batches import BatchBackend, BatchRunner
 from ccwsim.run.executors.cluster import ClusterBackend, connect, executor_of_environment
 from ccwsim.run.executors.threads import Take, ThreadRunner, Work
@@ -30,10 +30,7 @@ def runner_of(
     dask = sys.modules.get("distributed")  # if distributed is not imported, no client can exist
     if dask is not None and isinstance(executor, dask.Client):
         return BatchRunner(ClusterBackend(executor), work)
-    raise CCWSIMError(
-        f"executor: an Executor of concurrent.futures or a distributed.Client is needed, not "
-        f"{shown(executor)}"
-    )
+    raise refused("executor", given=shown(executor))
 
 
 def _is_own_pool(executor: Any) -> bool:

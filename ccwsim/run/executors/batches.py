@@ -6,7 +6,7 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, 
 from typing import Any
 
 from ccwsim.jobs.workers import POLL_SECONDS, Cancel, Progress
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.errors import CCWSIMError, refused
 from ccwsim.run.executors import worker
 from ccwsim.run.executors.threads import Take, Work
 
@@ -59,15 +59,9 @@ class BatchBackend:
     def recovers(self, error: BaseException) -> bool:
         """Return whether to resend a failed batch; raise `CCWSIMError` if resending cannot help."""
         if isinstance(error, BrokenExecutor):
-            raise CCWSIMError(
-                "a worker process ended before its work was done, perhaps for lack of memory; "
-                "use fewer workers or a smaller grid, and a new executor"
-            ) from error
+            raise refused("worker_ended") from error
         if isinstance(error, ImportError):
-            raise CCWSIMError(
-                f"a worker cannot import a module ({error}); install ccwsim and its "
-                "requirements where the workers run"
-            ) from error
+            raise refused("worker_cannot_import", error=error) from error
         return False
 
     def stop(self) -> None:

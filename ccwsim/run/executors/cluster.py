@@ -13,7 +13,7 @@ from threading import Lock
 from typing import Any
 from urllib.parse import urlsplit
 
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.errors import CCWSIMError, refused
 from ccwsim.run.executors.batches import BatchBackend
 from ccwsim.run.executors.threads import Work
 from ccwsim.run.executors.worker import Reply, simulate_batch
@@ -37,10 +37,7 @@ def connect(address: str, seconds: float = CONNECT_SECONDS) -> Any:
     try:
         from distributed import Client
     except ImportError as error:
-        raise CCWSIMError(
-            "a scheduler needs dask.distributed, which is not installed: "
-            "pip install -r requirements-dask.txt"
-        ) from error
+        raise refused("no_dask") from error
     try:
         # Check the address first, because a client without a scheduler retries for a long time.
         parts = urlsplit(address)
@@ -50,10 +47,7 @@ def connect(address: str, seconds: float = CONNECT_SECONDS) -> Any:
         return Client(address, timeout=seconds, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise CCWSIMError(
-            f"no Dask scheduler answers at {address} ({reason}); start one with "
-            "'dask scheduler', and give its address, such as tcp://host:8786"
-        ) from error
+        raise refused("no_scheduler", address=address, reason=reason) from error
 
 
 def executor_of_environment() -> Any:
@@ -119,10 +113,7 @@ class ClusterBackend(BatchBackend):
         try:
             self._study = self._client.scatter(self._content, broadcast=True, hash=False)
         except Exception as error:
-            raise CCWSIMError(
-                f"the study cannot be sent to the Dask workers ({error}); start workers with "
-                "'dask worker ADDRESS'"
-            ) from error
+            raise refused("study_not_sent", error=error) from error
 
     def n_workers(self) -> int:
         """Number of threads of all workers together, at least 1."""
@@ -167,10 +158,7 @@ class ClusterBackend(BatchBackend):
         from distributed import KilledWorker
 
         if isinstance(error, KilledWorker):
-            raise CCWSIMError(
-                f"workers ended again and again before their work was done ({error}), perhaps "
-                "for lack of memory; use fewer threads per worker or a smaller grid"
-            ) from error
+            raise refused("workers_ended", error=error) from error
         if not isinstance(error, (CancelledError, asyncio.CancelledError)) or self._stopped:
             return super().recovers(error)
         self._n_losses += 1

@@ -18,7 +18,7 @@ from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.realization import Realization, compile_kernels, simulate_realization
 from ccwsim.jobs.workers import Watch
 from ccwsim.model.arrays import digest
-from ccwsim.model.errors import Cancelled, CCWSIMError
+from ccwsim.model.errors import Cancelled, refused
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
@@ -145,10 +145,7 @@ _studies: LruCache[tuple[Study, PreparedImage]] = LruCache(MAX_STUDIES)
 def simulate_batch(request: BatchRequest, content: bytes | None) -> Reply:
     """Simulate realizations. `content` is the study; it may be None if the worker has the study."""
     if request.source != SOURCE:
-        raise CCWSIMError(
-            "a worker has another version of ccwsim, which may give different realizations; "
-            "install the same version everywhere"
-        )
+        raise refused("other_version")
     prepared = _recall(request.study, content)
     if prepared is None:
         return Reply(False, [])

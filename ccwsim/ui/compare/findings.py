@@ -6,13 +6,12 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
+from ccwsim import Ensemble, Parameters
 from ccwsim.experiments.comparison import Comparison, PairRatio
 from ccwsim.figures import DARK, LIGHT
 from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.metrics import fit_proportions
-from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.numbers import seconds, three_digits
-from ccwsim.model.parameters import Parameters
 from ccwsim.report.verdicts import describe_proportion
 from ccwsim.ui.compare.settings import TWO_POINT
 from ccwsim.ui.widgets.text import numbers_table, page_text

@@ -10,17 +10,14 @@ from typing import Any
 import numpy as np
 import streamlit as st
 
-from ccwsim import datasets, figures
+from ccwsim import CCWSIMError, Ensemble, Parameters, datasets, figures
 from ccwsim.experiments.comparison import MAX_SETTINGS, MIN_SETTINGS, STATISTICS, Comparison
 from ccwsim.jobs.job import PATIENCE
 from ccwsim.jobs.limits import Demand, limits_of_environment
 from ccwsim.metrics.lags import axes_of
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_REALIZATIONS_COMPARED
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.numbers import plural, seconds, three_digits
-from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
 from ccwsim.report.settings import describe_inputs, describe_parameters, describe_setting
 from ccwsim.report.verdicts import SIGNS, curve_title, describe_curves, describe_scaling

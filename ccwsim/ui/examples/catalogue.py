@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
 
-from ccwsim.model.grid import Grid
-from ccwsim.model.parameters import Parameters
+from ccwsim import Grid, Parameters
 from ccwsim.report.document import Document, Section, Text
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.sharing.link import guides_of, link_of

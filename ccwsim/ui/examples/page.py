@@ -13,6 +13,7 @@ import numpy as np
 import streamlit as st
 from numpy.typing import NDArray
 
+from ccwsim import Ensemble, simulate
 from ccwsim.experiments.two_point import simulate_two_point
 from ccwsim.figures import LIGHT, Dots, Theme, data_map_png, facies_colours, sparkline, steps_of
 from ccwsim.flow import darcy
@@ -20,10 +21,8 @@ from ccwsim.flow.answers import breakthrough
 from ccwsim.jobs.job import PATIENCE
 from ccwsim.jobs.statistics import Failure, StatisticsWorker, Task
 from ccwsim.metrics import connectivity, variogram
-from ccwsim.model.ensemble import Ensemble
 from ccwsim.report.document import report_html
 from ccwsim.report.settings import describe_setting
-from ccwsim.run.simulation import simulate
 from ccwsim.sharing.choices import Choices
 from ccwsim.sharing.link import left_out, link_of
 from ccwsim.system.lru_cache import LruCache
@@ -38,7 +37,7 @@ from ccwsim.ui.session.resolve import data_of, image_of, secondary_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import bound_to, button, download, field
-from ccwsim.ui.widgets.text import page_text, step_note
+from ccwsim.ui.widgets.text import page_labels, page_text, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 VIEWS = {"studies": "Lecture plan", "quiz": "Quiz: which one is the training image?"}
@@ -197,7 +196,8 @@ def expected(example: Example) -> list[tuple[str, int, int]]:
     """Return the expected label, columns and rows of each picture."""
     image, settings, kinds = image_of(example.choices.image), example.settings, example.shows
     grid, first = small(example.choices).grid, kinds[0]
-    labels = [SHOWN[kind] for kind in kinds]
+    named = page_labels("pictures_of_examples")
+    labels = [named[kind].format(n=N_TOGETHER) for kind in kinds]
     if example.others:
         beside = settings[1], *[settings[0]] * len(example.others)
         said = map(describe_setting, settings, beside)
@@ -217,23 +217,6 @@ def cut(cells: NDArray, kind: str) -> NDArray:
     if cells.ndim == 2:
         return cells
     return cells[:, cells.shape[1] // 2] if kind == "section" else middle_layer(cells)
-
-
-SHOWN = {
-    "realization": "realization 1",
-    "second": "realization 2",
-    "data": "the data",
-    "probability": f"probability, {N_TOGETHER} realizations",
-    "variogram": "variogram E–W",
-    "connectivity": "CCWSIM: connectivity N–S",
-    "two-point realization": "two-point simulation",
-    "two-point variogram": "two-point: variogram E–W",
-    "two-point connectivity": "two-point: connectivity N–S",
-    "breakthrough": "CCWSIM: arrived in the east",
-    "two-point breakthrough": "two-point: arrived in the east",
-    "layer": "realization 1, a layer",
-    "section": "realization 1, a section",
-}
 
 
 def _drawn(example: Example, choices: Choices, theme: Theme) -> tuple[CardPicture, ...]:

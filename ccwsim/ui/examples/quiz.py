@@ -17,15 +17,12 @@ import numpy as np
 import streamlit as st
 from numpy.typing import NDArray
 
-from ccwsim import datasets
+from ccwsim import Parameters, TrainingImage, datasets, simulate
 from ccwsim.figures import facies_colours, map_png, mixed
 from ccwsim.jobs.job import PATIENCE, Job
 from ccwsim.metrics import Copying, copying
 from ccwsim.metrics.pattern_codes import codes_in
-from ccwsim.model.arrays import Shape
-from ccwsim.model.parameters import Parameters
-from ccwsim.model.training_image import TrainingImage
-from ccwsim.run.simulation import simulate
+from ccwsim.model.arrays import Bytes, Mask, Shape
 from ccwsim.sharing.choices import ImageChoice
 from ccwsim.ui.frontend.cells import CellMap, draw_cells
 from ccwsim.ui.frontend.component import draw_component
@@ -64,7 +61,7 @@ class Round:
 
     training_image: TrainingImage
     parameters: Parameters
-    pictures: NDArray[np.uint8]
+    pictures: Bytes
     sources: NDArray[np.int32]
     answer: int
 
@@ -78,7 +75,7 @@ class Round:
         image = self.training_image
         return np.unique(window_codes(image.indices, image.n_facies))
 
-    def shapes_at(self, k: int) -> tuple[NDArray[np.bool_], float]:
+    def shapes_at(self, k: int) -> tuple[Mask, float]:
         """Return a mask of the new shapes in picture k, and their share (see `new_shapes`)."""
         return new_shapes(self.pictures[k], self.training_image.n_facies, self.known)
 
@@ -116,15 +113,13 @@ def piece_side(shape: Shape) -> int:
     return max(4, min(MAX_PIECE_SIDE, min(shape) // 2))
 
 
-def window_codes(indices: NDArray[np.uint8], n_facies: int) -> NDArray[np.uint64]:
+def window_codes(indices: Bytes, n_facies: int) -> NDArray[np.uint64]:
     """Return a code of each window of SIDE × SIDE cells; equal windows have equal codes."""
     strips = [codes[0] for codes in codes_in(indices[None], n_facies, 1, SIDE)]
     return np.concatenate(strips) if strips else np.zeros((0, 0), np.uint64)
 
 
-def new_shapes(
-    indices: NDArray[np.uint8], n_facies: int, known: NDArray[np.uint64]
-) -> tuple[NDArray[np.bool_], float]:
+def new_shapes(indices: Bytes, n_facies: int, known: NDArray[np.uint64]) -> tuple[Mask, float]:
     """Return a mask of the middles of windows that are not `known`, and the share of these."""
     new = ~np.isin(window_codes(indices, n_facies), known)
     where = np.zeros(indices.shape, bool)

@@ -109,19 +109,12 @@ def moment_of(state: State) -> Moment:
     return Moment(state.choices.data, state.reference)
 
 
-def undo(state: State) -> None:
-    """Go back to the data before the last edit, if there is one."""
+def undo(state: State, again: bool = False) -> None:
+    """Go back to the data before the last edit or, if `again`, redo the last undone edit."""
     history = state.page(Editor).history
-    _step(state, history.past, history.future)
-
-
-def redo(state: State) -> None:
-    """Redo the last undone edit, if there is one."""
-    history = state.page(Editor).history
-    _step(state, history.future, history.past)
-
-
-def _step(state: State, back: list[Moment], forth: list[Moment]) -> None:
+    back, forth = history.past, history.future
+    if again:
+        back, forth = forth, back
     if back:
         forth.append(moment_of(state))
         moment = back.pop()
@@ -141,10 +134,8 @@ def take_edits(state: State, edits: Sequence[Mapping[str, Any]]) -> None:
 
 
 def _take_edit(state: State, edit: Mapping[str, Any]) -> None:
-    if edit.get("do") == "undo":
-        undo(state)
-    elif edit.get("do") == "redo":
-        redo(state)
+    if edit.get("do") in ("undo", "redo"):
+        undo(state, again=edit["do"] == "redo")
     elif state.choices.grid.nz is not None:
         low, high = layers_of_wells(state.page(Editor), state.choices.grid.nz)
         cells = [(int(z), int(y), int(x)) for z, y, x in edit.get("cells", [])]

@@ -23,19 +23,9 @@ from ccwsim.ui.study.image_step import problem_of_image
 from ccwsim.ui.study.questions import ask_data, say_open
 from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import bound_to, button, download, field, options_of
-from ccwsim.ui.widgets.text import page_text, plain
+from ccwsim.ui.widgets.text import page_labels, page_text, plain
 
-WAYS = {
-    "random": "cells at random",
-    "N-S": "along wells N–S",
-    "E-W": "along wells E–W",
-    "grid": "on a regular grid",
-}
-WAYS_VOLUME = {
-    "vertical": "vertical wells",
-    "random": "cells at random",
-    "grid": "vertical wells on a grid",
-}
+WAYS, WAYS_VOLUME = page_labels("sampling"), page_labels("sampling_volume")
 ORIGINS = {False: "the shown realization", True: "an image from a file"}
 EXPORTS = {"csv": "CSV: x, y, facies", "gslib": "GSLIB points"}
 

@@ -13,7 +13,7 @@ from ccwsim.model.ensemble import FORCED, WRONG
 from ccwsim.sharing.choices import DataChoice
 from ccwsim.ui.frontend.cells import CellMap, draw_editable, facies_map, points_of
 from ccwsim.ui.hard_data import menus
-from ccwsim.ui.hard_data.edits import Editor, answer, fits, redo, take, take_edits, undo
+from ccwsim.ui.hard_data.edits import Editor, answer, fits, take, take_edits, undo
 from ccwsim.ui.hard_data.table import draw_table
 from ccwsim.ui.hard_data.wells import draw_brush, draw_wells
 from ccwsim.ui.results import maps
@@ -114,9 +114,9 @@ def _draw_actions(state: State, data: HardData) -> None:
         menus.draw_sampling(state)
         menus.draw_export(state, data)
         if volume:
-            history, args = page_state.history, {"args": (state,)}
-            button("Undo", key="undo", on_click=undo, disabled=not history.past, **args)
-            button("Redo", key="redo", on_click=redo, disabled=not history.future, **args)
+            past, future = page_state.history.past, page_state.history.future
+            button("Undo", key="undo", on_click=undo, args=(state,), disabled=not past)
+            button("Redo", key="redo", on_click=undo, args=(state, True), disabled=not future)
         clear = {"args": (state, DataChoice("placed", placed=HardData())), "disabled": not data.n}
         clear["help"] = "Remove all data; “undo” restores the data."
         button("Clear", key="clear", on_click=take, **clear)

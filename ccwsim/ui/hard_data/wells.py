@@ -5,10 +5,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 import streamlit as st
-from numpy.typing import NDArray
 
 from ccwsim import Grid, HardData
-from ccwsim.model.arrays import digest
+from ccwsim.model.arrays import Ints, digest
 from ccwsim.sharing.choices import CellsOfWells, DataChoice
 from ccwsim.ui.hard_data.edits import AS_SHOWN, ERASE, Editor, layers_of_wells, take
 from ccwsim.ui.session.resolve import data_of, image_of, wells_of
@@ -41,7 +40,7 @@ class WellRows(NamedTuple):
     """The wells of a volume: named wells, then columns of cells with data outside named wells."""
 
     names: tuple[str, ...]  # "" for a column of cells without a name
-    data: tuple[NDArray[np.int64], ...]  # indices of the data of each well, from the bottom up
+    data: tuple[Ints, ...]  # indices of the data of each well, from the bottom up
 
 
 def rows_of_wells(data: HardData, wells: CellsOfWells = ()) -> WellRows:

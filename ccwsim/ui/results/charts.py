@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from html import escape
-from typing import Any, NamedTuple
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -176,33 +176,27 @@ def _titled_curve(
 ) -> None:
     name = ensemble.training_image.facies_names[facies]
     note = note or verdicts.describe_curve(fit_of(ensemble, statistic, facies, way), statistic)
-    curve = _Curve(ensemble, statistic, facies, way, name, y_range, chart_theme())
+    curve = _curve_chart, ensemble, statistic, facies, way, name, y_range, chart_theme()
     kind, prefix = KINDS[statistic]
     alt = f"{kind} {verdicts.way_name(way)} of {name}"
     title = verdicts.curve_title(statistic, way)
-    titled_chart(title, note, curve, key or f"{prefix}_{way[0]}", alt, _draw_curve)
+    titled_chart(title, note, curve, key or f"{prefix}_{way[0]}", alt, _draw_once)
 
 
-class _Curve(NamedTuple):
-    """The values that determine the chart of a curve."""
-
-    ensemble: Ensemble
-    statistic: Statistic
-    facies: int
-    direction: DirectionName
-    name: str  # of the facies
-    y_range: tuple[float, float]
-    theme: Theme
-
-
-@cached(max_entries=192)
-def _draw_curve(curve: _Curve, key: str, alt: str) -> None:
-    """Draw a curve; Streamlit stores the message and reuses it for equal curves in all sessions."""
-    bundle = curve_bundle(curve.ensemble, curve.statistic, curve.facies, curve.direction)
-    title = f"{verdicts.SIGNS[curve.statistic]} of {curve.name}"
-    judged = judged_curves(fit_of(curve.ensemble, curve.statistic, curve.facies, curve.direction))
-    options: Any = {"y_title": title, "y_range": curve.y_range, "judged": judged}
-    draw_chart(curves_chart(bundle, curve.theme, **options), key, alt)
+def _curve_chart(
+    ensemble: Ensemble,
+    statistic: Statistic,
+    facies: int,
+    direction: DirectionName,
+    name: str,
+    y_range: tuple[float, float],
+    theme: Theme,
+) -> Any:
+    """Return the chart of a curve; the name of the facies is not part of an ensemble's content."""
+    judged = judged_curves(fit_of(ensemble, statistic, facies, direction))
+    options: Any = {"y_title": f"{verdicts.SIGNS[statistic]} of {name}", "judged": judged}
+    bundle = curve_bundle(ensemble, statistic, facies, direction)
+    return curves_chart(bundle, theme, y_range=y_range, **options)
 
 
 def judged_curves(fit: Fit | None) -> tuple[NDArray[np.float64], ...] | None:
@@ -246,7 +240,7 @@ def draw_proportions(ensemble: Ensemble, colours: Sequence[str]) -> None:
     titled_chart("Proportions", "", content, "proportions", alt, _draw_once)
 
 
-@cached(max_entries=128)
+@cached(max_entries=320)
 def _draw_once(content: tuple[Any, ...], key: str, alt: str) -> None:
     """Draw make(*values); Streamlit reuses the message for equal values in all sessions."""
     make, *values = content

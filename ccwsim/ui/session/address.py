@@ -18,6 +18,7 @@ from ccwsim.ui.session.kept import drafts_for_reload, keep_for_reload, kept_for_
 from ccwsim.ui.session.resolve import data_of, fitted_to_image, image_of, secondary_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.errors import problem_in
+from ccwsim.ui.widgets.text import page_text
 
 CLASS = "class"  # key in the query of a link that gives each reader of the link a different seed
 MIN_OWN_SEED = 1000  # minimum random seed for a reader; seeds typed by people are usually smaller
@@ -49,17 +50,11 @@ def made_consistent(choices: Choices) -> tuple[Choices, tuple[str, ...]]:
     notes = []
     fitting = fitted_to_image(choices, image_of(choices.image))
     if fitting.grid != choices.grid and choices.grid != Choices().grid:
-        notes.append(
-            f"The grid of {describe_shape(choices.grid.shape)} cells does not suit the training "
-            f"image; {describe_shape(fitting.grid.shape)} cells are used."
-        )
+        before, after = describe_shape(choices.grid.shape), describe_shape(fitting.grid.shape)
+        notes.append(page_text("Grid of a link", before=before, after=after))
     own, other = choices.parameters, fitting.parameters
     if own != other and own != Parameters():
-        notes.append(
-            f"Template {own.template_size} and overlap {own.overlap_size} do not suit the training "
-            f"image at level {own.level}: {other.template_size} and {other.overlap_size} are used "
-            f"at level {other.level}."
-        )
+        notes.append(page_text("Sizes of a link", own=own, other=other))
     if problem := problem_in(lambda: data_of(fitting)):
         notes.append(f"The hard data are ignored. {problem[:1].upper()}{problem[1:]}.")
         fitting = replace(fitting, data=DataChoice())

@@ -17,7 +17,7 @@ from streamlit.runtime.uploaded_file_manager import UploadedFile, UploadedFileRe
 
 from ccwsim.jobs.job import server_queue
 from ccwsim.jobs.limits import free_bytes, limits_of_environment
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.errors import refused
 from ccwsim.sharing.choices import Upload
 from ccwsim.ui.session.server import current_session
 from ccwsim.ui.widgets.errors import catch_callback_errors
@@ -54,10 +54,7 @@ def file_uploader(
 def upload_of(file: UploadedFile) -> Upload:
     """Return an uploaded file for use in a study; raise `CCWSIMError` if memory is full."""
     if file.type == NO_ROOM:
-        raise CCWSIMError(
-            f"{file.name} was not accepted: the server has no more memory for your files; use a "
-            "smaller file, or try again later"
-        )
+        raise refused("no_memory_for_files", name=file.name)
     upload = Upload(file.name, file.getvalue())
     _taken[current_session(), id(upload)] = upload
     return upload

@@ -25,20 +25,13 @@ from ccwsim.ui.study.changes import changes_between, study_name
 from ccwsim.ui.study.run import is_current, stop_run
 from ccwsim.ui.widgets.facts import draw_facts
 from ccwsim.ui.widgets.fields import download
-from ccwsim.ui.widgets.text import panel_title, plain, step_note
+from ccwsim.ui.widgets.text import page_labels, panel_title, plain, step_note
 
 USUAL_WIDTH = 400
 PROPORTIONS_TITLE = 40
 """Usual width of a realization, and height of the title of the proportions chart, in pixels."""
 OLD_FILES = "Out of date: files contain the realizations on the page and their settings."
-MAP_KINDS = {
-    "npz": "NumPy",
-    "gslib": "GSLIB",
-    "grdecl": "GRDECL",
-    "vti": "VTK",
-    "tif": "GeoTIFF",
-    "nc": "NetCDF",
-}
+MAP_KINDS = page_labels("map_files")
 """File formats of maps; a format is offered if the package for this format is installed."""
 MAPS_ALONE = ("tif",)  # file formats that cannot contain a volume
 

@@ -2,9 +2,8 @@
 
 from dataclasses import fields
 
+from ccwsim import Parameters
 from ccwsim.model.arrays import describe_shape
-from ccwsim.model.grid import Grid
-from ccwsim.model.parameters import Parameters
 from ccwsim.report.settings import describe_value, short_name
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.results.maps import pretty
@@ -16,12 +15,20 @@ def changes_between(before: Choices, after: Choices) -> list[str]:
     if before.image != after.image:
         said.append(_image(before.image, after.image))
     if before.data != after.data:
-        said.append(_data(before.data, after.data))
+        old, new = _data_name(before.data), _data_name(after.data)
+        said.append(f"{old} → {new}" if old != new else f"other {new}")
     if before.guides != after.guides:
         said.append("other guides")
     if before.grid != after.grid:
-        said.append(_grid(before.grid, after.grid))
-    said += _parameters(before.parameters, after.parameters)
+        old, new = describe_shape(before.grid.shape), describe_shape(after.grid.shape)
+        said.append(f"grid {old} → {new}" if old != new else "other world coordinates")
+    for field in fields(Parameters):
+        both = (choices.parameters for choices in (before, after))
+        name = "level" if field.name == "wavelet_level" else field.name  # 0 for CCSIM
+        old, new = (getattr(p, name) for p in both)
+        if old != new:
+            values = (describe_value(field.name, value) for value in (old, new))
+            said.append(f"{short_name(field.name)} {' → '.join(values)}".strip())
     if before.n_realizations != after.n_realizations:
         said.append(f"{before.n_realizations} → {after.n_realizations} realizations")
     if before.seed != after.seed:
@@ -47,11 +54,6 @@ def _image(before: ImageChoice, after: ImageChoice) -> str:
     return f"{new}, other colours" if before.digest == after.digest else f"{new}, read otherwise"
 
 
-def _data(before: DataChoice, after: DataChoice) -> str:
-    old, new = _data_name(before), _data_name(after)
-    return f"{old} → {new}" if old != new else f"other {new}"
-
-
 def _data_name(choice: DataChoice) -> str:
     if choice.source == "bundled":
         return pretty(choice.bundled)
@@ -63,23 +65,3 @@ def _data_name(choice: DataChoice) -> str:
         n = choice.placed.n if choice.placed is not None else 0
         return f"{n} placed data"
     return "no data"
-
-
-def _grid(before: Grid, after: Grid) -> str:
-    if before.shape == after.shape:
-        return "other world coordinates"
-    return f"grid {describe_shape(before.shape)} → {describe_shape(after.shape)}"
-
-
-def _parameters(before: Parameters, after: Parameters) -> list[str]:
-    said = []
-    for field in fields(Parameters):
-        old, new = _value(before, field.name), _value(after, field.name)
-        if old != new:
-            values = (describe_value(field.name, value) for value in (old, new))
-            said.append(f"{short_name(field.name)} {' → '.join(values)}".strip())
-    return said
-
-
-def _value(p: Parameters, name: str) -> object:
-    return p.level if name == "wavelet_level" else getattr(p, name)

@@ -28,22 +28,12 @@ from ccwsim.ui.study.image_step import IMPORT_PAGE, THUMB
 from ccwsim.ui.study.questions import ROLES_OF_WELLS, ask_data, say_open
 from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
-from ccwsim.ui.widgets.text import page_text, plain, step_note, step_title
+from ccwsim.ui.widgets.text import page_labels, page_text, plain, step_note, step_title
 
-SOURCES: dict[DataSource, str] = {
-    "none": "none",
-    "bundled": "bundled",
-    "file": "a file of yours",
-    "sampled": "sampled from a realization",
-    "placed": "placed by hand",
-}
+SOURCES = page_labels("sources_of_data")
 OF_VOLUMES: tuple[DataSource, ...] = ("none", "bundled", "file", "placed")
 """Sources of hard data offered for a volume."""
-TABLES = {
-    "collars": ("Collars", "One row per well: name, x, y, z and, if known, its length."),
-    "intervals": ("Intervals", "Name of the well, from, to (or one depth), facies."),
-    "surveys": ("Surveys, if wells deviate", "Name, depth, azimuth, and inclination or dip."),
-}
+TABLES = page_labels("tables_of_wells")
 OF_FACIES = ("threshold", "facies_names")  # answers about the column of facies
 
 

@@ -10,7 +10,7 @@ from ccwsim.figures import proportions_chart, repetition_chart
 from ccwsim.metrics import QUARTERS, Diagnosis
 from ccwsim.report.settings import describe_value
 from ccwsim.ui.results.charts import titled_chart
-from ccwsim.ui.study.study_column import SIZES
+from ccwsim.ui.study.study_column import LABELS
 from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.text import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
@@ -83,7 +83,7 @@ def advice_table(diagnosis: Diagnosis, parameters: Parameters) -> str:
     for advice in diagnosis.advice:
         name = advice.parameter
         rows += (
-            f"<tr><th>{SIZES.get(name, name.replace('_', ' ').capitalize())}</th>"
+            f"<tr><th>{LABELS.get(name, name.replace('_', ' ').capitalize())}</th>"
             f'<td class="size"><b>{describe_value(name, advice.value)}</b></td>'
             f'<td class="size">{describe_value(name, getattr(parameters, name))}</td>'
             f'<td class="reason">{escape(advice.reason)}</td></tr>'

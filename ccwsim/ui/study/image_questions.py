@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import streamlit as st
-from numpy.typing import NDArray
 
 from ccwsim.io import class_edges, guess_answers, read_colours, read_grid
 from ccwsim.io.formats.pictures import MAX_COLOURS, PictureFile, few_colours
@@ -16,7 +15,7 @@ from ccwsim.io.gridding import FilePart, thinning
 from ccwsim.io.limits import TooManyCells
 from ccwsim.io.opening import FileSummary, open_file
 from ccwsim.io.training_images import QUESTIONS
-from ccwsim.model.arrays import describe_shape
+from ccwsim.model.arrays import Bytes, Floats, describe_shape
 from ccwsim.sharing.choices import Answers, ImageChoice, Upload
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.session.cached import cached
@@ -83,7 +82,7 @@ def _too_large(upload: Upload) -> tuple[tuple[int, ...], int]:
 
 
 @cached(max_entries=8)
-def grid_of_file(upload: Upload, answers: Answers) -> NDArray[np.float64]:
+def grid_of_file(upload: Upload, answers: Answers) -> Floats:
     """Return the values of a file, row 0 in the south; answers about classes are ignored."""
     with opened(upload) as file:
         kept = {name: value for name, value in answers if name not in QUESTIONS["values"]}
@@ -91,7 +90,7 @@ def grid_of_file(upload: Upload, answers: Answers) -> NDArray[np.float64]:
 
 
 @cached(max_entries=8)
-def picture_of_file(upload: Upload, answers: Answers) -> tuple[NDArray[np.uint8], list[str]] | None:
+def picture_of_file(upload: Upload, answers: Answers) -> tuple[Bytes, list[str]] | None:
     """Return a picture as colour indices, row 0 in the south, and colours; None for other files."""
     known = dict(answers)
     with opened(upload) as file:
@@ -224,9 +223,7 @@ def _ask_layers(summary: FileSummary, known: Mapping[str, Any], answer: Answer) 
         field(st.selectbox, "The first layer of the file is", **ends)
 
 
-def _ask_values(
-    values: NDArray[np.float64], is_picture: bool, known: Mapping[str, Any], answer: Answer
-) -> None:
+def _ask_values(values: Floats, is_picture: bool, known: Mapping[str, Any], answer: Answer) -> None:
     """Ask for the limits between classes, on a histogram, or for the number of colour classes."""
     values = values[~np.isnan(values)]
     classes = COLOURS if is_picture else CLASSES
@@ -264,7 +261,7 @@ def _ask_values(
         field(st.number_input, label, key="ask_threshold", format="%g", **number)
 
 
-def _histogram(values: NDArray[np.float64], edges: list[float], answer: Answer) -> None:
+def _histogram(values: Floats, edges: list[float], answer: Answer) -> None:
     low, high = float(values.min()), float(values.max())
     counts, _ = np.histogram(values, BINS, (low, high))
 

@@ -6,11 +6,10 @@ from typing import Any
 
 import numpy as np
 import streamlit as st
-from numpy.typing import NDArray
 
 from ccwsim import CCWSIMError, TrainingImage, datasets
 from ccwsim.figures import contact_sheet, facies_colours, map_png
-from ccwsim.model.arrays import describe_shape
+from ccwsim.model.arrays import Bytes, describe_shape
 from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED
 from ccwsim.sharing.choices import DataChoice, ImageChoice, Upload
 from ccwsim.ui.frontend.component import draw_component
@@ -69,7 +68,7 @@ def _bundled_sheet() -> dict[str, Any]:
     return data | {"width": MIDDLE // 2, "height": MIDDLE // 2}
 
 
-def _fullest_layer(image: TrainingImage) -> NDArray[np.uint8]:
+def _fullest_layer(image: TrainingImage) -> Bytes:
     """Return the layer with the fewest cells of the most frequent facies."""
     if image.n_dimensions == 2:
         return image.indices

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import streamlit as st
-from numpy.typing import NDArray
 
 from ccwsim import CCWSIMError, Grid
 from ccwsim.io import FileSummary, ImportedPoints, PlacedPoints, PointsPreview, inspect
@@ -19,12 +18,12 @@ from ccwsim.io.gridding import FilePart
 from ccwsim.io.hard_data.columns import ALTERNATIVE_ROLES, DEPTHS, WELL_TABLES
 from ccwsim.io.hard_data.placing import KINDS_OF_ROWS
 from ccwsim.io.hard_data.rows import RowProblem
-from ccwsim.model.arrays import describe_shape
+from ccwsim.model.arrays import Ints, describe_shape
 from ccwsim.sharing.choices import Answers, Choices, DataChoice, Upload
 from ccwsim.ui.session import resolve
 from ccwsim.ui.widgets.errors import if_possible
 from ccwsim.ui.widgets.fields import button, field, options_of
-from ccwsim.ui.widgets.text import plain
+from ccwsim.ui.widgets.text import page_labels, plain
 
 MAX_LISTED = 300
 """Maximum number of rows or slices in a list; if there are more, the user types a number."""
@@ -58,24 +57,7 @@ ROLES = ("x", "y", "facies", "well")
 ROLES_OF_VOLUME = ("x", "y", "z", "facies", "well", *DEPTHS)
 ROLES_OF_WELLS = {name: (*roles,) for name, roles in WELL_TABLES.items()}
 ROLES_OF_WELLS["intervals"] += ("facies",)
-LABELS = {
-    "up": "The first row of the file is",
-    "z_up": "The first layer of the file is",
-    "coordinates": "x and y are",
-    "x": "x, to the east",
-    "y": "y, to the north",
-    "z": "z (upwards) of points or of the collar",
-    "facies": "Facies, or values that determine the facies",
-    **dict.fromkeys(("well", "collar_well", "survey_well"), "Name of the well"),
-    "depth_from": "Depth from",
-    "depth_to": "Depth to",
-    "depth": "Depth of points",
-    "collar_length": "Length of the well",
-    "survey_depth": "Depth along the well",
-    "survey_azimuth": "Azimuth, from north",
-    "survey_inclination": "Inclination, from straight down",
-    "survey_dip": "Dip, from the horizontal",
-}
+LABELS = page_labels("columns_of_data")
 TEXT_ROLES = ("facies", "well", "collar_well", "survey_well")  # columns that may contain text
 SURVEY_TILTS = ("survey_inclination", "survey_dip")
 EITHER_ROLES = tuple((others, (one,)) for one, others in ALTERNATIVE_ROLES.items())
@@ -433,7 +415,7 @@ def _draw_table(rows: Mapping[str, Any], n: int) -> None:
         st.caption(f"The first {len(table)} of {n} rows.")
 
 
-def _list_rows(placed: PlacedPoints, which: NDArray[np.int64], wide: bool) -> None:
+def _list_rows(placed: PlacedPoints, which: Ints, wide: bool) -> None:
     points = placed.points
     if not wide:
         st.caption(plain(points.named(which).capitalize()))

@@ -12,7 +12,7 @@ from streamlit.delta_generator import DeltaGenerator
 from ccwsim.metrics import warn_of_level
 from ccwsim.metrics.diagnosis import TREND_WEIGHT
 from ccwsim.model import bounds
-from ccwsim.model.arrays import Shape
+from ccwsim.model.arrays import AXES, Shape
 from ccwsim.model.parameters import PER_AXIS, Parameters
 from ccwsim.report.settings import VALUES
 from ccwsim.ui.session import resolve
@@ -23,12 +23,8 @@ from ccwsim.ui.study.guides_step import guides_step
 from ccwsim.ui.study.image_step import image_step
 from ccwsim.ui.study.run import run_step
 from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field, help_of, options_of
-from ccwsim.ui.widgets.text import pair, plain, step_title
+from ccwsim.ui.widgets.text import page_labels, pair, plain, step_title
 
-WORLD = {
-    "cell_size": ("Cell size E–W", "Cell size N–S", "Cell height along z"),
-    "origin": ("West edge", "South edge", "Bottom"),
-}
 SIDES = {"nx": "Cells E–W", "ny": "Cells N–S", "nz": "Layers"}
 ON_TOP = ("template_size", "overlap_size", "wavelet_level", "n_candidates")
 NUMBERS = {
@@ -39,12 +35,7 @@ NUMBERS = {
     "location_weight": (0.0, bounds.MAX_LOCATION_WEIGHT, 0.5),
 }
 """Minimum, maximum and step of each number field of the grid."""
-LABELS = {
-    "n_candidates": "Candidates K",
-    "co_template": "Look-ahead for data",
-    "exact_data": "Honour data exactly",
-}
-SIZES = {"template_size": "Template", "overlap_size": "Overlap", "wavelet_level": "Level"}
+LABELS = page_labels("steps")
 """Names, on the screen, of parameters that have other names in code."""
 
 
@@ -73,12 +64,12 @@ def grid_step(state: State) -> None:
             field(st.number_input, label, **number)
     with st.popover("World coordinates", key="grid_menu"):
         st.caption("Used for data in world coordinates, axes of maps and exported files.")
-        for name, labels in WORLD.items():
-            for k, label in enumerate(labels[:n_axes]):
-                _world_field(state, name, k, label)
+        for name in ("cell_size", "origin"):
+            for k in range(n_axes):
+                _world_field(state, name, k)
 
 
-def _world_field(state: State, name: str, k: int, label: str) -> None:
+def _world_field(state: State, name: str, k: int) -> None:
     """Draw a number field for one component (x, y or z) of an attribute of the grid."""
 
     def write(value: float) -> None:
@@ -88,7 +79,8 @@ def _world_field(state: State, name: str, k: int, label: str) -> None:
 
     number = {"value": getattr(state.choices.grid, name)[k], "write": write, "format": "%g"}
     number["min_value"] = 1e-9 if name == "cell_size" else None
-    field(st.number_input, label, key=f"grid_{name}_{'xyz'[k]}", **number)
+    axis = AXES[k]
+    field(st.number_input, page_labels(name)[axis], key=f"grid_{name}_{axis}", **number)
 
 
 def _change_grid(state: State, **changes: object) -> None:
@@ -152,7 +144,7 @@ def size_fields(
 
         chosen: dict[str, Any] = {"value": sizes[axis], "write": write, "options": offered[name]}
         chosen["disabled"] = ccsim and name == "wavelet_level"
-        label = f"{SIZES[name]}{' along z' if z else ''}"
+        label = f"{LABELS[name]}{' along z' if z else ''}"
         if not volume and name != "wavelet_level":
             label = f"{label} (cells)"
         with place:

@@ -39,6 +39,7 @@ from ccwsim.ui.widgets.errors import if_possible
 from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, download, field
 from ccwsim.ui.widgets.text import (
     numbers_table,
+    page_labels,
     page_text,
     panel_title,
     plain,
@@ -50,36 +51,9 @@ from ccwsim.ui.widgets.theme import chart_theme, draw_style
 CHART_HEIGHT = 392
 WIDTHS = (1.1, 0.95, 0.82)
 """Relative widths of three columns: chart, setting shown large, and numbers of the setting."""
-ERRORS = {
-    "patterns": ("Patterns", "pattern distance to the training image (bits)"),
-    "connection": ("Connectivity", "error of connectivity τ(h)"),
-    "proportions": ("Proportions", "relative error of the worst facies' proportion"),
-    "copying": ("Copying", "cells of the largest piece copied from the training image"),
-    "mended": ("Re-simulated data", "data not honoured in the raster pass"),
-}
+ERRORS = page_labels("errors_of_sweep")
 """Name and axis title of each error that the chart can show against CPU time."""
-HEADS = {
-    "pattern_full": "patterns",
-    "pattern_half": "at 1/2",
-    "pattern_third": "at 1/3",
-    "tau_error_EW": "τ error E–W",
-    "tau_error_NS": "τ error N–S",
-    "tau_error_vertical": "τ error vertical",
-    "proportion_error": "worst proportion, relative",
-    "proportion_facies": "of facies",
-    "largest_copied": "largest copied piece",
-    "pattern_spread": "spread of patterns",
-    "tau_spread_EW": "of τ E–W",
-    "tau_spread_NS": "of τ N–S",
-    "tau_spread_vertical": "of τ vertical",
-    "proportion_spread": "of proportion",
-    "copied_spread": "of copied piece",
-    "differing": "differing",
-    "mended": "re-simulated",
-    "forced": "forced",
-    "not_honoured": "not honoured",
-    "cpu_ms": "CPU ms",
-}
+HEADS = page_labels("columns_of_sweep")
 """Names of a setting's numbers, by CSV column; only volumes have the column "vertical"."""
 TILES = "sweep_tiles"
 TILE_PIXELS = 124  # length of the longer side of a tile in pixels

@@ -25,6 +25,7 @@ from ccwsim.ui.session.progress import compilation_to_come, format_duration
 from ccwsim.ui.session.resolve import data_of, fitted, image_of, levels, secondary_of
 from ccwsim.ui.session.state import PageRun, State, start_page_run
 from ccwsim.ui.widgets.errors import if_possible, problem_in
+from ccwsim.ui.widgets.text import page_labels
 
 CELLS_KEPT = 64_000_000
 """Maximum number of cells of the realizations that a sweep stores; a cell takes one byte."""
@@ -37,17 +38,7 @@ OVERLAPS = (2, 4, 6, 8, 12, 16, 24, 32, 48, 64)
 CANDIDATES = (1, 5, 10, 20, 50, 100)
 FRACTIONS = (0.01, 0.05, 0.1, 0.25, 0.5, 1.0)
 DEFAULT_LEVELS = (1, 2, 3)
-LABELS = {
-    "template_size": "Template T (cells)",
-    "template_size_z": "Template along z (layers)",
-    "wavelet_level": "Level",
-    "wavelet_level_z": "Level along z",
-    "overlap_size": "Overlap OR (cells)",
-    "overlap_size_z": "Overlap along z (layers)",
-    "n_candidates": "Candidates K",
-    "method": "Method",
-    "search_fraction": "Search fraction",
-}
+LABELS = page_labels("ranges_of_sweep")
 
 
 @dataclass

@@ -11,7 +11,7 @@ from streamlit.runtime.scriptrunner import get_script_run_ctx
 
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.system.log import LOG, logged
-from ccwsim.ui.widgets.text import plain
+from ccwsim.ui.widgets.text import page_text, plain
 
 T = TypeVar("T")
 PENDING_ERROR = "ccwsim_error"
@@ -75,15 +75,8 @@ def user_message(error: Exception, what: str) -> str:
         return plain(str(error))
     number = logged(error)
     if isinstance(error, MemoryError):
-        return (
-            "There is not enough memory for this action now. Your study and its results are "
-            "kept. Choose fewer realizations or a smaller grid, or try again later."
-        )
-    return (
-        f"This could not be {what}. Your training image, data, settings and results are kept. "
-        "Change a setting, or use another page. If the error happens again, save the project "
-        f"under Share and report number {number}; the server's log contains the cause."
-    )
+        return page_text("Not enough memory")
+    return page_text("Unexpected error", what=what, number=number)
 
 
 def is_control_flow(error: Exception) -> bool:

@@ -1,10 +1,12 @@
 """Text on a page: headings, notes, tables, literal text, and texts of Markdown files."""
 
 import re
+import tomllib
 from collections.abc import Iterable, Sequence
 from functools import cache
 from html import escape
 from pathlib import Path
+from typing import Any
 
 import streamlit as st
 from streamlit.delta_generator import DeltaGenerator
@@ -48,6 +50,12 @@ def _texts() -> dict[str, str]:
 def page_text(title: str, **values: object) -> str:
     """Return a text of `texts.md`, which has the longer texts of pages, with `values` in it."""
     return _texts()[title].format(**values)
+
+
+@cache
+def page_labels(table: str) -> dict[str, Any]:
+    """Return the labels in a table of `labels.toml`, by name."""
+    return tomllib.loads(TEXTS.with_name("labels.toml").read_text("utf-8"))[table]
 
 
 def step_note(text: str) -> None:

@@ -27,7 +27,6 @@ from ccwsim.ui.hard_data.edits import (
     Sampling,
     answer,
     fits,
-    redo,
     take_data,
     take_edits,
     undo,
@@ -160,12 +159,12 @@ def test_undo_brings_back_data_and_redo_the_edit():
     assert answer(state) is state.ensemble
     undo(state)
     assert state.choices.data == SMALL.data
-    redo(state)
-    redo(state)
+    undo(state, again=True)
+    undo(state, again=True)
     assert len(data_as_dict(state)) == 3
     undo(state)
     edit(state, (1, 1, 1))
-    redo(state)
+    undo(state, again=True)
     assert data_as_dict(state) == {(5, 6): 1, (1, 1): 1}
 
 

@@ -17,7 +17,6 @@ from ccwsim.ui.hard_data.edits import (
     answer,
     layers_of_wells,
     paint,
-    redo,
     take_edits,
     undo,
 )
@@ -73,7 +72,7 @@ def test_a_click_on_the_map_places_a_well_and_a_stroke_in_a_section_cells():
     undo(state)
     undo(state)
     assert data_of(state.choices).triples == tuple((k, 3, 4, 1) for k in range(2, 9))
-    redo(state)
+    undo(state, again=True)
     assert data_of(state.choices).n == 8
 
 
