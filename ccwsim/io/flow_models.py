@@ -44,8 +44,8 @@ def millidarcy(conductivity: NDArray[np.float64], unit: str = "m/s") -> NDArray[
     return per_second * VISCOSITY / (DENSITY * GRAVITY) / MILLIDARCY
 
 
-def grdecl_files(
-    ensemble: Ensemble, values: FaciesValues, *, unit: str = "m/s", anisotropy: float = 1.0
+def _grdecl_files(
+    ensemble: Ensemble, values: FaciesValues, unit: str = "m/s", anisotropy: float = 1.0
 ) -> dict[str, bytes]:
     """Return endings and contents of the files that `write_grdecl` writes."""
     k = millidarcy(values_by_facies(ensemble.training_image, values), unit)
@@ -88,7 +88,7 @@ def write_grdecl(
     if stem.suffix.lower() != ".grdecl":
         raise CCWSIMError(f"{stem.name} must end in .grdecl; other files get their name from it")
     written = []
-    for ending, content in grdecl_files(ensemble, values, unit=unit, anisotropy=anisotropy).items():
+    for ending, content in _grdecl_files(ensemble, values, unit, anisotropy).items():
         written.append(stem.with_name(stem.stem + ending))
         write_bytes(written[-1], content)
     return written
@@ -186,14 +186,8 @@ def to_flopy(
     return simulation
 
 
-def zipped(files: dict[str, bytes]) -> bytes:
-    """Return files, by name, as one zip file.
-
-    Examples
-    --------
-    >>> zipped({"a.txt": b"1"})[:2]
-    b'PK'
-    """
+def _zipped(files: dict[str, bytes]) -> bytes:
+    """Return files, by name, as one zip file."""
     content = BytesIO()
     with ZipFile(content, "w", ZIP_DEFLATED) as archive:
         for name, data in files.items():
@@ -201,8 +195,14 @@ def zipped(files: dict[str, bytes]) -> bytes:
     return content.getvalue()
 
 
+def grdecl_as_zip(name: str, ensemble: Ensemble, values: FaciesValues, **options: Any) -> bytes:
+    """Return the files that `write_grdecl` writes to name.grdecl as a zip file, for a download."""
+    files = _grdecl_files(ensemble, values, **options)
+    return _zipped({f"{name}{ending}": content for ending, content in files.items()})
+
+
 def flopy_as_zip(ensemble: Ensemble, values: FaciesValues, **options: Any) -> bytes:
     """Return the files that `to_flopy` writes as a zip file, for a download."""
     with TemporaryDirectory() as folder:
         to_flopy(ensemble, values, folder, **options)
-        return zipped({file.name: file.read_bytes() for file in sorted(Path(folder).iterdir())})
+        return _zipped({file.name: file.read_bytes() for file in sorted(Path(folder).iterdir())})

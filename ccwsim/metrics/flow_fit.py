@@ -14,6 +14,7 @@ MAX_SOLVED = 12  # realizations that are solved as a whole; a solution takes up 
 MIN_EFFICIENCY_GAP, MIN_EFFICIENCY_SPREAD = 0.05, 0.02
 """Smallest reported difference of E, and smallest standard deviation between crops."""
 
+MIN_COMPARED = 4  # minimum number of crops, and of pieces, that are compared
 N_ERRORS = (3.0, 2.5)  # allowed differences of E in standard errors, for maps and for volumes
 
 
@@ -29,12 +30,18 @@ class FlowFit:
     """Comparison of pieces of the realizations with crops of the training image, by axis."""
 
 
-def fit_flow(ensemble: Ensemble, facies: int, progress: Fraction | None = None) -> FlowFit:
+def fit_flow(
+    ensemble: Ensemble,
+    facies: int,
+    progress: Fraction | None = None,
+    max_cells: float = np.inf,
+) -> FlowFit:
     """Compare the flow efficiency E = effective K / arithmetic mean K with the training image.
 
     The facies conducts 10⁴ times as well as all others; cells that touch at corners only are not
     connected. Whole grids and pieces are compared, because broken bodies matter more over longer
-    distances.
+    distances. `max_cells` limits the cells in all solutions of whole grids, of pieces and of crops,
+    so that fewer are solved; at least one realization is.
 
     Examples
     --------
@@ -50,12 +57,16 @@ def fit_flow(ensemble: Ensemble, facies: int, progress: Fraction | None = None) 
         return [flow_efficiency(indices == index, axis) for axis in reversed(range(n_axes))]
 
     def values(images: Stack) -> NDArray[np.float64]:
-        return np.array(map_parallel(lambda k: one(images.indices[k]), len(images)))
+        most = max(MIN_COMPARED, max_cells // (n_axes * images.indices[0].size))
+        chosen = np.linspace(0, len(images) - 1, int(min(len(images), most))).astype(int)
+        return np.array(map_parallel(lambda k: one(images.indices[chosen[k]]), len(chosen)))
 
-    n = min(ensemble.n, MAX_SOLVED)
+    most = max(1, max_cells // (n_axes * ensemble.grid.n_cells))
+    n = int(min(ensemble.n, MAX_SOLVED, most))
     each = map_parallel(lambda k: one(ensemble.indices[k]), n, progress)
     at = np.arange(n_axes, dtype=float)
     limits = MIN_EFFICIENCY_GAP, MIN_EFFICIENCY_SPREAD
     n_errors = N_ERRORS[image.n_dimensions - 2]
-    fit = fit_values(ensemble, ("flow", index), at, values, *limits, n_errors=n_errors)
+    name = "flow", index, max_cells
+    fit = fit_values(ensemble, name, at, values, *limits, n_errors=n_errors)
     return FlowFit(np.array(each), np.array(one(image.indices)), fit)

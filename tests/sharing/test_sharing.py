@@ -109,7 +109,7 @@ def test_a_report_has_everything_and_all_of_it_is_escaped():
     assert not OUTSIDE.search(own_part(page))
     assert ", ".join(section.title for section in document.sections) == (
         "Study, Realizations, E-type, Variograms and connectivity, Measures, "
-        "CPU time and proportions, Parameters, Reproduction"
+        "Flow, CPU time and proportions, Parameters, Reproduction"
     )
     assert page.count('class="plot"') == 6
     assert page.count("<img") == 2 + 3 + 2
