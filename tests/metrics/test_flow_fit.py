@@ -7,7 +7,7 @@ import pytest
 
 from ccwsim.flow import flow_efficiency
 from ccwsim.metrics import fit_flow
-from ccwsim.report.verdicts import describe_flow
+from ccwsim.report.verdicts import describe_flow, describe_flows
 from tests.flow.test_flow import ensemble
 
 
@@ -33,3 +33,16 @@ def test_an_ensemble_like_its_image_flows_like_it():
 
 def test_an_image_that_is_too_small_is_not_judged():
     assert describe_flow(fit_flow(ensemble(2, (10, 10)), 1), 0).good is None
+
+
+def test_a_limit_of_cells_solves_fewer_realizations_crops_and_pieces():
+    e = ensemble(8, (32, 32))
+    whole, few = fit_flow(e, 1), fit_flow(e, 1, max_cells=3 * 2 * 32 * 32)
+    assert few.each.shape == (3, 2)
+    np.testing.assert_array_equal(few.each, whole.each[:3])
+    assert fit_flow(e, 1, max_cells=1).each.shape == (1, 2)
+    assert (few.fit.tolerance >= whole.fit.tolerance).all()
+    rows = describe_flows(few, ("E-W", "N-S"))
+    assert [row[0] for row in rows] == ["E–W", "N–S"]
+    assert rows[1][1] == f"{few.reference[1]:.3f}"
+    assert rows[1][3] == str(describe_flow(few, 1))

@@ -254,19 +254,16 @@ def model_downloads(
     made = partial(grdecl_as_zip, study_part(ensemble), ensemble, k, anisotropy=settings.anisotropy)
     files = [Download("GRDECL with permeability", "models_grdecl", "_grdecl.zip", made)]
     named = zip(image.facies_names, settings.conductivity, strict=True)
-    title = (
-        f"Models for flow programs; on Flow, K of {', '.join(f'{n} {v:g}' for n, v in named)} m/s"
-    )
+    said = [f"K of {name} {value:g} m/s" for name, value in named]
     if settings.axis != "z" and find_spec("flopy"):
         ends = zip(SIDES[settings.axis], settings.heads, strict=True)
-        title += f", heads {' and '.join(f'{side} {head:g} m' for side, head in ends)}"
-        title += ", a well" if settings.pumps else ""
+        said += [*(f"head {head:g} m {side}" for side, head in ends), *["a well"] * settings.pumps]
         options = {answers.HEADS_ALONG[settings.axis]: settings.heads, "wells": settings.wells}
         options |= {"anisotropy": settings.anisotropy, "realization": realization}
         made = partial(flopy_as_zip, ensemble, k, **options)
         label = f"MODFLOW 6, realization {realization + 1}"
         files.append(Download(label, "models_modflow", "_modflow.zip", made))
-    return {title: files}
+    return {f"Models for flow programs, with the values of Flow: {', '.join(said)}": files}
 
 
 def duration(seconds: float) -> str:
