@@ -196,19 +196,6 @@ def describe_flow(found: FlowFit, axis: int) -> Verdict:
     return Verdict("flows too well" if own > image else "flows too badly", numbers, False)
 
 
-FLOW_HEAD = ("axis", "E of the TI", "E of realizations", "beside crops of the TI")
-
-
-def describe_flows(found: FlowFit, ways: Sequence[Direction]) -> list[tuple[str, ...]]:
-    """Return a row for each axis: flow efficiency of image and whole realizations, and verdict."""
-    rows = []
-    for axis, way in enumerate(ways):
-        each, own = found.each[:, axis], f"{found.reference[axis]:.3f}"
-        spread = f"{each.mean():.3f} ({each.min():.3f} to {each.max():.3f})"
-        rows.append((way_name(way), own, spread, str(describe_flow(found, axis))))
-    return rows
-
-
 def describe_patterns(fit: Fit | None) -> list[Verdict]:
     """Compare pieces with crops by pattern size; less than the crops' distance is good."""
     if fit is None or not fit.judged:

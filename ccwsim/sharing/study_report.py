@@ -195,13 +195,19 @@ def _flow(ensemble: Ensemble, facies: int) -> document.Table:
     """Return a table of the flow efficiency of a facies along each axis."""
     code = int(ensemble.training_image.codes[facies])
     found = fit_flow(ensemble, code, max_cells=MAX_FLOW_CELLS)
-    rows = verdicts.describe_flows(found, axes_of(ensemble.grid.shape))
+    rows = []
+    for axis, way in enumerate(axes_of(ensemble.grid.shape)):
+        each, image = found.each[:, axis], f"{found.reference[axis]:.3f}"
+        spread = f"{each.mean():.3f} ({each.min():.3f} to {each.max():.3f})"
+        verdict = str(verdicts.describe_flow(found, axis))
+        rows.append((verdicts.way_name(way), image, spread, verdict))
     solved = f"{len(found.each)} of {ensemble.n} realizations were solved as a whole"
     words = (
         "E is the effective conductivity divided by the arithmetic mean if the facies conducts "
         f"10 000 times as well as all others: 1 for layers along the flow. {solved}"
     )
-    return document.Table(verdicts.FLOW_HEAD, tuple(rows), f"{words}; mean (least to greatest).")
+    head = ("axis", "E of the TI", "E of realizations", "beside crops of the TI")
+    return document.Table(head, tuple(rows), f"{words}; mean (minimum to maximum).")
 
 
 def _times_and_proportions(ensemble: Ensemble, colours: Sequence[str]) -> document.Row:

@@ -65,12 +65,12 @@ def test_a_well_and_a_head_are_dragged_on_the_map_of_heads_and_the_flow_follows(
     tab.mouse.up()
     at_rest(tab)
     soon(lambda: not_equal(head_at(tab, 0.3, 0.3), before), SLOW)
-    # the tab of the head in the west, left of the middle of the map
-    x, y = spot(tab, "heads", 0.2, 0.475)
-    left = tab.locator(".st-key-map_heads canvas").first.bounding_box()["x"]
-    tab.mouse.move(left + 40 + 30, y)
+    # the tab of the head in the west, beside the middle of the west side
+    box = tab.locator(".st-key-map_heads canvas").first.bounding_box()
+    x, y = box["x"] + 70, box["y"] + 1 + (box["height"] - 21) / 2
+    tab.mouse.move(x, y)
     tab.mouse.down()
-    tab.mouse.move(left + 40 + 30, y - 41, steps=4)
+    tab.mouse.move(x, y - 41, steps=4)
     tab.mouse.up()
     field = tab.get_by_role("spinbutton", name="Head at the west side (m)")
     soon(lambda: equal(float(field.input_value()), 1.5), SLOW)

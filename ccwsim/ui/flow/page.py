@@ -141,23 +141,22 @@ def _draw_rock(page_state: FlowState, ensemble: Ensemble, k: int, name: str) -> 
 
 def _draw_well(page_state: FlowState, ensemble: Ensemble, settings: FlowSettings) -> None:
     """Draw the cell and the rate of the well."""
-    if ensemble.grid.nz is None and settings.well is None:
-        text.step_note("No well. Click a map to place one.")
-        return
+    volume = ensemble.grid.nz is not None
     if settings.well is None:
         middle = tuple(n // 2 for n in ensemble.grid.shape)
         place = partial(solving.set_well, page_state, ensemble, middle)
-        button("Place a well", key="flow_place", on_click=place, width="stretch")
+        if volume:
+            button("Place a well", key="flow_place", on_click=place, width="stretch")
+        else:
+            text.step_note("No well. Click a map to place one.")
         return
     names = ("layer", "row", "column")[-len(settings.well) :]
     at = ", ".join(f"{name} {k}" for name, k in zip(names, settings.well, strict=True))
-    if ensemble.grid.nz is None:
-        text.step_note(f"Well in {at}. Drag it on a map, or click another cell.")
-    else:
-        text.step_note(f"Well in {at}.")
-        label, key = "Cross hairs move the well", "flow_follows"
+    text.step_note(f"Well in {at}.{'' if volume else ' Drag it on a map, or click another cell.'}")
+    if volume:
+        options = {"key": "flow_follows", **bound_to(page_state, "follows")}
         help_ = "Drag the cross hairs in a slice, or press Enter there."
-        field(st.toggle, label, key=key, help=help_, **bound_to(page_state, "follows"))
+        field(st.toggle, "Cross hairs move the well", help=help_, **options)
     label = "Pumped (m³/d)"
     options = bound_to(page_state, "rate", min_value=0.0, format="%.4g")
     help_ = "A map is 1 m thick. More pumping widens the capture zone."
@@ -247,10 +246,11 @@ def _draw_by_hand(
 ) -> None:
     """Draw a map or a volume in which the user moves the well, and in a map of heads the heads."""
     options: dict[str, Any] = {"grid": ensemble.grid, "link": "grid", "max_height": HEIGHT}
-    options["name"] = "tracks" if key == "flow" else key
+    options["name"] = {"flow": "tracks"}.get(key, key)
     if ensemble.grid.nz is not None:
         fastest, k = max(settings.conductivity), settings.conductivity
         options |= {"mode": "several", "opacities": [GLASS[one < fastest] for one in k]}
+        options["body"] = key == "flow"
         options |= {"picks": bool(settings.well and page_state.follows), "ack": page_state.ack}
         take = partial(solving.take_strokes, page_state, ensemble)
         content = volume_content(shown, f"volume_{key}", **options)
@@ -283,11 +283,7 @@ def _draw_heads(
     colours = [*figures.ramp(figures.CIVIDIS, N_BANDS), "#8A8F96"]
     shown = CellMap(bands, colours, [*labels, "inactive"], "Map of heads", strip=strip)
     shown = with_tracks(shown, found, settings, 0)
-    if heads.ndim == 2:
-        _draw_by_hand(page_state, ensemble, settings, shown, "heads")
-    else:
-        options: dict[str, Any] = {"link": "grid", "max_height": HEIGHT, "body": False}
-        draw_cells(shown, "heads", grid=ensemble.grid, name="heads", **options)
+    _draw_by_hand(page_state, ensemble, settings, shown, "heads")
 
 
 def with_tracks(
@@ -306,19 +302,18 @@ def with_tracks(
     grid, median = found.flow.grid, float(np.median(found.tracks.times))
     corner, size = np.array(grid.origin), np.array(grid.cell_size)
     colours = [TRACK] if grid.nz is None else TIMES
-    lines, unit, n = [], 2 * median / len(colours), len(colours)
-    for path in found.tracks.paths:
-        path = thinned((path - [0.0, *corner]) / [unit, *size])
-        lines.append(np.column_stack([path[:, :0:-1], np.minimum(path[:, 0] // 1, n - 1)]))
-    for path in found.to_well.paths if found.to_well else ():
-        path = thinned((path - [0.0, *corner]) / [1.0, *size])
-        lines.append(np.column_stack([path[:, :0:-1], np.full(len(path), n)]))
-    marks = []
+    lines, marks, n = [], [], len(colours)
+    for tracks in (found.tracks, found.to_well):
+        for path in tracks.paths if tracks is not None else ():
+            path = thinned((path - [0.0, *corner]) / [2 * median / n, *size])
+            colour = (
+                np.minimum(path[:, 0] // 1, n - 1) if tracks is found.tracks else 0 * path[:, 0] + n
+            )
+            lines.append(np.column_stack([path[:, :0:-1], colour]).round(2).tolist())
     at = particles / 100 * median
     for x, y in (positions(found.tracks, at) - corner) / size if particles else ():
         mark = {"kind": "disc", "row": y - 0.5, "column": x - 0.5, "height": 1, "width": 1}
         marks.append({**mark, "colour": PARTICLE, "label": f"after {solving.duration(at)}"})
-    lines = [line.round(2).tolist() for line in lines]
     return replace(shown, lines=lines, line_colours=[*colours, accent], marks=marks)
 
 
