@@ -259,12 +259,14 @@ def _solve(matrix: sparse.csr_matrix, rhs: Floats, tolerance: float) -> tuple[Fl
         multigrid = ruge_stuben_solver(
             matrix, interpolation="direct", presmoother=before, postsmoother=after
         )
+        for level in multigrid.levels[:-1]:  # single precision is enough for a preconditioner
+            level.A, level.P, level.R = (m.astype(np.float32) for m in (level.A, level.P, level.R))
         way, last = np.zeros(len(rhs)), 1.0
         for iteration in range(MAX_ITERATIONS + 1):
             check_stop()
             if _product(residual, residual) <= tolerance**2 * size:
                 return x, iteration
-            better = _cycle(multigrid, residual, 0)
+            better = _cycle(multigrid, residual.astype(np.float32), 0)
             product = _product(residual, better)
             way, last = better + product / last * way, product
             image = matrix @ way
@@ -279,9 +281,9 @@ def _product(a: Floats, b: Floats) -> float:
     return float(np.einsum("i,i->", a, b))
 
 
-def _cycle(multigrid: Any, rhs: Floats, n: int) -> Floats:
+def _cycle(multigrid: Any, rhs: NDArray[np.float32], n: int) -> NDArray[np.float32]:
     """Return an approximate solution on level n, by one V-cycle."""
-    level, x = multigrid.levels[n], np.zeros(len(rhs))
+    level, x = multigrid.levels[n], np.zeros(len(rhs), np.float32)
     if n == len(multigrid.levels) - 1:
         return multigrid.coarse_solver(level.A, rhs)
     level.presmoother(level.A, x, rhs)

@@ -57,11 +57,11 @@ def fit_flow(
         return [flow_efficiency(indices == index, axis) for axis in reversed(range(n_axes))]
 
     def values(images: Stack) -> NDArray[np.float64]:
-        most = max(MIN_COMPARED, max_cells // (n_axes * images.indices[0].size))
+        most = max(MIN_COMPARED, max_cells / (n_axes * images.indices[0].size))
         chosen = np.linspace(0, len(images) - 1, int(min(len(images), most))).astype(int)
         return np.array(map_parallel(lambda k: one(images.indices[chosen[k]]), len(chosen)))
 
-    most = max(1, max_cells // (n_axes * ensemble.grid.n_cells))
+    most = max(1, max_cells / (n_axes * ensemble.grid.n_cells))
     n = int(min(ensemble.n, MAX_SOLVED, most))
     each = map_parallel(lambda k: one(ensemble.indices[k]), n, progress)
     at = np.arange(n_axes, dtype=float)
