@@ -18,8 +18,8 @@ from ccwsim.model.grid import Grid
 
 SIDES = {"x": ("west", "east"), "y": ("south", "north"), "z": ("bottom", "top")}
 """Sides of the grid at both ends of each axis."""
-TOLERANCE = 1e-10  # default norm of the residual, relative to that of the fixed heads and wells
-MAX_ITERATIONS = 300  # maximum number of iterations; usual are 10 to 30
+TOLERANCE = 1e-11  # default norm of the residual, relative to that of the fixed heads and wells
+MAX_ITERATIONS = 300  # maximum number of iterations; usual are 10 to 40
 Floats = NDArray[np.float64]
 Ends = tuple[ArrayLike | None, ArrayLike | None]
 """Heads at the low and at the high end of an axis: a number, an array over the side, or None."""

@@ -28,7 +28,8 @@ def test_flopy_loads_the_model_with_each_cell_in_place(tmp_path, grid):
         if grid.nz is not None:
             at.append(placed.zcellcenters[layer, row, column])
         (cell,) = grid.cells_of(*([v] for v in at))
-        assert k[layer, row, column] == e.property(VALUES)[1][tuple(cell)]
+        per_day = 86400 * e.property(VALUES)[1][tuple(cell)]
+        assert k[layer, row, column] == pytest.approx(per_day, rel=1e-9)
     heads = darcy(e.property(VALUES)[1], grid, **options).heads
     found = model.ic.strt.array[::-1, ::-1]
     np.testing.assert_allclose(found.reshape(grid.shape), heads, rtol=1e-5)

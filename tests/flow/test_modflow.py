@@ -21,7 +21,8 @@ from ccwsim.model.missing import UNKNOWN
 from tests.flow.test_flow import ensemble
 
 STORED = Path(__file__).with_name("modflow.json")
-VALUES = {"mud": 1e-7, "sand": 1e-4}
+VALUES = {"mud": 1e-7, "sand": 1e-4}  # m/s
+DAY = 86400.0  # seconds
 SIDES = {"west_east": ("west", "east"), "south_north": ("south", "north")}
 SMALL = {"map": (5, 6), "volume": (3, 4, 5)}
 LARGE = {"map": (60, 80), "volume": (10, 24, 30)}
@@ -57,7 +58,7 @@ def solved(e: Ensemble, options: dict[str, Any]) -> Flow:
 
 
 def modflow(e: Ensemble, options: dict[str, Any]) -> tuple[np.ndarray, dict[str, float]]:
-    """Return heads and the flow through each side from a run of MODFLOW 6."""
+    """Return heads and the flow through each side, in m³/s, from a run of MODFLOW 6."""
     with TemporaryDirectory() as folder:
         simulation = io.to_flopy(e, VALUES, folder, realization=1, **options)
         model = simulation.get_model()
@@ -74,7 +75,7 @@ def modflow(e: Ensemble, options: dict[str, Any]) -> tuple[np.ndarray, dict[str,
         for end, side in zip((0, -1), SIDES[name], strict=True):
             if name in options:
                 n = np.count_nonzero(~np.isnan(heads.take(end, axis)))
-                through[side] = float(sum(next(rates) for _ in range(n)))
+                through[side] = float(sum(next(rates) for _ in range(n))) / DAY
     assert next(rates, None) is None
     return heads, through
 
