@@ -18,8 +18,8 @@ from ccwsim.model.grid import Grid
 
 SIDES = {"x": ("west", "east"), "y": ("south", "north"), "z": ("bottom", "top")}
 """Sides of the grid at both ends of each axis."""
-TOLERANCE = 1e-11  # default norm of the residual, relative to that of the fixed heads and wells
-MAX_ITERATIONS = 300  # maximum number of iterations; usual are 10 to 40
+TOLERANCE = 1e-10  # default norm of the residual, relative to that of the fixed heads and wells
+MAX_ITERATIONS = 300  # maximum number of iterations; usual are 10 to 30
 Floats = NDArray[np.float64]
 Ends = tuple[ArrayLike | None, ArrayLike | None]
 """Heads at the low and at the high end of an axis: a number, an array over the side, or None."""
@@ -259,14 +259,12 @@ def _solve(matrix: sparse.csr_matrix, rhs: Floats, tolerance: float) -> tuple[Fl
         multigrid = ruge_stuben_solver(
             matrix, interpolation="direct", presmoother=before, postsmoother=after
         )
-        for level in multigrid.levels[:-1]:  # single precision is enough for a preconditioner
-            level.A, level.P, level.R = (m.astype(np.float32) for m in (level.A, level.P, level.R))
         way, last = np.zeros(len(rhs)), 1.0
         for iteration in range(MAX_ITERATIONS + 1):
             check_stop()
             if _product(residual, residual) <= tolerance**2 * size:
                 return x, iteration
-            better = _cycle(multigrid, residual.astype(np.float32), 0)
+            better = _cycle(multigrid, residual, 0)
             product = _product(residual, better)
             way, last = better + product / last * way, product
             image = matrix @ way
@@ -281,9 +279,9 @@ def _product(a: Floats, b: Floats) -> float:
     return float(np.einsum("i,i->", a, b))
 
 
-def _cycle(multigrid: Any, rhs: NDArray[np.float32], n: int) -> NDArray[np.float32]:
+def _cycle(multigrid: Any, rhs: Floats, n: int) -> Floats:
     """Return an approximate solution on level n, by one V-cycle."""
-    level, x = multigrid.levels[n], np.zeros(len(rhs), np.float32)
+    level, x = multigrid.levels[n], np.zeros(len(rhs))
     if n == len(multigrid.levels) - 1:
         return multigrid.coarse_solver(level.A, rhs)
     level.presmoother(level.A, x, rhs)
