@@ -128,7 +128,7 @@ def test_a_report_says_the_same_of_curves_as_the_pages():
         for way in ("E-W", "N-S"):
             assert str(describe_curve(fit_curve(e, statistic, 0, way), statistic)) in page
     assert page.count(f"{caption_of(e)}.") == 3  # below each row of charts
-    found = fit_flow(e, 0, max_cells=MAX_FLOW_CELLS)
+    found = fit_flow(e, Shown().facies, max_cells=MAX_FLOW_CELLS)
     for axis in (0, 1):
         assert f">{found.reference[axis]:.3f}</td>" in page
         assert f">{found.each[:, axis].mean():.3f} (" in page
