@@ -31,10 +31,7 @@ class FlowFit:
 
 
 def fit_flow(
-    ensemble: Ensemble,
-    facies: int,
-    progress: Fraction | None = None,
-    max_cells: float = np.inf,
+    ensemble: Ensemble, facies: int, progress: Fraction | None = None, max_cells: float = np.inf
 ) -> FlowFit:
     """Compare the flow efficiency E = effective K / arithmetic mean K with the training image.
 

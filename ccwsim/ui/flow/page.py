@@ -51,11 +51,8 @@ TRACK, PARTICLE = "#14181D", "#FFFFFF"
 TIMES = figures.ramp(("#FFFFFF", "#F4A6CD", "#8E0152"), 12)
 """Colours of tracks in volumes, from the start to twice the median travel time."""
 GLASS = 0.3, 0.06  # opacity in volumes of the facies of highest conductivity, and of all others
-CONDUCTIVITIES = [
-    k
-    for k in (float(f"{m}e{e}") for e in range(-14, 4) for m in (1, 2, 5))
-    if MIN_CONDUCTIVITY <= k <= MAX_CONDUCTIVITY
-]
+ROUND_NUMBERS = [float(f"{m}e{e}") for e in range(-14, 4) for m in (1, 2, 5)]
+CONDUCTIVITIES = [k for k in ROUND_NUMBERS if MIN_CONDUCTIVITY <= k <= MAX_CONDUCTIVITY]
 """Values of the logarithmic slider, in m/s or m/d."""
 ROW: dict[str, Any] = {"horizontal": True, "vertical_alignment": "center", "gap": "small"}
 
@@ -230,9 +227,8 @@ def _draw_map(
 ) -> None:
     page_state, r = state.page(FlowState), state.shown
     with st.container(**ROW, key="shown_row"):
-        text.panel_title(
-            f"Realization {ensemble.numbers[r] + 1} of {ensemble.n}", "tracks of particles"
-        )
+        title = f"Realization {ensemble.numbers[r] + 1} of {ensemble.n}"
+        text.panel_title(title, "tracks of particles")
         maps.step_buttons("flow", state, ensemble.n)
     colours = maps.colours_of_ran(state)
     alt = f"Realization {r + 1} with tracks of particles"
@@ -271,14 +267,19 @@ def _draw_heads(
     page_state: FlowState, ensemble: Ensemble, found: Solution, settings: FlowSettings
 ) -> None:
     heads = found.flow.heads
-    low, high = np.nanmin(heads), np.nanmax(heads)
+    lowest, highest, given = np.nanmin(heads), np.nanmax(heads), sorted(settings.heads)
+    # heads at a well in tight rock do not take all colours
+    low = max(lowest, 2 * given[0] - given[1])
+    high = min(highest, 2 * given[1] - given[0])
     with st.container(**ROW, key="heads_row"):
         text.panel_title("Head", "each change of colour is a line of equal head")
     span = max(high - low, 1e-300)
-    bands = np.nan_to_num(np.floor((heads - low) / span * N_BANDS), nan=N_BANDS)
-    bands = np.where(np.isnan(heads), N_BANDS, np.minimum(bands, N_BANDS - 1)).astype(np.uint8)
+    bands = np.clip((heads - low) / span * N_BANDS, 0, N_BANDS - 1)
+    bands = np.where(np.isnan(heads), N_BANDS, bands).astype(np.uint8)
     middles = low + (np.arange(N_BANDS) + 0.5) / N_BANDS * span
     labels = [f"head {m:.3g} m" for m in middles]
+    labels[0] += f" or less, down to {lowest:.3g} m" if lowest < low else ""
+    labels[-1] += f" or more, up to {highest:.3g} m" if highest > high else ""
     strip = {"colours": list(figures.CIVIDIS), "low": f"{low:.3g}", "high": f"{high:.3g} m"}
     colours = [*figures.ramp(figures.CIVIDIS, N_BANDS), "#8A8F96"]
     shown = CellMap(bands, colours, [*labels, "inactive"], "Map of heads", strip=strip)
@@ -325,11 +326,8 @@ def thinned(path: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def positions(tracks: Tracks, at: float) -> NDArray[np.float64]:
     """Return the positions of particles at a time, without those that have ended before."""
-    found = [
-        [np.interp(at, path[:, 0], path[:, axis]) for axis in range(1, path.shape[1])]
-        for path in tracks.paths
-        if path[-1, 0] >= at
-    ]
+    moving = (path.T for path in tracks.paths if path[-1, 0] >= at)
+    found = [[np.interp(at, times, place) for place in places] for times, *places in moving]
     return np.array(found).reshape(-1, tracks.paths[0].shape[1] - 1)
 
 
@@ -397,7 +395,7 @@ def _draw_answers(state: State, ensemble: Ensemble, settings: FlowSettings) -> N
             st.warning(text.plain(f"Not solved: {reason(run.error)}."))
         if run.result is None:
             return
-        if not solving.is_current(run, ensemble, settings):
+        if run.ensemble is not ensemble or run.settings != settings:
             draw_out_of_date("the realizations or the settings have changed. Solve all again.")
         _draw_result(state, run, run.result)
 

@@ -233,11 +233,6 @@ def start_answers(state: State) -> None:
         start_page_run(page_state, "run", lambda: AnswersRun(ensemble, settings))
 
 
-def is_current(run: AnswersRun, ensemble: Ensemble, settings: FlowSettings) -> bool:
-    """Return whether the answers are those of the results and settings on the page."""
-    return run.ensemble is ensemble and run.settings == settings
-
-
 def problem_of(settings: FlowSettings) -> str:
     """Return the reason why nothing can be solved, or an empty text."""
     if settings.heads[0] == settings.heads[1]:

@@ -406,16 +406,16 @@ class Body {
     pen.lineJoin = pen.lineCap = 'round';
     for (const line of lines) {
       const spots = line.map(([layer, row, column]) => toCanvas(column, row, layer));
-      const kinds = line.slice(1).map(([z, y, x, colour], k) => {
-        const middle = [x + line[k][2], y + line[k][1], z + line[k][0]].map((sum) => sum / 2);
-        return `${colour} ${isHidden(middle) ? BEHIND : 1}`;
-      });
-      for (let first = 0, k = 1; k <= kinds.length; k++) {
-        if (kinds[k] === kinds[first]) continue;
-        const [colour, alpha] = kinds[first].split(' ').map(Number);
-        strokeIn(pen, [[INK, 3, 0.7 * alpha], [lut[colour], 1.6, alpha]], () => (
-          spots.slice(first, k + 1).forEach((spot) => pen.lineTo(...spot))));
-        first = k;
+      const alphas = line.slice(1).map(([z, y, x], k) => (
+        isHidden([x + line[k][2], y + line[k][1], z + line[k][0]].map((sum) => sum / 2)) ? BEHIND : 1));
+      // the outline first, without a gap where the colour changes
+      for (const [share, wide, colourOf] of [[0.7, 3, () => INK], [1, 1.6, (k) => lut[line[k + 1][3]]]]) {
+        for (let first = 0, k = 1; k < line.length; k++) {
+          if (alphas[k] === alphas[first] && colourOf(first) === (line[k + 1] && colourOf(k))) continue;
+          strokeIn(pen, [[colourOf(first), wide, share * alphas[first]]], () => (
+            spots.slice(first, k + 1).forEach((spot) => pen.lineTo(...spot))));
+          first = k;
+        }
       }
     }
     pen.restore();
