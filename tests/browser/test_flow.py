@@ -22,7 +22,7 @@ def test_a_click_places_a_well_and_all_realizations_answer(tab, address):
     tab.locator(".note", has_text="Brier score").wait_for(timeout=SLOW)
     tab.mouse.move(*spot(tab, "capture", 0.5, 0.5))
     readout = tab.locator(".st-key-map_capture .readout").first
-    soon(lambda: equal(readout.inner_text().split(") ")[-1][:11], "P(captured)"))
+    soon(lambda: equal("P(captured) = " in readout.inner_text(), True))
     k = tab.locator(".st-key-flow_p_90")
     number = k.locator(".panel span").inner_text().split(",")[0].split()[-1]
     k.get_by_role("button", name="Open").click(timeout=SLOW)

@@ -83,7 +83,7 @@ class Slice {
       for (let k = 1; k < line.length; k++) {
         const [from, to] = [line[k - 1], line[k]];
         if (!inside(from) && !inside(to)) continue;
-        strokeIn(pen, [[INK, 3, 0.7], [lut[from.at(-1)], 1.6]], () => {
+        strokeIn(pen, [[INK, 3, 0.7], [lut[to.at(-1)], 1.6]], () => {
           pen.moveTo(...place(from));
           pen.lineTo(...place(to));
         });
