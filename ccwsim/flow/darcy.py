@@ -159,7 +159,8 @@ def darcy(
             step = k[(0,) * (axis + 1)].size
             bands[step] = -band.ravel()[:-step]
     diagonals = [diagonal.ravel(), *bands.values(), *bands.values()]
-    matrix = sparse.diags(diagonals, [0, *bands, *(-step for step in bands)], format="csr")
+    offsets: Any = [0, *bands, *(-step for step in bands)]
+    matrix: Any = sparse.diags(diagonals, offsets, format="csr")
     heads, use = np.full(k.size, np.nan), held.ravel()
     if not use.all():
         matrix = matrix[use][:, use]
