@@ -24,7 +24,7 @@ from ccwsim.sharing.recipe import Recipe
 
 MAX_LISTED = 40  # maximum number of data or realizations in a list; longer lists are summarized
 MAX_MAPS = 24
-MAX_FLOW_CELLS = 1.5e6  # limit of the cells in solutions of flow, for a few seconds of work
+MAX_FLOW_CELLS = 2e6  # limit of the cells in solutions of flow, for a few seconds of work
 REVISED = (
     "These realizations were re-simulated locally around edits of the hard data. Link, script and "
     "command simulate the entire study again; the same data are honoured, but other cells differ."
@@ -197,17 +197,18 @@ def _flow(ensemble: Ensemble, facies: int) -> document.Table:
     found = fit_flow(ensemble, code, max_cells=MAX_FLOW_CELLS)
     rows = []
     for axis, way in enumerate(axes_of(ensemble.grid.shape)):
-        each, image = found.each[:, axis], f"{found.reference[axis]:.3f}"
-        spread = f"{each.mean():.3f} ({each.min():.3f} to {each.max():.3f})"
+        each, image = found.each[:, axis], f"{found.reference[axis]:.3f}".replace("nan", "–")
+        spread = f"{each.mean():.3f} ({each.min():.3f} to {each.max():.3f})" if len(each) else "–"
         verdict = str(verdicts.describe_flow(found, axis))
         rows.append((verdicts.way_name(way), image, spread, verdict))
-    solved = f"{len(found.each)} of {ensemble.n} realizations were solved as a whole"
     words = (
         "E is the effective conductivity divided by the arithmetic mean if the facies conducts "
-        f"10 000 times as well as all others: 1 for layers along the flow. {solved}"
+        f"10 000 times as well as all others: 1 for layers along the flow. {len(found.each)} of "
+        f"{ensemble.n} realizations were solved as a whole; mean (minimum to maximum). Images, "
+        "grids and crops that need more than seconds are not solved here, but on the page Validate."
     )
     head = ("axis", "E of the TI", "E of realizations", "beside crops of the TI")
-    return document.Table(head, tuple(rows), f"{words}; mean (minimum to maximum).")
+    return document.Table(head, tuple(rows), words)
 
 
 def _times_and_proportions(ensemble: Ensemble, colours: Sequence[str]) -> document.Row:

@@ -269,8 +269,7 @@ def _draw_heads(
     heads = found.flow.heads
     lowest, highest, given = np.nanmin(heads), np.nanmax(heads), sorted(settings.heads)
     # heads at a well in tight rock do not take all colours
-    low = max(lowest, 2 * given[0] - given[1])
-    high = min(highest, 2 * given[1] - given[0])
+    low, high = max(lowest, 2 * given[0] - given[1]), min(highest, 2 * given[1] - given[0])
     with st.container(**ROW, key="heads_row"):
         text.panel_title("Head", "each change of colour is a line of equal head")
     span = max(high - low, 1e-300)
@@ -307,9 +306,8 @@ def with_tracks(
     for tracks in (found.tracks, found.to_well):
         for path in tracks.paths if tracks is not None else ():
             path = thinned((path - [0.0, *corner]) / [2 * median / n, *size])
-            colour = (
-                np.minimum(path[:, 0] // 1, n - 1) if tracks is found.tracks else 0 * path[:, 0] + n
-            )
+            steps = np.minimum(path[:, 0] // 1, n - 1)
+            colour = steps if tracks is found.tracks else np.full(len(path), n)
             lines.append(np.column_stack([path[:, :0:-1], colour]).round(2).tolist())
     at = particles / 100 * median
     for x, y in (positions(found.tracks, at) - corner) / size if particles else ():
