@@ -216,10 +216,10 @@ def _draw_flow(state: State, ensemble: Ensemble, found: Solution, settings: Flow
     if np.isfinite(median) and ensemble.grid.nz is None:  # volumes show whole tracks
         label = f"Particles after this share of {solving.duration(median)} (%)"
         field(st.slider, label, key="flow_particles", **options)
-    volume = ensemble.grid.nz is not None
-    note = text.page_text("Flow of the shown realization")
-    times = text.page_text("Tracks in a volume", time=solving.duration(2 * median))
-    text.step_note(f"{note} {times}" if volume else f"{note} {text.page_text('Flow by hand')}")
+    note, by_hand = text.page_text("Flow of the shown realization"), text.page_text("Flow by hand")
+    if ensemble.grid.nz is not None:
+        by_hand = text.page_text("Tracks in a volume", time=solving.duration(2 * median))
+    text.step_note(f"{note} {by_hand}")
 
 
 def _draw_map(
@@ -242,11 +242,10 @@ def _draw_by_hand(
 ) -> None:
     """Draw a map or a volume in which the user moves the well, and in a map of heads the heads."""
     options: dict[str, Any] = {"grid": ensemble.grid, "link": "grid", "max_height": HEIGHT}
-    options["name"] = {"flow": "tracks"}.get(key, key)
+    options |= {"name": {"flow": "tracks"}.get(key, key), "body": key == "flow"}
     if ensemble.grid.nz is not None:
         fastest, k = max(settings.conductivity), settings.conductivity
         options |= {"mode": "several", "opacities": [GLASS[one < fastest] for one in k]}
-        options["body"] = key == "flow"
         options |= {"picks": bool(settings.well and page_state.follows), "ack": page_state.ack}
         take = partial(solving.take_strokes, page_state, ensemble)
         content = volume_content(shown, f"volume_{key}", **options)
