@@ -34,8 +34,9 @@ LAYERS = (
     {"ui/session"},
     {"ui/results"},
     {"ui/study"},
+    {"ui/flow"},
     {"ui/simulate", "ui/hard_data", "ui/validate", "ui/compare", "ui/sweep", "ui/imports"},
-    {"ui/flow", "ui/benchmark", "ui/how_it_works", "ui/paper", "ui/examples"},
+    {"ui/benchmark", "ui/how_it_works", "ui/paper", "ui/examples"},
     {"ui/share"},
     {"ui/page"},
 )

@@ -123,7 +123,6 @@ def darcy(
         raise CCWSIMError("bottom_top: a map has no layers; give west_east or south_north")
     mask = np.isfinite(k)
     sizes = _cell(grid)
-    index = np.arange(k.size).reshape(k.shape)
     diagonal, rhs = np.zeros(k.shape), np.zeros(k.shape)
     faces, sides, fixed = [], [], {}
     for axis, name in enumerate(names):
@@ -152,23 +151,19 @@ def darcy(
     rates = _checked_wells(wells or {}, mask, held)
     for cell, rate in rates.items():
         rhs[cell] += rate
-    pairs = [
-        (np.delete(index, -1, axis).ravel(), np.delete(index, 0, axis).ravel(), face.ravel())
-        for axis, face in enumerate(faces)
-    ]
-    low, high, values = (np.concatenate(parts) for parts in zip(*pairs, strict=True))
-    diagonal = (
-        diagonal.ravel() + np.bincount(low, values, k.size) + np.bincount(high, values, k.size)
-    )
-    heads = np.full(k.size, np.nan)
-    use = held.ravel()
-    number = np.cumsum(use) - 1
-    inside = use[low] & use[high] & (values > 0)
-    low, high, values = number[low[inside]], number[high[inside]], values[inside]
-    each = np.arange(use.sum())
-    rows, columns = np.concatenate([low, high, each]), np.concatenate([high, low, each])
-    entries = np.concatenate([-values, -values, diagonal[use]])
-    matrix = sparse.csr_matrix((entries, (rows, columns)), (len(each), len(each)))
+    bands = {}  # diagonals of the matrix above the main diagonal
+    for axis, face in enumerate(faces):
+        if face.size:
+            band = np.pad(face, [(0, a == axis) for a in range(k.ndim)])
+            diagonal += band + np.roll(band, 1, axis)
+            step = k[(0,) * (axis + 1)].size
+            bands[step] = -band.ravel()[:-step]
+    diagonals = [diagonal.ravel(), *bands.values(), *bands.values()]
+    offsets: Any = [0, *bands, *(-step for step in bands)]
+    matrix: Any = sparse.diags(diagonals, offsets, format="csr")
+    heads, use = np.full(k.size, np.nan), held.ravel()
+    if not use.all():
+        matrix = matrix[use][:, use]
     heads[use], iterations = _solve(matrix, rhs.ravel()[use], tolerance)
     heads = heads.reshape(k.shape)
     fluxes = _fluxes(heads, faces, sides)

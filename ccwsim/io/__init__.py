@@ -17,11 +17,10 @@ line numbers if there are any, for files that cannot be read or written, and dat
 """
 
 from ccwsim.io.flow_models import flopy_as_zip as flopy_as_zip
-from ccwsim.io.flow_models import grdecl_files as grdecl_files
+from ccwsim.io.flow_models import grdecl_as_zip as grdecl_as_zip
 from ccwsim.io.flow_models import millidarcy as millidarcy
 from ccwsim.io.flow_models import to_flopy as to_flopy
 from ccwsim.io.flow_models import write_grdecl as write_grdecl
-from ccwsim.io.flow_models import zipped as zipped
 from ccwsim.io.formats.pictures import DEFAULT_COLOURS as DEFAULT_COLOURS
 from ccwsim.io.hard_data.columns import PointColumns as PointColumns
 from ccwsim.io.hard_data.columns import WellColumns as WellColumns

@@ -22,7 +22,7 @@ VISCOSITY, DENSITY, GRAVITY = 1.002e-3, 998.2, 9.80665
 MILLIDARCY = 9.869233e-16  # one millidarcy in m²
 TIGHT = 1e-10  # closure of heads and residuals; MODFLOW's defaults lose some percent of the flow
 MODEL = "flow"  # name of the MODFLOW model and of its files
-TIME_UNITS = {"m/s": "seconds", "m/d": "days"}
+PER_DAY = {"m/s": 86400.0, "m/d": 1.0}
 
 
 def millidarcy(conductivity: Floats, unit: str = "m/s") -> Floats:
@@ -37,14 +37,14 @@ def millidarcy(conductivity: Floats, unit: str = "m/s") -> Floats:
     """
     if unit == "mD":
         return conductivity
-    if unit not in TIME_UNITS:
+    if unit not in PER_DAY:
         raise CCWSIMError(f"unit = {shown(unit)} must be one of m/s, m/d and mD")
-    per_second = conductivity / (86400 if unit == "m/d" else 1)
+    per_second = conductivity * (PER_DAY[unit] / PER_DAY["m/s"])
     return per_second * VISCOSITY / (DENSITY * GRAVITY) / MILLIDARCY
 
 
-def grdecl_files(
-    ensemble: Ensemble, values: FaciesValues, *, unit: str = "m/s", anisotropy: float = 1.0
+def _grdecl_files(
+    ensemble: Ensemble, values: FaciesValues, unit: str = "m/s", anisotropy: float = 1.0
 ) -> dict[str, bytes]:
     """Return endings and contents of the files that `write_grdecl` writes."""
     k = millidarcy(values_by_facies(ensemble.training_image, values), unit)
@@ -87,7 +87,7 @@ def write_grdecl(
     if stem.suffix.lower() != ".grdecl":
         raise CCWSIMError(f"{stem.name} must end in .grdecl; other files get their name from it")
     written = []
-    for ending, content in grdecl_files(ensemble, values, unit=unit, anisotropy=anisotropy).items():
+    for ending, content in _grdecl_files(ensemble, values, unit, anisotropy).items():
         written.append(stem.with_name(stem.stem + ending))
         write_bytes(written[-1], content)
     return written
@@ -114,7 +114,8 @@ def to_flopy(
     a facies has no value, or the heads and wells do not suit.
 
     `values` has the hydraulic conductivity of each facies, by name or code, in the `unit` "m/s" or
-    "m/d", which sets the unit of time; `workspace` is the folder of the model, created if needed.
+    "m/d", which is also the unit of time of wells. The model is in days, because the solver of
+    MODFLOW loses digits if conductances are tiny. `workspace` is the folder of the model.
 
     Examples
     --------
@@ -129,7 +130,7 @@ def to_flopy(
         from flopy import mf6
     except ImportError:
         raise CCWSIMError("flopy is not installed: pip install 'ccwsim[modflow]'") from None
-    if unit not in TIME_UNITS:
+    if unit not in PER_DAY:
         raise CCWSIMError(f"unit = {shown(unit)} must be m/s or m/d")
     r = check_int("realization", realization, 0, ensemble.n - 1)
     k, grid = ensemble.property(values)[r], ensemble.grid
@@ -138,7 +139,7 @@ def to_flopy(
         k, grid, west_east=west_east, south_north=south_north, wells=wells, anisotropy=anisotropy
     )
     volume = (lambda a: a) if grid.nz is not None else (lambda a: a[None])
-    k, heads = volume(k), np.nan_to_num(volume(found.heads))
+    k, heads = volume(k) * PER_DAY[unit], np.nan_to_num(volume(found.heads))
     active, k = ~np.isnan(k), np.nan_to_num(k, nan=1.0)
     nz, ny, nx = k.shape
     dx, dy, dz = (*grid.cell_size, 1.0)[:3]
@@ -157,7 +158,7 @@ def to_flopy(
                 cell = (nz - 1 - z, ny - 1 - y, x)
                 rows.append([cell, float(each[z, other]), float(2 * value * factor)])
     simulation = mf6.MFSimulation(sim_name=MODEL, sim_ws=os.fspath(workspace), verbosity_level=0)
-    mf6.ModflowTdis(simulation, time_units=TIME_UNITS[unit])
+    mf6.ModflowTdis(simulation, time_units="days")
     mf6.ModflowIms(
         simulation, linear_acceleration="CG", inner_dvclose=TIGHT, outer_dvclose=TIGHT,
         rcloserecord=[(TIGHT, "RELATIVE_RCLOSE")], inner_maximum=5000, outer_maximum=20,
@@ -174,7 +175,7 @@ def to_flopy(
     mf6.ModflowGwfnpf(model, k=flipped, k33=anisotropy * flipped, icelltype=0)
     mf6.ModflowGwfghb(model, stress_period_data=rows, maxbound=len(rows))
     if found.wells:
-        cells = [((0, *cell)[-3:], rate) for cell, rate in found.wells.items()]
+        cells = [((0, *cell)[-3:], rate * PER_DAY[unit]) for cell, rate in found.wells.items()]
         pumped = [[(nz - 1 - z, ny - 1 - y, x), rate] for (z, y, x), rate in cells]
         mf6.ModflowGwfwel(model, stress_period_data=pumped)
     saved: Any = [("HEAD", "ALL"), ("BUDGET", "ALL")]
@@ -185,14 +186,8 @@ def to_flopy(
     return simulation
 
 
-def zipped(files: dict[str, bytes]) -> bytes:
-    """Return files, by name, as one zip file.
-
-    Examples
-    --------
-    >>> zipped({"a.txt": b"1"})[:2]
-    b'PK'
-    """
+def _zipped(files: dict[str, bytes]) -> bytes:
+    """Return files, by name, as one zip file."""
     content = BytesIO()
     with ZipFile(content, "w", ZIP_DEFLATED) as archive:
         for name, data in files.items():
@@ -200,8 +195,14 @@ def zipped(files: dict[str, bytes]) -> bytes:
     return content.getvalue()
 
 
+def grdecl_as_zip(name: str, ensemble: Ensemble, values: FaciesValues, **options: Any) -> bytes:
+    """Return the files that `write_grdecl` writes to name.grdecl as a zip file, for a download."""
+    files = _grdecl_files(ensemble, values, **options)
+    return _zipped({f"{name}{ending}": content for ending, content in files.items()})
+
+
 def flopy_as_zip(ensemble: Ensemble, values: FaciesValues, **options: Any) -> bytes:
     """Return the files that `to_flopy` writes as a zip file, for a download."""
     with TemporaryDirectory() as folder:
         to_flopy(ensemble, values, folder, **options)
-        return zipped({file.name: file.read_bytes() for file in sorted(Path(folder).iterdir())})
+        return _zipped({file.name: file.read_bytes() for file in sorted(Path(folder).iterdir())})

@@ -14,6 +14,8 @@ MAX_SOLVED = 12  # realizations that are solved as a whole; a solution takes up 
 MIN_EFFICIENCY_GAP, MIN_EFFICIENCY_SPREAD = 0.05, 0.02
 """Smallest reported difference of E, and smallest standard deviation between crops."""
 
+OVERHEAD = 50_000  # a solution takes as long as if it had so many more cells
+MIN_COMPARED = 4  # minimum number of crops, and of pieces, that are compared
 N_ERRORS = (3.0, 2.5)  # allowed differences of E in standard errors, for maps and for volumes
 
 
@@ -24,17 +26,20 @@ class FlowFit:
     each: NDArray[np.float64]
     """E of the first realizations, shape (n, dimensions)."""
     reference: NDArray[np.float64]
-    """E of the training image, shape (dimensions,)."""
+    """E of the training image, shape (dimensions,); NaN if it was not solved."""
     fit: Fit | None
     """Comparison of pieces of the realizations with crops of the training image, by axis."""
 
 
-def fit_flow(ensemble: Ensemble, facies: int, progress: Fraction | None = None) -> FlowFit:
+def fit_flow(
+    ensemble: Ensemble, facies: int, progress: Fraction | None = None, max_cells: float = np.inf
+) -> FlowFit:
     """Compare the flow efficiency E = effective K / arithmetic mean K with the training image.
 
     The facies conducts 10⁴ times as well as all others; cells that touch at corners only are not
     connected. Whole grids and pieces are compared, because broken bodies matter more over longer
-    distances.
+    distances. `max_cells` limits the cells in all solutions of each kind of image, and thereby the
+    time: fewer images are solved, or none if they are too large.
 
     Examples
     --------
@@ -49,13 +54,22 @@ def fit_flow(ensemble: Ensemble, facies: int, progress: Fraction | None = None) 
     def one(indices: NDArray[np.uint8]) -> list[float]:
         return [flow_efficiency(indices == index, axis) for axis in reversed(range(n_axes))]
 
-    def values(images: Stack) -> NDArray[np.float64]:
-        return np.array(map_parallel(lambda k: one(images.indices[k]), len(images)))
+    def allowed(n: int, cells: int) -> int:
+        return int(min(n, max_cells / (n_axes * (cells + OVERHEAD))))
 
-    n = min(ensemble.n, MAX_SOLVED)
+    def values(images: Stack) -> NDArray[np.float64]:
+        most = allowed(len(images), images.indices[0].size)
+        if most < min(len(images), MIN_COMPARED):
+            return np.full((len(images), n_axes), np.nan)
+        chosen = np.linspace(0, len(images) - 1, most).astype(int)
+        return np.array(map_parallel(lambda k: one(images.indices[chosen[k]]), most))
+
+    n = allowed(min(ensemble.n, MAX_SOLVED), ensemble.grid.n_cells)
     each = map_parallel(lambda k: one(ensemble.indices[k]), n, progress)
     at = np.arange(n_axes, dtype=float)
     limits = MIN_EFFICIENCY_GAP, MIN_EFFICIENCY_SPREAD
     n_errors = N_ERRORS[image.n_dimensions - 2]
-    fit = fit_values(ensemble, ("flow", index), at, values, *limits, n_errors=n_errors)
-    return FlowFit(np.array(each), np.array(one(image.indices)), fit)
+    name = "flow", index, max_cells
+    fit = fit_values(ensemble, name, at, values, *limits, n_errors=n_errors)
+    own = one(image.indices) if allowed(1, image.indices.size) else [np.nan] * n_axes
+    return FlowFit(np.reshape(each, (n, n_axes)), np.array(own), fit)

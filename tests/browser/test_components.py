@@ -441,3 +441,46 @@ def test_a_map_names_its_wells_unless_names_overlap_or_are_too_many(tab):
     tab.evaluate("(data) => { callWith(data); }", shown | {"max_names": 1})
     assert tab.evaluate(WRITTEN) == []
     soon(lambda: says(2, 2, "(2, 2) mud · A-1"))
+
+
+def test_a_dragged_well_is_told_one_choice_after_another_and_the_last_one_always(tab):
+    sides = {"well": [3, 4], "heads": [1, 0], "axis": "x", "well_colour": "#cc0000"}
+    shown = map_content(EMPTY, picks=True) | sides | {"well_label": "well"}
+    tab.set_viewport_size({"width": 500, "height": 600})
+    begin(tab, "flow", shown)
+    tab.evaluate("() => { call(); }")
+    width(tab, "> 400")
+    box = tab.locator("canvas").bounding_box()
+    cell = (box["width"] - 2) / 16
+
+    def spot(row: float, column: float) -> tuple[float, float]:
+        return box["x"] + 1 + (column + 0.5) * cell, box["y"] + box["height"] - 1 - (
+            row + 0.5
+        ) * cell
+
+    def told() -> list:
+        return [value for kind, value in tab.evaluate("told") if kind == "chosen"]
+
+    tab.mouse.move(*spot(3, 4))
+    tab.mouse.down()
+    tab.mouse.move(*spot(5, 8), steps=6)
+    tab.mouse.up()
+    first = told()[0]["well"]
+    assert first != [5, 8]
+    assert all(one["well"] == first for one in told())  # the page has not applied the first one
+    tab.evaluate("(data) => { callWith(data); }", {**shown, "well": first})
+    assert told()[-1]["well"] == [5, 8]
+    tab.evaluate("(data) => { callWith(data); }", {**shown, "well": [5, 8]})
+    n = len(told())
+    tab.mouse.move(box["x"] + 20, box["y"] + box["height"] / 2)  # the tab of the western head
+    tab.mouse.down()
+    tab.mouse.move(box["x"] + 20, box["y"] + box["height"] / 2 - 17)
+    tab.mouse.up()
+    assert told()[n] == {"well": [5, 8], "heads": [1.2, 0]}
+    tab.evaluate("(data) => { callWith(data); }", {**shown, "well": [5, 8], "heads": [1.2, 0]})
+    tab.locator("canvas").focus()
+    tab.keyboard.press("Shift+ArrowDown")
+    assert told()[-1]["well"] == [0, 8]
+    tab.evaluate("(data) => { callWith(data); }", {**shown, "well": [0, 8], "heads": [1.2, 0]})
+    tab.mouse.click(*spot(6, 12))
+    assert told()[-1]["well"] == [6, 12]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.browser.hands import SLOW, fits_a_phone
+from tests.browser.hands import SLOW, at_rest, fits_a_phone, settled, soon
 from tests.browser.screenshots import fill_with_flow
 from tests.browser.served import CHROMIUM
 
@@ -20,10 +20,68 @@ def test_a_click_places_a_well_and_all_realizations_answer(tab, address):
     tab.goto(f"{address}/flow?{SMALL}")
     fill_with_flow(tab)
     tab.locator(".note", has_text="Brier score").wait_for(timeout=SLOW)
+    tab.mouse.move(*spot(tab, "capture", 0.5, 0.5))
+    readout = tab.locator(".st-key-map_capture .readout").first
+    soon(lambda: equal("P(captured) = " in readout.inner_text(), True))
     k = tab.locator(".st-key-flow_p_90")
     number = k.locator(".panel span").inner_text().split(",")[0].split()[-1]
     k.get_by_role("button", name="Open").click(timeout=SLOW)
     tab.locator(".panel", has_text=f"Realization {number} of 4").wait_for(timeout=SLOW)
+
+
+def spot(tab, key: str, x: float, y: float) -> tuple[float, float]:
+    """Return the pixels of a position on a map, given by shares of its canvas."""
+    canvas = tab.locator(f".st-key-map_{key} canvas").first
+    canvas.scroll_into_view_if_needed(timeout=SLOW)
+    box = settled(tab, canvas.bounding_box, pause=300)
+    return box["x"] + x * box["width"], box["y"] + y * box["height"]
+
+
+def head_at(tab, x: float, y: float) -> str:
+    """Return what the map of heads says about a position."""
+    tab.mouse.move(*spot(tab, "heads", x, y))
+    said = settled(tab, tab.locator(".st-key-map_heads .readout").first.inner_text, pause=300)
+    return said.split(") ")[1].split(" ·")[0]
+
+
+def well_of(tab) -> str:
+    return tab.locator(".note", has_text="Well in").first.inner_text(timeout=SLOW)
+
+
+def test_a_well_and_a_head_are_dragged_on_the_map_of_heads_and_the_flow_follows(tab, address):
+    tab.goto(f"{address}/flow?{SMALL}")
+    tab.wait_for_selector(".st-key-map_heads canvas", timeout=SLOW)
+    at_rest(tab)
+    before = head_at(tab, 0.3, 0.3)
+    tab.mouse.click(*spot(tab, "heads", 0.7, 0.7))
+    first = settled(tab, lambda: well_of(tab))
+    at_rest(tab)
+    tab.mouse.move(*spot(tab, "heads", 0.7, 0.7))
+    tab.mouse.down()
+    for share in (0.65, 0.6, 0.55, 0.5):
+        tab.mouse.move(*spot(tab, "heads", share, 0.5), steps=3)
+    soon(lambda: not_equal(well_of(tab), first), SLOW)  # while the button is still down
+    tab.mouse.move(*spot(tab, "heads", 0.35, 0.35), steps=3)
+    tab.mouse.up()
+    at_rest(tab)
+    soon(lambda: not_equal(head_at(tab, 0.3, 0.3), before), SLOW)
+    # the tab of the head in the west, beside the middle of the west side
+    box = tab.locator(".st-key-map_heads canvas").first.bounding_box()
+    x, y = box["x"] + 70, box["y"] + 1 + (box["height"] - 21) / 2
+    tab.mouse.move(x, y)
+    tab.mouse.down()
+    tab.mouse.move(x, y - 41, steps=4)
+    tab.mouse.up()
+    field = tab.get_by_role("spinbutton", name="Head at the west side (m)")
+    soon(lambda: equal(float(field.input_value()), 1.5), SLOW)
+
+
+def equal(found: object, wanted: object) -> None:
+    assert found == wanted
+
+
+def not_equal(found: object, other: object) -> None:
+    assert found != other
 
 
 def test_the_page_fits_a_phone(tab, address):

@@ -7,6 +7,7 @@ import pytest
 
 from ccwsim.flow import flow_efficiency
 from ccwsim.metrics import fit_flow
+from ccwsim.metrics.flow_fit import OVERHEAD
 from ccwsim.report.verdicts import describe_flow
 from tests.flow.test_flow import ensemble
 
@@ -33,3 +34,15 @@ def test_an_ensemble_like_its_image_flows_like_it():
 
 def test_an_image_that_is_too_small_is_not_judged():
     assert describe_flow(fit_flow(ensemble(2, (10, 10)), 1), 0).good is None
+
+
+def test_a_limit_of_cells_solves_fewer_realizations_crops_and_pieces():
+    e = ensemble(8, (32, 32))
+    whole, few = fit_flow(e, 1), fit_flow(e, 1, max_cells=5 * 2 * (32 * 32 + OVERHEAD))
+    assert few.each.shape == (5, 2)
+    np.testing.assert_array_equal(few.each, whole.each[:5])
+    none = fit_flow(e, 1, max_cells=1)
+    assert none.each.shape == (0, 2)
+    assert np.isnan(none.reference).all()
+    assert describe_flow(none, 0).good is None
+    assert (few.fit.tolerance >= whole.fit.tolerance).all()

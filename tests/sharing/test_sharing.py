@@ -12,16 +12,16 @@ import pytest
 
 from ccwsim import Grid, HardData, Parameters, TrainingImage, datasets, save_project, simulate
 from ccwsim.io import training_image_as_bytes
-from ccwsim.metrics import fit_curve
+from ccwsim.metrics import fit_curve, fit_flow
 from ccwsim.model.study import Study
 from ccwsim.report.document import report_html
 from ccwsim.report.settings import caption_of
-from ccwsim.report.verdicts import describe_curve, relative_text
+from ccwsim.report.verdicts import describe_curve, describe_flow, relative_text
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Shown, Upload
 from ccwsim.sharing.link import link_of
 from ccwsim.sharing.project import Project
 from ccwsim.sharing.recipe import reproduction_recipe
-from ccwsim.sharing.study_report import study_report
+from ccwsim.sharing.study_report import MAX_FLOW_CELLS, study_report
 from ccwsim.ui.session.resolve import study_of
 from ccwsim.ui.share.menu import choices_of
 from tests.report.test_report import OUTSIDE, own_part
@@ -109,7 +109,7 @@ def test_a_report_has_everything_and_all_of_it_is_escaped():
     assert not OUTSIDE.search(own_part(page))
     assert ", ".join(section.title for section in document.sections) == (
         "Study, Realizations, E-type, Variograms and connectivity, Measures, "
-        "CPU time and proportions, Parameters, Reproduction"
+        "Flow, CPU time and proportions, Parameters, Reproduction"
     )
     assert page.count('class="plot"') == 6
     assert page.count("<img") == 2 + 3 + 2
@@ -128,6 +128,12 @@ def test_a_report_says_the_same_of_curves_as_the_pages():
         for way in ("E-W", "N-S"):
             assert str(describe_curve(fit_curve(e, statistic, 0, way), statistic)) in page
     assert page.count(f"{caption_of(e)}.") == 3  # below each row of charts
+    found = fit_flow(e, Shown().facies, max_cells=MAX_FLOW_CELLS)
+    for axis in (0, 1):
+        assert f">{found.reference[axis]:.3f}</td>" in page
+        assert f">{found.each[:, axis].mean():.3f} (" in page
+        assert str(describe_flow(found, axis)) in page
+    assert "2 of 2 realizations were solved as a whole" in page
     assert relative_text(float(e.proportions[:, 1].mean()), float(image.proportions[1])) in page
 
 

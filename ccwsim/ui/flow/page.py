@@ -1,7 +1,6 @@
 """The page Flow: flow through the shown realization, solved live, and what all realizations say."""
 
 import time
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -12,9 +11,9 @@ from numpy.typing import NDArray
 
 from ccwsim import Ensemble, figures
 from ccwsim.flow import Tracks
-from ccwsim.flow.answers import HEADS_ALONG, at_percentiles
+from ccwsim.flow.answers import at_percentiles
 from ccwsim.flow.darcy import SIDES
-from ccwsim.io import flopy_as_zip, grdecl_files, maps_as_bytes, zipped
+from ccwsim.io import maps_as_bytes
 from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.jobs.statistics import Failure
 from ccwsim.model.bounds import MAX_CONDUCTIVITY, MIN_CONDUCTIVITY
@@ -24,7 +23,15 @@ from ccwsim.report.settings import caption_of
 from ccwsim.system.log import reason
 from ccwsim.ui.flow import solving
 from ccwsim.ui.flow.solving import Answers, FlowSettings, FlowState, Solution
-from ccwsim.ui.frontend.cells import CellMap, draw_cells, facies_map, share_map
+from ccwsim.ui.frontend.cells import (
+    CellMap,
+    draw_cells,
+    facies_map,
+    map_content,
+    share_map,
+    volume_content,
+)
+from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results import maps
 from ccwsim.ui.results.charts import draw_caption, titled_chart
 from ccwsim.ui.session.address import go_to
@@ -40,13 +47,12 @@ PATIENCE = 1.5  # seconds for which the page waits for a solution before it draw
 HEIGHT, MAP_HEIGHT, CHART_HEIGHT = 420, 300, 250
 N_BANDS = 20  # number of colours of a map of heads; their edges are lines of equal head
 PERCENTILES = (10, 50, 90)
-MAX_POINTS = 2000  # maximum number of cells on tracks that a volume shows
-TRACK = "#FFFFFF"
-CONDUCTIVITIES = [
-    k
-    for k in (float(f"{m}e{e}") for e in range(-14, 4) for m in (1, 2, 5))
-    if MIN_CONDUCTIVITY <= k <= MAX_CONDUCTIVITY
-]
+TRACK, PARTICLE = "#14181D", "#FFFFFF"
+TIMES = figures.ramp(("#FFFFFF", "#F4A6CD", "#8E0152"), 12)
+"""Colours of tracks in volumes, from the start to twice the median travel time."""
+GLASS = 0.3, 0.06  # opacity in volumes of the facies of highest conductivity, and of all others
+ROUND_NUMBERS = [float(f"{m}e{e}") for e in range(-14, 4) for m in (1, 2, 5)]
+CONDUCTIVITIES = [k for k in ROUND_NUMBERS if MIN_CONDUCTIVITY <= k <= MAX_CONDUCTIVITY]
 """Values of the logarithmic slider, in m/s or m/d."""
 ROW: dict[str, Any] = {"horizontal": True, "vertical_alignment": "center", "gap": "small"}
 
@@ -132,29 +138,22 @@ def _draw_rock(page_state: FlowState, ensemble: Ensemble, k: int, name: str) -> 
 
 def _draw_well(page_state: FlowState, ensemble: Ensemble, settings: FlowSettings) -> None:
     """Draw the cell and the rate of the well."""
-    if ensemble.grid.nz is None and settings.well is None:
-        text.step_note("No well. Click the realization to place one.")
-        return
+    volume = ensemble.grid.nz is not None
     if settings.well is None:
         middle = tuple(n // 2 for n in ensemble.grid.shape)
         place = partial(solving.set_well, page_state, ensemble, middle)
-        button("Place a well", key="flow_place", on_click=place, width="stretch")
+        if volume:
+            button("Place a well", key="flow_place", on_click=place, width="stretch")
+        else:
+            text.step_note("No well. Click a map to place one.")
         return
     names = ("layer", "row", "column")[-len(settings.well) :]
-    if ensemble.grid.nz is None:
-        row, column = settings.well
-        text.step_note(f"Well in row {row}, column {column}. Click the map to move it.")
-    else:
-        for axis, (name, n) in enumerate(zip(names, ensemble.grid.shape, strict=True)):
-
-            def write(value: int, axis: int = axis) -> None:
-                cell = list(settings.well or ())
-                cell[axis] = value
-                page_state.well = tuple(cell)
-
-            options = {"min_value": 0, "max_value": n - 1, "value": settings.well[axis]}
-            label = f"Well, {name}"
-            field(st.number_input, label, key=f"flow_well_{axis}", write=write, **options)
+    at = ", ".join(f"{name} {k}" for name, k in zip(names, settings.well, strict=True))
+    text.step_note(f"Well in {at}.{'' if volume else ' Drag it on a map, or click another cell.'}")
+    if volume:
+        options = {"key": "flow_follows", **bound_to(page_state, "follows")}
+        help_ = "Drag the cross hairs in a slice, or press Enter there."
+        field(st.toggle, "Cross hairs move the well", help=help_, **options)
     label = "Pumped (m³/d)"
     options = bound_to(page_state, "rate", min_value=0.0, format="%.4g")
     help_ = "A map is 1 m thick. More pumping widens the capture zone."
@@ -171,21 +170,22 @@ def _draw_solution(state: State, ensemble: Ensemble, settings: FlowSettings) -> 
     worker.forget()
     worker.ask(task)
     found = worker.wait_for(task, PATIENCE)
-    if isinstance(found, Failure):
-        st.warning(text.plain(f"{found.reason[:1].upper()}{found.reason[1:]}."))
-        _draw_map(state, ensemble, None, settings)
-        return
-    if found is not None:
-        page_state.latest = ensemble, state.shown, found
-        _draw_flow(state, ensemble, found, settings)
-        return
-    with st.container(key="flow_solution_dim"):
-        latest = page_state.latest
+    if isinstance(found, Solution):
+        page_state.latest = ensemble, found
+    latest = page_state.latest
+    # maps stay in their place, so that a well can be dragged on while the next flow is solved
+    with st.container(key="flow_solution"):
         if latest is not None and latest[0] is ensemble:
-            _draw_flow(state, ensemble, latest[2], settings)
+            _draw_flow(state, ensemble, latest[1], settings)
         else:
             _draw_map(state, ensemble, None, settings)
-    text.step_note("Solving …")
+    if isinstance(found, Solution):
+        return
+    with st.container(key="flow_unsolved"):
+        if isinstance(found, Failure):
+            st.warning(text.plain(f"{found.reason[:1].upper()}{found.reason[1:]}."))
+            return
+        text.step_note("Solving …")
     follow_tasks(worker, [task], time.monotonic())
 
 
@@ -197,7 +197,7 @@ def _draw_flow(state: State, ensemble: Ensemble, found: Solution, settings: Flow
     low, high = SIDES[settings.axis]
     inflow = max(flow.through[low], flow.through[high]) * solving.DAY
     facts = [f"{three_digits(inflow)} m³/d flow in"]
-    if not settings.pumps:
+    if not flow.wells:
         k = flow.effective_k * solving.UNITS[page_state.unit]
         facts.insert(0, f"effective K {k:.3g} {page_state.unit}")
     facts.append(f"half of the water needs more than {solving.duration(median)}")
@@ -211,12 +211,15 @@ def _draw_flow(state: State, ensemble: Ensemble, found: Solution, settings: Flow
     with left:
         _draw_map(state, ensemble, found, settings)
     with right:
-        _draw_heads(ensemble, found, settings)
+        _draw_heads(page_state, ensemble, found, settings)
     options = bound_to(page_state, "particles", min_value=0, max_value=200, step=5, width=420)
     if np.isfinite(median) and ensemble.grid.nz is None:  # volumes show whole tracks
         label = f"Particles after this share of {solving.duration(median)} (%)"
         field(st.slider, label, key="flow_particles", **options)
-    text.step_note(text.page_text("Flow of the shown realization"))
+    note, by_hand = text.page_text("Flow of the shown realization"), text.page_text("Flow by hand")
+    if ensemble.grid.nz is not None:
+        by_hand = text.page_text("Tracks in a volume", time=solving.duration(2 * median))
+    text.step_note(f"{note} {by_hand}")
 
 
 def _draw_map(
@@ -224,88 +227,104 @@ def _draw_map(
 ) -> None:
     page_state, r = state.page(FlowState), state.shown
     with st.container(**ROW, key="shown_row"):
-        text.panel_title(
-            f"Realization {ensemble.numbers[r] + 1} of {ensemble.n}", "tracks of particles"
-        )
+        title = f"Realization {ensemble.numbers[r] + 1} of {ensemble.n}"
+        text.panel_title(title, "tracks of particles")
         maps.step_buttons("flow", state, ensemble.n)
     colours = maps.colours_of_ran(state)
     alt = f"Realization {r + 1} with tracks of particles"
     shown = facies_map(ensemble.indices[r], ensemble.training_image, colours, alt)
-    shown = with_tracks(shown, found, settings, page_state.particles, colours)
-
-    options: dict[str, Any] = {"link": "grid", "scale": "maps", "max_height": HEIGHT}
-    if ensemble.grid.nz is None:
-        options["on_cell"] = lambda *cell: solving.set_well(page_state, ensemble, cell)
-    draw_cells(shown, "flow", grid=ensemble.grid, name="tracks", **options)
+    shown = with_tracks(shown, found, settings, page_state.particles)
+    _draw_by_hand(page_state, ensemble, settings, shown, "flow")
 
 
-def _draw_heads(ensemble: Ensemble, found: Solution, settings: FlowSettings) -> None:
+def _draw_by_hand(
+    page_state: FlowState, ensemble: Ensemble, settings: FlowSettings, shown: CellMap, key: str
+) -> None:
+    """Draw a map or a volume in which the user moves the well, and in a map of heads the heads."""
+    options: dict[str, Any] = {"grid": ensemble.grid, "link": "grid", "max_height": HEIGHT}
+    options |= {"name": {"flow": "tracks"}.get(key, key), "body": key == "flow"}
+    if ensemble.grid.nz is not None:
+        fastest, k = max(settings.conductivity), settings.conductivity
+        options |= {"mode": "several", "opacities": [GLASS[one < fastest] for one in k]}
+        options |= {"picks": bool(settings.well and page_state.follows), "ack": page_state.ack}
+        take = partial(solving.take_strokes, page_state, ensemble)
+        content = volume_content(shown, f"volume_{key}", **options)
+        draw_component("volume", f"volume_{key}", content, "edits", take)
+        return
+    content = map_content(shown, scale="maps", picks=True, **options) | {
+        "well": settings.well,
+        "well_colour": chart_theme().reference,
+        "well_label": f"well, pumps {three_digits(settings.rate * solving.DAY)} m³/d",
+        "heads": settings.heads if key == "heads" else None,
+        "axis": settings.axis,
+    }
+    take = partial(solving.take_choice, page_state, ensemble)
+    draw_component("flow", f"map_{key}", content, "chosen", take)
+
+
+def _draw_heads(
+    page_state: FlowState, ensemble: Ensemble, found: Solution, settings: FlowSettings
+) -> None:
     heads = found.flow.heads
-    low, high = np.nanmin(heads), np.nanmax(heads)
+    lowest, highest, given = np.nanmin(heads), np.nanmax(heads), sorted(settings.heads)
+    # heads at a well in tight rock do not take all colours
+    low, high = max(lowest, 2 * given[0] - given[1]), min(highest, 2 * given[1] - given[0])
     with st.container(**ROW, key="heads_row"):
         text.panel_title("Head", "each change of colour is a line of equal head")
     span = max(high - low, 1e-300)
-    bands = np.nan_to_num(np.floor((heads - low) / span * N_BANDS), nan=N_BANDS)
-    bands = np.where(np.isnan(heads), N_BANDS, np.minimum(bands, N_BANDS - 1)).astype(np.uint8)
+    bands = np.clip((heads - low) / span * N_BANDS, 0, N_BANDS - 1)
+    bands = np.where(np.isnan(heads), N_BANDS, bands).astype(np.uint8)
     middles = low + (np.arange(N_BANDS) + 0.5) / N_BANDS * span
     labels = [f"head {m:.3g} m" for m in middles]
+    labels[0] += f" or less, down to {lowest:.3g} m" if lowest < low else ""
+    labels[-1] += f" or more, up to {highest:.3g} m" if highest > high else ""
     strip = {"colours": list(figures.CIVIDIS), "low": f"{low:.3g}", "high": f"{high:.3g} m"}
     colours = [*figures.ramp(figures.CIVIDIS, N_BANDS), "#8A8F96"]
     shown = CellMap(bands, colours, [*labels, "inactive"], "Map of heads", strip=strip)
-    shown = with_tracks(shown, found if heads.ndim == 2 else None, settings, 0, ())
-    options: dict[str, Any] = {"link": "grid", "scale": "maps", "max_height": HEIGHT}
-    draw_cells(shown, "heads", grid=ensemble.grid, name="heads", body=False, **options)
+    shown = with_tracks(shown, found, settings, 0)
+    _draw_by_hand(page_state, ensemble, settings, shown, "heads")
 
 
 def with_tracks(
-    shown: CellMap,
-    found: Solution | None,
-    settings: FlowSettings,
-    particles: int,
-    colours: Sequence[str],
+    shown: CellMap, found: Solution | None, settings: FlowSettings, particles: int
 ) -> CellMap:
-    """Return a map with tracks, particles after a share (%) of the median time, and the well."""
+    """Return a map with tracks and with particles after a share (%) of the median travel time.
+
+    Tracks to the well have the last colour. A volume also has the well and colours of times.
+    """
+    accent = chart_theme().reference
+    if len(well := settings.well or ()) == 3:
+        shown = replace(shown, points=[[*well, 0, 0]], point_colours=[accent])
+        shown = replace(shown, wells=(("well", (well,)),), points_are=("well", "wells"))
     if found is None:
         return shown
-    grid = found.flow.grid
-    of_flow = [found.tracks, *([found.to_well] if found.to_well is not None else [])]
-    paths = [path for tracks in of_flow for path in tracks.paths]
-    if grid.nz is not None:
-        cells = np.concatenate([grid.cells_of(*path[:, 1:].T) for path in paths])
-        cells = np.unique(cells[grid.holds(cells)], axis=0)
-        cells = cells[:: max(1, len(cells) // MAX_POINTS + 1)]
-        points = [[*cell, len(colours), 0] for cell in cells.tolist()]
-        are = ("cell on a track", "cells on tracks")
-        return replace(shown, points=points, point_colours=[*colours, TRACK], points_are=are)
+    grid, median = found.flow.grid, float(np.median(found.tracks.times))
     corner, size = np.array(grid.origin), np.array(grid.cell_size)
-    lines = [thinned((path[:, 1:] - corner) / size)[:, ::-1].round(2).tolist() for path in paths]
-    marks = []
-    if settings.well is not None:
-        row, column = settings.well
-        mark = {"kind": "ring", "row": row, "column": column, "height": 1, "width": 1}
-        label = f"well, pumps {three_digits(settings.rate * solving.DAY)} m³/d"
-        marks.append({**mark, "colour": chart_theme().reference, "label": label})
-    if particles:
-        at = particles / 100 * float(np.median(found.tracks.times))
-        for x, y in (positions(found.tracks, at) - corner) / size:
-            mark = {"kind": "disc", "row": y - 0.5, "column": x - 0.5, "height": 1, "width": 1}
-            marks.append({**mark, "colour": TRACK, "label": f"after {solving.duration(at)}"})
-    return replace(shown, lines=lines, marks=marks)
+    colours = [TRACK] if grid.nz is None else TIMES
+    lines, marks, n = [], [], len(colours)
+    for tracks in (found.tracks, found.to_well):
+        for path in tracks.paths if tracks is not None else ():
+            path = thinned((path - [0.0, *corner]) / [2 * median / n, *size])
+            steps = np.minimum(path[:, 0] // 1, n - 1)
+            colour = steps if tracks is found.tracks else np.full(len(path), n)
+            lines.append(np.column_stack([path[:, :0:-1], colour]).round(2).tolist())
+    at = particles / 100 * median
+    for x, y in (positions(found.tracks, at) - corner) / size if particles else ():
+        mark = {"kind": "disc", "row": y - 0.5, "column": x - 0.5, "height": 1, "width": 1}
+        marks.append({**mark, "colour": PARTICLE, "label": f"after {solving.duration(at)}"})
+    return replace(shown, lines=lines, line_colours=[*colours, accent], marks=marks)
 
 
 def thinned(path: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the points of a path without those that are closer than a cell to the one before."""
-    kept = np.unique(np.floor(path).astype(int), axis=0, return_index=True)[1]
+    """Return one point (time, x, y …) of a path for each cell, and the ends; cells are 1 wide."""
+    kept = np.unique(np.floor(path[:, 1:]).astype(int), axis=0, return_index=True)[1]
     return path[np.unique([0, *kept, len(path) - 1])]
 
 
 def positions(tracks: Tracks, at: float) -> NDArray[np.float64]:
     """Return the positions of particles at a time, without those that have ended before."""
-    found = [
-        [np.interp(at, path[:, 0], path[:, axis]) for axis in range(1, path.shape[1])]
-        for path in tracks.paths
-        if path[-1, 0] >= at
-    ]
+    moving = (path.T for path in tracks.paths if path[-1, 0] >= at)
+    found = [[np.interp(at, times, place) for place in places] for times, *places in moving]
     return np.array(found).reshape(-1, tracks.paths[0].shape[1] - 1)
 
 
@@ -315,7 +334,6 @@ def _draw_downloads(
     """Draw a menu of files of the solution, and of models for other programs."""
     page_state, name = state.page(FlowState), study_part(ensemble)
     r, grid = state.shown, ensemble.grid
-    k = dict(zip(ensemble.training_image.codes.tolist(), settings.conductivity, strict=True))
     with st.popover("Download", key="flow_downloads"):
         text.step_note(f"Heads and conductivity of realization {r + 1}")
         conductivity = cell_values(np.array(settings.conductivity), ensemble.indices[r])
@@ -326,17 +344,11 @@ def _draw_downloads(
                 download(label, content, f"{name}_heads.{kind}", key=f"flow_heads_{kind}")
             content = partial(tracks_csv, found.tracks)
             download("Tracks, CSV", content, f"{name}_tracks.csv", key="flow_tracks")
-        text.step_note("Models for other programs")
-        with st.container(**ROW):
-            ends: dict[str, Any] = {HEADS_ALONG[settings.axis]: settings.heads}
-            wells = {settings.well: -settings.rate} if settings.pumps else None
-            options = {"anisotropy": settings.anisotropy, "wells": wells, **ends}
-            if settings.axis != "z":
-                content = partial(flopy_as_zip, ensemble, k, realization=r, **options)
-                label = f"MODFLOW 6, realization {r + 1}"
-                download(label, content, f"{name}_modflow.zip", key="flow_modflow")
-            made = partial(grdecl_zip, ensemble, k, settings.anisotropy, name)
-            download("GRDECL, all", made, f"{name}_grdecl.zip", key="flow_grdecl")
+        for title, files in solving.model_downloads(page_state, ensemble, r).items():
+            text.step_note(title)
+            with st.container(**ROW):
+                for file in files:
+                    file.draw(name)
         run = page_state.run
         if run is not None and run.result is not None:
             result = run.result
@@ -346,12 +358,6 @@ def _draw_downloads(
                 download("Effective K, CSV", content, f"{name}_k.csv", key="flow_k_csv")
                 content = partial(times_csv, result)
                 download("Travel times, CSV", content, f"{name}_times.csv", key="flow_times_csv")
-
-
-def grdecl_zip(ensemble: Ensemble, k: dict, anisotropy: float, name: str) -> bytes:
-    """Return the files for Eclipse as a zip file."""
-    files = grdecl_files(ensemble, k, anisotropy=anisotropy)
-    return zipped({f"{name}{ending}": content for ending, content in files.items()})
 
 
 def tracks_csv(tracks: Tracks) -> bytes:
@@ -386,7 +392,7 @@ def _draw_answers(state: State, ensemble: Ensemble, settings: FlowSettings) -> N
             st.warning(text.plain(f"Not solved: {reason(run.error)}."))
         if run.result is None:
             return
-        if not solving.is_current(run, ensemble, settings):
+        if run.ensemble is not ensemble or run.settings != settings:
             draw_out_of_date("the realizations or the settings have changed. Solve all again.")
         _draw_result(state, run, run.result)
 

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,9 @@ from numpy.typing import NDArray
 
 from ccwsim import CCWSIMError, Ensemble, TrainingImage
 from ccwsim.flow import Capture, EffectiveK, Flow, Tracks, answers, darcy, over, tracks
+from ccwsim.flow.darcy import SIDES
 from ccwsim.flow.tracks import starts_at_inflow
+from ccwsim.io import flopy_as_zip, grdecl_as_zip
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import Demand
 from ccwsim.jobs.statistics import Fraction, StatisticsWorker
@@ -18,7 +21,9 @@ from ccwsim.model.facies_property import cell_values
 from ccwsim.model.numbers import three_digits
 from ccwsim.system.machine import n_cores
 from ccwsim.ui.session.cached import as_task, shared_values
+from ccwsim.ui.session.file_names import study_part
 from ccwsim.ui.session.state import PageRun, State, start_page_run
+from ccwsim.ui.widgets.fields import Download
 
 BYTES_PER_CELL = 1200  # memory per cell of a solution in bytes, mostly the levels of the solver
 ROCKS = (1e-4, 1e-7)  # first conductivity in m/s of all other, and of the most frequent facies
@@ -43,7 +48,7 @@ class FlowSettings:
     def solve(self, ensemble: Ensemble, indices: NDArray[np.uint8], *, well: bool = True) -> Flow:
         """Return the flow through facies indices, without the well if `well` is false."""
         ends: dict[str, Any] = {answers.HEADS_ALONG[self.axis]: self.heads}
-        wells = {self.well: -self.rate} if well and self.well and self.rate else {}
+        wells = self.wells if well else {}
         k = cell_values(np.array(self.conductivity), indices)
         return darcy(k, ensemble.grid, wells=wells, anisotropy=self.anisotropy, **ends)
 
@@ -51,6 +56,11 @@ class FlowSettings:
     def pumps(self) -> bool:
         """Whether there is a well that pumps."""
         return self.well is not None and self.rate > 0
+
+    @property
+    def wells(self) -> dict[tuple[int, ...], float]:
+        """The rate of the well by its cell, negative for pumping; empty without a well."""
+        return {self.well: -self.rate} if self.well is not None and self.rate else {}
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +169,9 @@ class FlowState:
     particles: int = 0  # travel time at which particles are shown, % of the median travel time
     run: AnswersRun | None = None
     message: str = ""
-    latest: tuple[Ensemble, int, Solution] | None = None  # drawn until the next solution is known
+    latest: tuple[Ensemble, Solution] | None = None  # drawn until the next solution is known
+    follows: bool = True  # whether the well of a volume follows the cross hairs
+    ack: int = 0  # number of the last stroke in a slice that was applied
     worker: StatisticsWorker = field(default_factory=lambda: StatisticsWorker(shared_values()))
 
 
@@ -197,6 +209,22 @@ def set_well(page_state: FlowState, ensemble: Ensemble, cell: Sequence[int]) -> 
         page_state.rate = float(f"{flow * DAY / 3:.2g}")
 
 
+def take_choice(page_state: FlowState, ensemble: Ensemble, choice: dict[str, Any]) -> None:
+    """Take the well and the heads that the user chose on a map."""
+    if choice["well"]:
+        set_well(page_state, ensemble, [int(k) for k in choice["well"]])
+    if choice["heads"]:
+        page_state.high, page_state.low = map(float, choice["heads"])
+
+
+def take_strokes(page_state: FlowState, ensemble: Ensemble, edits: list[dict[str, Any]]) -> None:
+    """Move the well to the end of the latest stroke of the cross hairs in a volume."""
+    for edit in edits:
+        page_state.ack = max(page_state.ack, edit["seq"])
+        if edit.get("cells"):
+            set_well(page_state, ensemble, [int(k) for k in edit["cells"][-1]])
+
+
 def start_answers(state: State) -> None:
     """Solve all realizations of the latest results."""
     page_state, ensemble = state.page(FlowState), state.ensemble
@@ -205,16 +233,32 @@ def start_answers(state: State) -> None:
         start_page_run(page_state, "run", lambda: AnswersRun(ensemble, settings))
 
 
-def is_current(run: AnswersRun, ensemble: Ensemble, settings: FlowSettings) -> bool:
-    """Return whether the answers are those of the results and settings on the page."""
-    return run.ensemble is ensemble and run.settings == settings
-
-
 def problem_of(settings: FlowSettings) -> str:
     """Return the reason why nothing can be solved, or an empty text."""
     if settings.heads[0] == settings.heads[1]:
         return f"Both heads are {settings.heads[0]:g} m, so nothing flows: choose different heads."
     return ""
+
+
+def model_downloads(
+    page_state: FlowState, ensemble: Ensemble, realization: int
+) -> dict[str, list[Download]]:
+    """Return models for other programs, below a title with the values of the page Flow."""
+    settings, image = settings_of(page_state, ensemble), ensemble.training_image
+    k = dict(zip(image.codes.tolist(), settings.conductivity, strict=True))
+    made = partial(grdecl_as_zip, study_part(ensemble), ensemble, k, anisotropy=settings.anisotropy)
+    files = [Download("GRDECL with permeability", "models_grdecl", "_grdecl.zip", made)]
+    named = zip(image.facies_names, settings.conductivity, strict=True)
+    said = [f"K of {name} {value:g} m/s" for name, value in named]
+    if settings.axis != "z" and find_spec("flopy"):
+        ends = zip(SIDES[settings.axis], settings.heads, strict=True)
+        said += [*(f"head {head:g} m {side}" for side, head in ends), *["a well"] * settings.pumps]
+        options = {answers.HEADS_ALONG[settings.axis]: settings.heads, "wells": settings.wells}
+        options |= {"anisotropy": settings.anisotropy, "realization": realization}
+        made = partial(flopy_as_zip, ensemble, k, **options)
+        label = f"MODFLOW 6, realization {realization + 1}"
+        files.append(Download(label, "models_modflow", "_modflow.zip", made))
+    return {f"Models for flow programs, with the values of Flow: {', '.join(said)}": files}
 
 
 def duration(seconds: float) -> str:

@@ -43,7 +43,9 @@ class CellMap:
     # width, colour and label
     marks: list[dict[str, Any]] = field(default_factory=list)
     trail: list[list[float]] = field(default_factory=list)  # line of cells with an arrow
-    lines: list[list[list[float]]] = field(default_factory=list)  # lines on a map, of (row, column)
+    # points of lines, each with (layer,) row, column in cells and the index of a colour
+    lines: list[list[list[float]]] = field(default_factory=list)
+    line_colours: Sequence[str] = ()
     wells: CellsOfWells = ()  # named wells, with the cells of each well
 
 
@@ -97,6 +99,8 @@ def shared_content(cell_map: CellMap, grid: Grid | None) -> dict[str, Any]:
         "keys": [list(pair) for pair in cell_map.keys],
         "strip": cell_map.strip,
         "points": cell_map.points,
+        "lines": cell_map.lines,
+        "line_lut": list(cell_map.line_colours),
         "wells": [[name, list(map(list, path))] for name, path in cell_map.wells],
         "max_names": MAX_NAMES,
         "point_lut": list(cell_map.point_colours) or None,
@@ -196,7 +200,6 @@ def map_content(cell_map: CellMap, *, grid: Grid | None = None, **options: Any) 
         "ny": ny,
         "marks": cell_map.marks,
         "trail": cell_map.trail,
-        "lines": cell_map.lines,
         **options,
     }
 

@@ -13,7 +13,7 @@ from ccwsim.ui.widgets.errors import catch_callback_errors
 FOLDER = Path(__file__).parent
 BELOW = {
     "map": ("shared/drawing",),
-    **dict.fromkeys(("editor", "guides"), ("shared/drawing", "map/map", "shared/edits")),
+    **dict.fromkeys(("editor", "guides", "flow"), ("shared/drawing", "map/map", "shared/edits")),
     "volume": ("shared/drawing", "shared/edits", "volume/slice", "volume/body"),
     **dict.fromkeys(("history", "settings", "sheet", "quiz"), ("shared/tiles",)),
 }

@@ -1,8 +1,8 @@
 """The results on the page Simulate, their files, and the earlier runs of the session."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import streamlit as st
 
@@ -15,6 +15,7 @@ from ccwsim.metrics.bands import Statistic
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.numbers import seconds
 from ccwsim.report.settings import caption_of
+from ccwsim.ui.flow.solving import FlowState, model_downloads
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results import charts, maps
 from ccwsim.ui.results.maps import MAP_WIDTHS, SMALLEST_IMAGE
@@ -24,7 +25,7 @@ from ccwsim.ui.session.state import PastRun, State
 from ccwsim.ui.study.changes import changes_between, study_name
 from ccwsim.ui.study.run import is_current, stop_run
 from ccwsim.ui.widgets.facts import draw_facts
-from ccwsim.ui.widgets.fields import download
+from ccwsim.ui.widgets.fields import Download
 from ccwsim.ui.widgets.text import page_labels, panel_title, plain, step_note
 
 USUAL_WIDTH = 400
@@ -111,21 +112,13 @@ def draw_downloads(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
     with st.popover("Download", key="downloads"):
         if not is_current(state):
             step_note(OLD_FILES)
-        for title, files in download_groups(ensemble, colours, state.shown, state.facies).items():
+        groups = download_groups(ensemble, colours, state.shown, state.facies)
+        groups |= model_downloads(state.page(FlowState), ensemble, state.shown)
+        for title, files in groups.items():
             step_note(title)
             with st.container(horizontal=True, gap="small"):
                 for file in files:
-                    name = f"{study_part(ensemble)}{file.ending}"
-                    download(file.label, file.content, name, key=f"download_{file.key}")
-
-
-class Download(NamedTuple):
-    """A file to download, which is created when the user chooses it."""
-
-    label: str
-    key: str
-    ending: str  # end of the file name, after the name of the study
-    content: Callable[[], bytes]
+                    file.draw(study_part(ensemble))
 
 
 def download_groups(

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from mimetypes import guess_type
-from typing import Any
+from typing import Any, NamedTuple
 
 import streamlit as st
 
@@ -26,6 +26,19 @@ def download(
     """Draw a download button; a function `content` is called when the button is pressed."""
     mime = guess_type(name)[0] or "application/octet-stream"
     st.download_button(label, content, name, mime, key, on_click="ignore", **options)
+
+
+class Download(NamedTuple):
+    """A file to download, which is created when the user chooses it."""
+
+    label: str
+    key: str
+    ending: str  # end of the file name, after the name of the study
+    content: Callable[[], bytes]
+
+    def draw(self, name: str) -> None:
+        """Draw a button that downloads the file; `name` is the name of the study."""
+        download(self.label, self.content, f"{name}{self.ending}", key=f"download_{self.key}")
 
 
 def field(

@@ -603,3 +603,23 @@ def test_a_reader_with_a_screen_reader_is_not_kept_out(tab):
     found = axe.Axe().run(tab, context=".volume", options={"resultTypes": ["violations"]})
     assert [violation["id"] for violation in found.response["violations"]] == []
     assert canvas(tab, "z").get_attribute("aria-label") == "Realization 1, layer 4"
+
+
+def test_a_line_is_drawn_in_its_colours_where_no_cell_hides_it_and_in_the_slices_it_crosses(tab):
+    pink, green = "#ff20ff", "#20ff20"
+    line = [[4.5, 7.5, 0.0, 0], [4.5, 7.5, 6.0, 0], [4.5, 7.5, 12.0, 1]]
+    crossed = replace(VOLUME, lines=[line], line_colours=[pink, green])
+    count = {}
+    for mode, opacities in (("several", [0.0] * 4), ("several", [1.0] * 4)):
+        show(tab, crossed, f"with {opacities[0]}", mode=mode, opacities=opacities)
+        count[opacities[0]] = [tab.evaluate(DRAWN, colour) for colour in (pink, green)]
+    assert all(free > hidden for free, hidden in zip(count[0.0], count[1.0], strict=True))
+    assert min(count[0.0]) > 20
+    layer = np.array(tab.evaluate(MIDDLES, ["z", NX, NY]))
+    assert {*layer[7, :5], *layer[7, 8:]} == {pink, green}
+    tab.get_by_role("slider", name="Layer of the map (z)").fill("1")
+    soon(lambda: pink_is_gone(tab, pink))
+
+
+def pink_is_gone(tab, pink: str) -> None:
+    assert pink not in np.array(tab.evaluate(MIDDLES, ["z", NX, NY]))

@@ -2,25 +2,32 @@
 
 from __future__ import annotations
 
+from io import BytesIO
+from zipfile import ZipFile
+
 import numpy as np
 import pytest
 from streamlit.testing.v1 import AppTest
 
-from ccwsim import Grid
+from ccwsim import Grid, io
 from ccwsim.flow import darcy
 from ccwsim.sharing.choices import Choices
-from ccwsim.ui.flow.page import grdecl_zip, positions, thinned, times_csv, tracks_csv
+from ccwsim.ui.flow.page import positions, thinned, times_csv, tracks_csv, with_tracks
 from ccwsim.ui.flow.solving import (
     DAY,
     FlowState,
     duration,
+    model_downloads,
     rock_of,
     set_well,
     settings_of,
     solution,
     start_answers,
+    take_choice,
+    take_strokes,
     worth,
 )
+from ccwsim.ui.frontend.cells import facies_map
 from ccwsim.ui.session.state import KEY, State
 from tests.flow.test_flow import ensemble
 from tests.ui.widgets import csv_rows, html, named, opened, texts
@@ -126,7 +133,6 @@ def test_files_have_a_line_for_each_point_and_particle():
     assert len(rows) == sum(map(len, found.tracks.paths))
     assert set(rows[0]) == {"track", "time_s", "x", "y"}
     assert len(csv_rows(times_csv(page_state.run.result))) == page_state.run.result.times.shape[1]
-    assert grdecl_zip(state.ensemble, {0: 1.0, 1: 2.0}, 1.0, "a")[:2] == b"PK"
 
 
 def test_particles_move_along_their_tracks():
@@ -136,7 +142,7 @@ def test_particles_move_along_their_tracks():
     time = float(np.median(found.times))
     x0, x1 = (positions(found, share * time)[:, 0].mean() for share in (0.1, 0.5))
     assert x0 < x1
-    assert len(thinned(found.paths[0][:, 1:])) <= len(found.paths[0])
+    assert len(thinned(found.paths[0])) <= len(found.paths[0])
 
 
 def test_worth_names_both_scores():
@@ -163,3 +169,80 @@ def test_the_first_well_of_a_volume_is_in_the_middle():
     assert not app.exception
     assert app.session_state[KEY].page(FlowState).well == (2, 6, 7)
     assert Grid(12, 15, nz=4).holds(np.array([[2, 6, 7]])).all()
+
+
+def solution_of(state: State) -> tuple:
+    """Return the settings and the solution of the first realization."""
+    settings = settings_of(state.page(FlowState), state.ensemble)
+    return settings, solution(state.ensemble, 0, settings).work(lambda _: None)
+
+
+def test_a_choice_on_a_map_moves_the_well_and_the_heads():
+    state = state_of()
+    page_state = state.page(FlowState)
+    take_choice(page_state, state.ensemble, {"well": [3, 4], "heads": [2, 0.5]})
+    assert (page_state.well, page_state.high, page_state.low) == ((3, 4), 2.0, 0.5)
+    assert page_state.rate > 0
+    take_choice(page_state, state.ensemble, {"well": None, "heads": None})
+    assert page_state.well == (3, 4)
+    app = launched(state)
+    assert "Well in row 3, column 4" in html(app)
+    assert "effective K" not in html(app)
+
+
+def test_a_stroke_of_the_cross_hairs_moves_the_well_of_a_volume_to_its_end():
+    state = state_of((4, 12, 15))
+    page_state = state.page(FlowState)
+    strokes = [{"seq": 5, "cells": [[0, 1, 1], [0, 2, 3]]}, {"seq": 6, "do": "undo"}]
+    take_strokes(page_state, state.ensemble, strokes)
+    assert (page_state.well, page_state.ack) == ((0, 2, 3), 6)
+    app = launched(state)
+    assert "Well in layer 0, row 2, column 3" in html(app)
+    named(app.toggle, "flow_follows").set_value(False).run()
+    assert not app.session_state[KEY].page(FlowState).follows
+
+
+@pytest.mark.parametrize("shape", [(24, 30), (4, 12, 15)])
+def test_tracks_are_lines_through_the_cells_in_the_colour_of_their_time(shape):
+    state = state_of(shape)
+    set_well(state.page(FlowState), state.ensemble, tuple(n // 2 for n in shape))
+    settings, found = solution_of(state)
+    image = state.ensemble.training_image
+    shown = facies_map(state.ensemble.indices[0], image, ["#000000", "#FFFFFF"], "a")
+    shown = with_tracks(shown, found, settings, 0)
+    *times, captured = range(len(shown.line_colours))
+    n = len(found.tracks.paths)
+    for line, path in zip(shown.lines, found.tracks.paths, strict=False):
+        np.testing.assert_allclose(line[0][:-1], path[0, :0:-1], atol=0.01)
+        np.testing.assert_allclose(line[-1][:-1], path[-1, :0:-1], atol=0.01)
+        assert [point[-1] for point in line] == sorted(point[-1] for point in line)
+        assert {point[-1] for point in line} <= set(times)
+    assert {point[-1] for line in shown.lines[n:] for point in line} == {captured}
+    assert len(shown.lines) == n + len(found.to_well.paths)
+    assert len(shown.points) == len(shape) - 2
+
+
+@pytest.mark.parametrize("page", ["flow", "simulate"])
+def test_models_for_other_programs_name_and_have_the_values_of_the_page(page):
+    state = state_of()
+    state.last_attempt = state.choices
+    state.page(FlowState).conductivity = {"mud": 2e-9, "sand": 3e-5}
+    app = opened(page, state).run()
+    assert not app.exception
+    labels = {element.proto.label for element in app.get("download_button")}
+    assert {"GRDECL with permeability", "MODFLOW 6, realization 1"} <= labels
+    title = "Models for flow programs, with the values of Flow: K of mud 2e-09 m/s, K of sand 3e-05"
+    assert title in html(app)
+
+
+def test_models_for_other_programs_contain_the_realizations():
+    state = state_of()
+    set_well(state.page(FlowState), state.ensemble, (12, 20))
+    settings = settings_of(state.page(FlowState), state.ensemble)
+    (files,) = model_downloads(state.page(FlowState), state.ensemble, 1).values()
+    eclipse, modflow = (ZipFile(BytesIO(file.content())) for file in files)
+    inc = [name for name in eclipse.namelist() if name.endswith(".inc")]
+    assert len(inc) == state.ensemble.n
+    of_facies = io.millidarcy(np.array(settings.conductivity))
+    assert all(f"{k:.9g}"[:8] in eclipse.read(inc[0]).decode() for k in of_facies.tolist())
+    assert {"mfsim.nam", "flow.wel", "flow.ghb", "flow.npf"} <= {*modflow.namelist()}

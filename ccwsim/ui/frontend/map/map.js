@@ -248,8 +248,9 @@ class CellMap {
   }
 
   drawLines(pen) {
-    for (const line of this.data.lines || []) {
-      strokeIn(pen, [[PAPER, 2.5, 0.8], [INK, 1.1, 0.9]], () => {
+    const { lines = [], line_lut: lut } = this.data;
+    for (const line of lines) {
+      strokeIn(pen, [[PAPER, 2.5, 0.8], [lut[line[0].at(-1)], 1.2, 0.9]], () => {
         line.forEach(([row, column], k) => {
           const place = this.toCanvas(column, row);
           if (k) pen.lineTo(...place); else pen.moveTo(...place);

@@ -6,6 +6,7 @@ const SEVERAL = 'several'; // the choice of facies with opacities
 const BLOCKS = { block: [0, 1, 2], 'block x': [0], 'block y': [1], 'block z': [2] }; // axes of the cuts
 const ALL = 1 << 20; // more cells than a volume has along an axis
 const FAINT = 0.25; // opacity at first of the facies with index 0, which often surrounds the others
+const OPAQUE = 0.9, BEHIND = 0.25; // minimum opacity of a cell that hides lines, and opacity of hidden lines
 const FIRST_LOOK = { turn: 0.6, tilt: 0.5, zoom: 1 };
 const QUICK = 35; // target milliseconds per frame in motion; slower machines draw coarser frames
 const AT_REST = 180; // milliseconds without motion before a coarse frame is replaced by a fine frame
@@ -236,7 +237,7 @@ class Body {
       ? 'block, a corner cut out' : `block, cut across ${'xyz'[axes[0]]}`]));
     mode.replaceChildren(...modes.map(([value, text]) => new Option(text, value)));
     const offered = (value) => modes.some(([one]) => one === value);
-    mode.value = [shared.mode, own.mode].find(offered) ?? 'block';
+    mode.value = [shared.mode, own.mode, data.mode].find(offered) ?? 'block';
     own.mode = mode.value;
     this.choose();
   }
@@ -355,6 +356,9 @@ class Body {
     if (look.tilt < 0) this.drawStems(pen, toCanvas, block, side);
     pen.imageSmoothingEnabled = coarse < 1;
     pen.drawImage(scene, 0, 0, wide, high);
+    this.drawLines(pen, toCanvas, (k) => (block
+      ? k.some((c, axis) => (c - at[axis]) * side[axis] + values.whole[axis] <= 0)
+      : opacities[view.cells[(k[2] * data.shape[1] + k[1]) * data.shape[0] + k[0]]] > OPAQUE), values.along);
     this.drawEdges(pen, toCanvas, side, false);
     if (look.tilt >= 0) this.drawStems(pen, toCanvas, block, side);
     this.took = performance.now() - began;
@@ -367,7 +371,7 @@ class Body {
   opacities() {
     const { data, shared } = this.view;
     const mode = this.mode.value;
-    if (mode === SEVERAL) return data.lut.map((_, k) => shared.opacities?.[k] ?? usualOpacity(k));
+    if (mode === SEVERAL) return data.lut.map((_, k) => (shared.opacities ?? data.opacities)?.[k] ?? usualOpacity(k));
     if (mode === 'from') return data.lut.map((_, k) => Number(k >= this.from));
     return data.lut.map((_, k) => Number(this.isBlock || k === +mode));
   }
@@ -386,6 +390,35 @@ class Body {
     data.lut.forEach((colour, k) => looks.set([...rgbOf(colour), Math.round(255 * opacities[k])], 4 * k));
     (data.point_lut || data.lut).forEach((colour, k) => looks.set([...rgbOf(colour), 255], 4 * (256 + k)));
     return looks;
+  }
+
+  // Draw lines, faint where cells for which `hides(cell)` is true are between them and the viewer.
+  drawLines(pen, toCanvas, hides, along) {
+    const { lines = [], line_lut: lut, shape } = this.view.data;
+    const longest = Math.max(...along.map(Math.abs)), step = along.map((d) => -d / longest);
+    const isHidden = (at) => {
+      for (const place = [...at]; place.every((c, axis) => c >= 0 && c < shape[axis]); step.forEach((d, axis) => { place[axis] += d; })) {
+        if (hides(place.map(Math.floor))) return true;
+      }
+      return false;
+    };
+    pen.save();
+    pen.lineJoin = pen.lineCap = 'round';
+    for (const line of lines) {
+      const spots = line.map(([layer, row, column]) => toCanvas(column, row, layer));
+      const alphas = line.slice(1).map(([z, y, x], k) => (
+        isHidden([x + line[k][2], y + line[k][1], z + line[k][0]].map((sum) => sum / 2)) ? BEHIND : 1));
+      // the outline first, without a gap where the colour changes
+      for (const [share, wide, colourOf] of [[0.7, 3, () => INK], [1, 1.6, (k) => lut[line[k + 1][3]]]]) {
+        for (let first = 0, k = 1; k < line.length; k++) {
+          if (alphas[k] === alphas[first] && colourOf(first) === (line[k + 1] && colourOf(k))) continue;
+          strokeIn(pen, [[colourOf(first), wide, share * alphas[first]]], () => (
+            spots.slice(first, k + 1).forEach((spot) => pen.lineTo(...spot))));
+          first = k;
+        }
+      }
+    }
+    pen.restore();
   }
 
   // Draw the edges of the box behind or in front of the volume, and the names of the axes.

@@ -42,6 +42,7 @@ class Slice {
     const pen = clearAndClip(this.canvas, this);
     pen.imageSmoothingEnabled = Math.min(view.scale[this.right], view.scale[this.up]) * this.dots < 1;
     pen.drawImage(this.picture(), this.left, this.top, this.wide, this.high);
+    this.drawLines(pen);
     this.drawHairs(pen);
     if (view.dataShown) this.drawData(pen, wrongColourOf(view.root));
     const { hover } = view.shared;
@@ -70,6 +71,24 @@ class Slice {
     }
     pen.putImageData(pixels, 0, 0);
     return picture;
+  }
+
+  // Draw the parts of lines that are in the slice.
+  drawLines(pen) {
+    const { lines = [], line_lut: lut } = this.view.data;
+    const [across, right, up] = [this.across, this.right, this.up].map((axis) => 2 - axis);
+    const inside = (point) => Math.floor(point[across]) === this.here;
+    const place = (point) => this.toCanvas(point[right], point[up]);
+    for (const line of lines) {
+      for (let k = 1; k < line.length; k++) {
+        const [from, to] = [line[k - 1], line[k]];
+        if (!inside(from) && !inside(to)) continue;
+        strokeIn(pen, [[INK, 3, 0.7], [lut[to.at(-1)], 1.6]], () => {
+          pen.moveTo(...place(from));
+          pen.lineTo(...place(to));
+        });
+      }
+    }
   }
 
   // Draw the lines in which the other two slices cut this slice.
