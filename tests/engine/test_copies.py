@@ -252,8 +252,25 @@ def test_a_traced_patch_comes_from_the_copy_of_its_kind():
         assert step.scores.ndim == 2
         np.testing.assert_array_equal(step.places[step.drawn] * step.block[1:] // step.block[1:],
                                       step.places[step.drawn])  # fmt: skip
+        _, y0, x0 = step.box[:3]
+        copy = trace.oriented.pyramid.image[step.layer]
+        ty, tx = step.place
+        np.testing.assert_array_equal(
+            copy[ty : ty + step.box.ny, tx : tx + step.box.nx], step.cells
+        )
+        zone = study.secondary.zones[tuple(trace.grid_frame.cells_to_grid([y0 + 12, x0 + 12])[0])]
+        assert step.source.split(",")[0] == ("stone wall" if zone else "channels")
     plain = simulate(CHANNELS, (80, 90), SMALL, secondary=secondary, seed=study.seed)
     np.testing.assert_array_equal(trace.realization.indices, plain.indices[0])
+
+
+def test_copies_are_named_with_all_their_changes():
+    turned = Secondary(images=[TrainingImage(WALL.array)], angle=37.0, scale=1.5, mirrored="xy")
+    copies = make_copies(Study(CHANNELS, Grid(60, 70), SMALL, secondary=turned))
+    assert len(copies.names) == len(copies.indices) == 8
+    changes = "turned to 37°, scaled by 1.5"
+    assert copies.names[0] == f"channels, {changes}"
+    assert copies.names[7] == f"image 1, {changes}, mirrored along y and x"
 
 
 def test_an_image_too_small_for_a_turned_patch_is_named():

@@ -142,6 +142,8 @@ class TracedPatch:
     steered: bool  # towards target proportions
     data: DataTerms | None  # None if template and co-template contain no data
     totals: NDArray[np.int64] | None  # scores plus the costs of data and location
+    layer: int  # layer of the stack of copies in which the patch of a map was found
+    source: str  # name of the copy from which the patch is; empty without copies
 
     @property
     def candidates(self) -> NDArray[np.int64]:
