@@ -252,14 +252,14 @@ def test_a_traced_patch_comes_from_the_copy_of_its_kind():
         assert step.scores.ndim == 2
         np.testing.assert_array_equal(step.places[step.drawn] * step.block[1:] // step.block[1:],
                                       step.places[step.drawn])  # fmt: skip
-        _, y0, x0 = step.box[:3]
-        copy = trace.oriented.pyramid.image[step.layer]
         ty, tx = step.place
-        np.testing.assert_array_equal(
-            copy[ty : ty + step.box.ny, tx : tx + step.box.nx], step.cells
-        )
-        zone = study.secondary.zones[tuple(trace.grid_frame.cells_to_grid([y0 + 12, x0 + 12])[0])]
-        assert step.source.split(",")[0] == ("stone wall" if zone else "channels")
+        piece = trace.oriented.pyramid.image[
+            step.layer, ty : ty + step.box.ny, tx : tx + step.box.nx
+        ]
+        np.testing.assert_array_equal(piece, step.cells)
+        is_wall = make_copies(study).origins[step.layer].max() >= CHANNELS.indices.size
+        assert step.source.split(",")[0] == ("stone wall" if is_wall else "channels")
+        assert ("mirrored along x" in step.source) == bool(step.layer % 2)
     plain = simulate(CHANNELS, (80, 90), SMALL, secondary=secondary, seed=study.seed)
     np.testing.assert_array_equal(trace.realization.indices, plain.indices[0])
 
@@ -270,7 +270,7 @@ def test_copies_are_named_with_all_their_changes():
     assert len(copies.names) == len(copies.indices) == 8
     changes = "turned to 37°, scaled by 1.5"
     assert copies.names[0] == f"channels, {changes}"
-    assert copies.names[7] == f"image 1, {changes}, mirrored along y and x"
+    assert copies.names[7] == f"image 1, {changes}, mirrored along x and y"
 
 
 def test_an_image_too_small_for_a_turned_patch_is_named():

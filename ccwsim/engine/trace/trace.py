@@ -272,6 +272,7 @@ class Trace:
         if sides and search.slack >= 0:
             slack = int(search.slack)
         scores, copies = self._all_scores(blocks, layer, n_layers)
+        illegal = self.oriented.illegal[layer : layer + n_layers]
         if seen_data(self.data, before, box, search.co_template):
             weights = SPARSE if p.split == 0 else DENSE
             slack = int(weights.slack * search.slack_cost)
@@ -309,6 +310,7 @@ class Trace:
             totals=of_places(totals).copy()
             if data is not None or search.location_cost > 0
             else None,
+            illegal=of_places(illegal.astype(bool)) if illegal.size else np.array(False),
             layer=0 if volume else tz,
             source=names[-1 - tz if way & FROM_ABOVE else tz] if names else "",
         )

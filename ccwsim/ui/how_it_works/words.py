@@ -139,16 +139,16 @@ def describe_overlap(view: PatchView) -> str:
 
 def describe_scores(step: TracedPatch) -> str:
     """Return a description of the scores, and the best score."""
-    locations = format_count(step.scores.size, "location")
+    locations = format_count(int(np.isfinite(step.ccw).sum()), "location")
     if not step.patch.shape:
         decide = " Only the hard data decide." if step.data is not None else ""
         return f"Without an overlap, all {locations} of the image fit equally well.{decide}"
     ccw = step.ccw
     if step.correlation:
-        best, how = ccw.max(), "the paper's CCW (cross-correlation) ΣA·B; the largest is best"
+        best, how = np.nanmax(ccw), "the paper's CCW (cross-correlation) ΣA·B; the largest is best"
     else:
-        best, how = ccw.min(), page_text("Squared difference")
-    median = f"{float(sorted(ccw.ravel())[ccw.size // 2]):.4g}"
+        best, how = np.nanmin(ccw), page_text("Squared difference")
+    median = f"{np.nanpercentile(ccw, 50, method='higher'):.4g}"
     values = {"locations": locations, "how": how, "best": f"{best:.4g}", "median": median}
     return page_text("Scores", **values)
 

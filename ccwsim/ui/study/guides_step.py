@@ -293,7 +293,7 @@ def _draw_board(state: State, guides: GuideChoice) -> None:
     outlines = {f"zone{k}": outline for k, outline in enumerate(zones, 1)}
     tools: dict[str, Any] = {
         "strokes": isinstance(soft, tuple) and [(*astuple(s)[:3], s.points) for s in soft],
-        "lines": isinstance(guides.angle, DrawnLines) and guides.angle.lines,
+        "flow": isinstance(guides.angle, DrawnLines) and guides.angle.lines,
         "outlines": outlines | ({"outline": corners} if isinstance(corners, tuple) else {}),
     }
     ground = _ground(secondary, image, min(guides.facies, image.n_facies - 1), choices.grid)
@@ -342,7 +342,7 @@ def take_drawing(state: State, drawn: Mapping[str, Any]) -> None:
         shapes["zones"] = tuple(outlines[name] for name in sorted(outlines))
     if (strokes := drawn["strokes"]) is not False:
         shapes["probabilities"] = tuple(Stroke(v, r, s, _points(line)) for v, r, s, line in strokes)
-    if (lines := drawn["lines"]) is not False and isinstance(guides.angle, DrawnLines):
+    if (lines := drawn["flow"]) is not False and isinstance(guides.angle, DrawnLines):
         shapes["angle"] = replace(guides.angle, lines=tuple(map(_points, lines)))
     _change(state, **shapes)
 
@@ -359,7 +359,7 @@ def _ground(secondary: Secondary | None, image: TrainingImage, facies: int, grid
         values, name = secondary.probabilities[facies], f"P({image.facies_names[facies]}) ="
     elif secondary is not None and secondary.zones is not None:
         names = [pretty(each.name) for each in (image, *secondary.images)]
-        shades = ramp(ENTROPY, len(names) + 1)[1:]
+        shades = ramp(ENTROPY, len(names) + 1)[:-1]
         shown = middle_layer(np.where(active, secondary.zones, np.uint8(UNKNOWN)))
         keys = list(zip(names, shades, strict=True))
         return CellMap(shown, shades, names, "Guides: zones of the images", keys=keys)

@@ -71,8 +71,10 @@ def draw_uncertainty(state: State, ensemble: Ensemble, colours: Sequence[str]) -
 def _draw_directions(off: NDArray[np.float64], ensemble: Ensemble, facies: int) -> None:
     """Draw how much directions differ from the given angles."""
     size, name = np.abs(off), ensemble.training_image.facies_names[facies]
-    most = float(np.quantile(size, 0.9))
-    note = f"{size.mean():.1f}° on average, at most {most:.1f}° in 90 % of the cells"
+    if ensemble.secondary is not None and ensemble.secondary.zones is not None:
+        size[ensemble.secondary.zones > 0] = np.nan  # other images have other directions
+    most = float(np.nanquantile(size, 0.9))
+    note = f"{np.nanmean(size):.1f}° on average, at most {most:.1f}° in 90 % of the cells"
     panel_title("Difference from the given angles", note)
     shown = share_map(size / 90, "difference / 90° =", f"Directions of {name}", colours=ENTROPY)
     draw_cells(shown, "directions", link="grid", name="directions", body=False, max_height=400)
@@ -83,8 +85,9 @@ def _draw_zones(fits: Sequence[tuple[Any, ...]], names: Sequence[str], facies: s
     rows = []
     for k, size, shares, (own,), far in fits:
         other = min(set(range(len(names))) - {k}, key=lambda other: far[other])
-        off = f"{100 * (shares.mean() - own):+.1f} ± {100 * shares.std():.1f}"
-        row = [f"{k} {names[k]}", *(f"{100 * s:.1f} %" for s in (size, shares.mean(), own)), off]
+        off = f"{round(100 * (shares.mean() - own), 1) + 0:+}\u00a0±\u00a0{100 * shares.std():.1f}"
+        percent = [f"{100 * share:.1f}\u00a0%" for share in (size, shares.mean(), own)]
+        row = [f"{k} {names[k]}", *percent, off]
         if isfinite(far[k]):  # otherwise, the zone is smaller than a pattern
             sign = "✓ " if far[k] < far[other] else "⚑ "
             row += [f"{sign}{far[k]:.3f}", f"{far[other]:.3f} ({names[other]})"]

@@ -184,7 +184,8 @@ def describe_summary(run: LargeEnsembleRun, summary: RunningSummary) -> str:
             data = f" In total, {n:,} {'datum is' if n == 1 else 'data are'} not honoured."
     values = {"n": summary.n, "name": image.facies_names[k], "image": 100 * image.proportions[k]}
     values |= {name: 100 * getattr(mean, name)[k] for name in ("mean", "low", "high")}
-    return page_text("Large ensemble", data=data, size=run.nbytes / 1e6, **values)
+    values |= {"data": data, "size": run.nbytes / 1e6}
+    return page_text("Summary of a large ensemble", **values)
 
 
 def bundle_of_band(

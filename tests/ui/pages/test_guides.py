@@ -101,7 +101,7 @@ def test_a_drawing_of_the_browser_becomes_strokes_and_corners():
     state = State(choices=replace(STUDY, guides=GuideChoice((), active=TRIANGLE)))
     lines = [[s.value, s.radius, s.softness, list(map(list, s.points))] for s in STROKES]
     drawn = {
-        "lines": False,
+        "flow": False,
         "strokes": lines,
         "outlines": {"outline": [[0, 0], [50, 0], [0, 40.5]]},
     }
@@ -372,7 +372,7 @@ def test_lines_turn_the_image_and_are_drawn_by_hand_or_read_from_a_file():
     state = State(choices=replace(STUDY, guides=GuideChoice(angle=DrawnLines((), 90.0))))
     assert study_of(state.choices).secondary is None  # nothing is drawn yet
     lines = [[list(point) for point in line] for line in FLOW.lines]
-    take_drawing(state, {"strokes": False, "outlines": {}, "lines": lines})
+    take_drawing(state, {"strokes": False, "outlines": {}, "flow": lines})
     assert state.choices.guides.angle == FLOW
     angle = secondary_of(state.choices).angle
     assert abs(angle[15, 70] - 270) < 4  # the east of the image is turned to the north

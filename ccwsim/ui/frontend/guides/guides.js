@@ -18,12 +18,12 @@ export default inOrder((component) => {
 
 class GuideBoard extends CellMap {
   brush = { ...BRUSH };
-  drawn = { outlines: {} }; // {strokes, lines, outlines}; strokes and lines are false if the study has none
+  drawn = { outlines: {} }; // {strokes, flow, outlines}; strokes and flow are false if the study has none
   sent = null; // a drawing that the page has not applied yet
   past = [];
   future = [];
   gesture = null; // a pressed pointer: its points, or the corner that it moves
-  start = null; // the first point of a line that is drawn with the keyboard
+  begun = null; // the first point of a line that is drawn with the keyboard
 
   constructor(root) {
     root.append(root.nextElementSibling);
@@ -32,11 +32,11 @@ class GuideBoard extends CellMap {
   }
 
   show(data) {
-    const given = { strokes: data.strokes, lines: data.lines, outlines: data.outlines };
+    const given = { strokes: data.strokes, flow: data.flow, outlines: data.outlines };
     if (this.sent && same(given, this.sent)) this.sent = null;
     if (!this.sent) this.drawn = given;
     const before = this.tools || [];
-    this.tools = ['pan', ...(data.strokes ? ['brush'] : []), ...(data.lines ? ['line'] : []),
+    this.tools = ['pan', ...(data.strokes ? ['brush'] : []), ...(data.flow ? ['line'] : []),
       ...Object.keys(data.outlines)];
     if (this.tools.length === 1) this.tools = [];
     const news = this.tools.filter((tool) => !before.includes(tool) && tool !== 'pan');
@@ -68,8 +68,8 @@ class GuideBoard extends CellMap {
   }
 
   step(what) {
-    const { strokes, lines } = this.drawn;
-    if (what === 'clear') return this.push({ strokes: strokes && [], lines: lines && [] });
+    const { strokes, flow } = this.drawn;
+    if (what === 'clear') return this.push({ strokes: strokes && [], flow: flow && [] });
     const [from, to] = what === 'undo' ? [this.past, this.future] : [this.future, this.past];
     if (!from.length) return null;
     to.push(this.drawn);
@@ -89,8 +89,8 @@ class GuideBoard extends CellMap {
     };
     step('undo', this.past.length);
     step('redo', this.future.length);
-    const { strokes, lines } = this.drawn;
-    step('clear', strokes?.length || lines?.length, !strokes && !lines);
+    const { strokes, flow } = this.drawn;
+    step('clear', strokes?.length || flow?.length, !strokes && !flow);
     this.root.querySelector('.sliders').hidden = this.tool !== 'brush';
     for (const input of this.root.querySelectorAll('.sliders input')) {
       input.value = this.brush[input.dataset.of];
@@ -142,13 +142,13 @@ class GuideBoard extends CellMap {
     pen.beginPath();
     pen.rect(this.left, this.top, this.wide, this.high);
     pen.clip();
-    const { gesture } = this, { strokes, lines, outlines } = this.drawn;
+    const { gesture } = this, { strokes, flow, outlines } = this.drawn;
     (strokes || []).slice((this.data.strokes || []).length).forEach((s) => this.drawStroke(pen, s));
     if (gesture?.brush) this.drawStroke(pen, this.strokeOf(gesture.points));
     this.drawArrows(pen);
-    (lines || []).forEach((line) => this.drawLine(pen, line));
+    (flow || []).forEach((line) => this.drawLine(pen, line));
     if (gesture?.line) this.drawLine(pen, gesture.points);
-    if (this.start) this.drawLine(pen, [this.start]);
+    if (this.begun) this.drawLine(pen, [this.begun]);
     for (const [tool, corners] of Object.entries(outlines)) {
       const mine = this.tool === tool;
       this.drawOutline(pen, (mine && gesture?.corners) || corners, mine);
@@ -309,11 +309,11 @@ class GuideBoard extends CellMap {
   paint(points) { this.push({ strokes: [...this.drawn.strokes, this.strokeOf(points)] }); }
 
   pushLine(line) {
-    if (line.some((point) => !same(point, line[0]))) this.push({ lines: [...this.drawn.lines, line] });
+    if (line.some((point) => !same(point, line[0]))) this.push({ flow: [...this.drawn.flow, line] });
   }
 
   abandon() {
-    this.gesture = this.start = null;
+    this.gesture = this.begun = null;
     return false;
   }
 
@@ -334,9 +334,9 @@ class GuideBoard extends CellMap {
       const place = this.toWorld([this.hover[1] + 0.5, this.hover[0] + 0.5]);
       if (this.tool === 'brush') this.paint([place]);
       if (this.tool === 'line') {
-        const { start } = this;
-        this.start = start ? null : place;
-        if (start) this.pushLine([start, place]);
+        const { begun } = this;
+        this.begun = begun ? null : place;
+        if (begun) this.pushLine([begun, place]);
         this.draw();
       }
       if (this.corners) {
