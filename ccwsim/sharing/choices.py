@@ -151,8 +151,7 @@ class GuideChoice:
     scale: float = 1.0
     mirrored: str = ""  # axes, of x, y and z
     images: tuple[ImageChoice, ...] = ()  # further training images
-    # an outline for each of `images`, or the share of patches that come from `images`
-    zones: Upload | tuple[Corners, ...] | float | None = None
+    zones: Upload | tuple[Corners, ...] | float | None = None  # outlines, or a share of patches
     saved: Secondary | None = None  # arrays of a project, used instead of files and shapes
 
     @property

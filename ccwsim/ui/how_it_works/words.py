@@ -297,13 +297,7 @@ def _choice_with_data(view: PatchView) -> str:
 
 def describe_window(w: ResimulatedWindow) -> str:
     """Return the outcome of a window of local re-simulation in words."""
-    if w.size == 1:
-        return "Forced: no window fitted, so only the cell was changed."
-    if not w.fits:
-        outcome = "no patch of the image both honours all data in the window and fits"
-    elif w.isolated:
-        outcome = "connects an isolated datum to its surroundings"
-    else:
-        outcome = "a patch fits and honours all data in the window"
+    outcome = "forced" if w.size == 1 else "patch" if w.fits else "none"
+    outcome = "isolated" if w.fits and w.isolated and w.size > 1 else outcome
     size = cells_along(w.before.shape) if w.before.ndim == 3 else w.size
-    return f"Window of {size} cells: {outcome}."
+    return page_text(f"Window: {outcome}", size=size)

@@ -199,8 +199,7 @@ def _copies(state: State, guides: GuideChoice, change: Callable[..., None]) -> N
     def turn(angle: Any) -> None:
         if isinstance(angle, DrawnLines):  # at first, bodies of the image follow the lines
             cells = middle_layer(image_of(state.choices.image).array)
-            direction = local_direction(cells, width=WIDE)[0, 0]
-            angle = replace(angle, azimuth=float(round(direction)))
+            angle = replace(angle, azimuth=float(round(local_direction(cells, width=WIDE)[0, 0])))
         change(angle=angle)
 
     _choice("Turned image", given, shapes, turn, "angle")
@@ -230,7 +229,7 @@ def _copies(state: State, guides: GuideChoice, change: Callable[..., None]) -> N
 
 
 def _draw_images(state: State, guides: GuideChoice) -> None:
-    """Draw small pictures of the images in use, and say how all are turned."""
+    """Draw small pictures of the images in use, and say how they are used."""
     image, colours = image_of(state.choices.image), colours_of(state)
     fitted = if_possible(lambda: secondary_of(replace(state.choices, guides=guides)))
     others = fitted.images if fitted else if_possible(lambda: [*map(image_of, guides.images)])
@@ -243,9 +242,8 @@ def _draw_images(state: State, guides: GuideChoice) -> None:
             if k and guides.images:
                 rest = [other for other in range(len(guides.images)) if other != k - 1]
                 button("Remove", key=f"guides_drop_{k}", on_click=_keep, args=(state, rest))
-    if fitted and others:
-        turned = replace(fitted, images=(), zones=None, weights=None).describe()
-        step_note(f"Guided by: {turned}" if turned else "Neither turned nor mirrored")
+    if fitted and others and not guides.saved:
+        step_note(fitted.describe())
 
 
 def _keep(state: State, kept: Sequence[int], *new: ImageChoice) -> None:
@@ -327,8 +325,6 @@ def _arrows(secondary: Secondary | None, azimuth: float, grid: Grid) -> dict[str
     some = slice(every // 2, None, every)
     x, y = (k[some] for k in grid.axes[:2])
     each = np.stack([*np.meshgrid(x, y), ways[some, some] % 360], axis=-1)
-    if secondary.active is not None:
-        each = each[middle_layer(secondary.active)[some, some]]
     return {"every": every, "at": each.reshape(-1, 3).tolist()}
 
 
