@@ -119,7 +119,7 @@ def read_lines(path_or_file: PathOrFile) -> list[NDArray[np.float64]] | None:
     1
     """
     lines = _shapes(path_or_file, "LineString")
-    return lines and [line for (line,) in lines]
+    return None if lines is None else [line for (line,) in lines]
 
 
 @np.errstate(over="ignore", invalid="ignore")  # of points far from all cells
@@ -153,10 +153,9 @@ def angles_along(
     columns, rows = (np.linspace(k[0], k[-1], min(len(k), N_KNOTS)) for k in grid.axes[:2])
     far = (rows[:, None, None] - y) ** 2 + (columns[:, None] - x) ** 2
     close = 1 / (far + min(grid.cell_size[:2]) ** 2 / 4) ** 2
-    turned = zoom(
-        close @ ways / close.sum(axis=-1), np.divide(grid.shape[-2:], far.shape[:2]), order=1
-    )
-    return np.broadcast_to((np.degrees(np.angle(turned)) - azimuth) % 360, grid.shape).copy()
+    mean, factors = close @ ways / close.sum(axis=-1), np.divide(grid.shape[-2:], far.shape[:2])
+    turned = np.degrees(np.angle(np.asarray(zoom(mean, factors, order=1)))) - azimuth
+    return np.broadcast_to(turned % 360, grid.shape).copy()
 
 
 def arrays_of_secondary(given: Secondary | None) -> dict[str, NDArray]:

@@ -264,6 +264,13 @@ def test_a_traced_patch_comes_from_the_copy_of_its_kind():
     np.testing.assert_array_equal(trace.realization.indices, plain.indices[0])
 
 
+def test_kernels_are_compiled_for_a_mask_without_the_first_corner(monkeypatch):
+    monkeypatch.setattr("ccwsim.engine.realization._compiled", set())
+    secondary = Secondary(angle=20.0, active=EAST > 60)
+    e = simulate(CHANNELS, (80, 90), SMALL, secondary=secondary, seed=1)
+    assert (e.indices[:, e.active] < 2).all()
+
+
 def test_copies_are_named_with_all_their_changes():
     turned = Secondary(images=[TrainingImage(WALL.array)], angle=37.0, scale=1.5, mirrored="xy")
     copies = make_copies(Study(CHANNELS, Grid(60, 70), SMALL, secondary=turned))

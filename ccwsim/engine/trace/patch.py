@@ -246,8 +246,8 @@ def fates(step: TracedPatch) -> list[PlaceFate]:
             place = tuple(map(int, place))
             fate_of.setdefault(place, _of_rejected(step, place))
     sign = -1 if step.correlation else 1
-    legal = {place: fate for place, fate in fate_of.items() if not np.isnan(step.ccw[place])}
-    places = [_place(step, place, fate) for place, fate in legal.items()]
+    places = [_place(step, place, fate) for place, fate in fate_of.items()]
+    places = [place for place in places if not np.isnan(place.ccw)]  # without illegal locations
     order = {"drawn": 0, "candidate": 1}
     return sorted(
         places, key=lambda p: (order.get(p.fate, 2), sign * p.ccw, p.layer, p.row, p.column)

@@ -216,7 +216,7 @@ def _copies(state: State, guides: GuideChoice, change: Callable[..., None]) -> N
 
     def take(upload: Upload) -> None:
         lines = read_upload(io.read_lines, upload)
-        turn(DrawnLines(tuple(map(_points, lines))) if lines else upload)
+        turn(DrawnLines(tuple(_points(k.tolist()) for k in lines)) if lines else upload)
 
     tip = "A grid of azimuths to which the north of the image is turned, or lines in GeoJSON."
     file_uploader("or a map of angles", key="guides_angle_file", take=take, help=tip)
@@ -260,12 +260,13 @@ def _images(state: State, guides: GuideChoice, change: Callable[..., None]) -> N
     grid, given = state.choices.grid, guides.images
     add = partial(_keep, state, range(len(given)))
     if len(given) < MAX_OTHERS:
-        names = datasets.names() if grid.nz is None else datasets.volume_names()
+        volume = grid.nz is not None
+        names = datasets.volume_names() if volume else datasets.names()
         options: dict[str, Any] = options_of({name: pretty(name) for name in names})
         options |= {"value": None, "write": lambda name: add(ImageChoice(name))}
         options |= {"placeholder": "add one", "help": "Its facies are matched by name or by code."}
         field(st.selectbox, "Further training image", key="guides_other", **options)
-        take = {"take": lambda up: add(image_of_file(up, volume=grid.nz is not None))}
+        take: dict[str, Any] = {"take": lambda up: add(image_of_file(up, volume=volume))}
         file_uploader("or an image of yours", key=f"guides_other_file_{len(given)}", **take)
     if not given:
         return

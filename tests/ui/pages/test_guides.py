@@ -331,6 +331,20 @@ def test_images_and_zones_are_chosen_on_the_page():
     assert not app.exception
 
 
+def test_an_image_of_the_user_is_added_and_named_in_the_link():
+    cells = np.indices((60, 60)).sum(0) // 6 % 2
+    file = grid_file("diagonals.gslib", Grid(60, 60), facies=cells)
+    app = opened("simulate", State(choices=STUDY)).run()
+    uploader = named(app.get("file_uploader"), "guides_other_file_0")
+    uploader.upload(file.name, file.content).run()
+    assert not app.exception
+    assert not app.error
+    choices = app.session_state[KEY].choices
+    (other,) = secondary_of(choices).images
+    np.testing.assert_array_equal(other.array, cells)
+    assert left_out(choices) == ("the secondary information diagonals.gslib",)
+
+
 def test_an_image_with_other_facies_is_refused_calmly():
     app = opened("simulate", State(choices=STUDY)).run()
     named(app.selectbox, "guides_other").set_value("delta").run()
