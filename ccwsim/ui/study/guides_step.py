@@ -335,7 +335,7 @@ def take_drawing(state: State, drawn: Mapping[str, Any]) -> None:
     outlines = {name: _points(own) for name, own in drawn["outlines"].items()}
     if "outline" in outlines:
         shapes["active"] = outlines.pop("outline")
-    if outlines:
+    if outlines and isinstance(guides.zones, tuple):
         shapes["zones"] = tuple(outlines[name] for name in sorted(outlines))
     if (strokes := drawn["strokes"]) is not False:
         shapes["probabilities"] = tuple(Stroke(v, r, s, _points(line)) for v, r, s, line in strokes)
