@@ -42,6 +42,7 @@ class Copies(NamedTuple):
     weights: tuple[float, ...]
     proportions: Floats  # shape (n_kinds, n_facies)
     turns: Floats  # shape (n_kinds, 5): angle, scale along x, y and z, dip
+    names: list[str]  # image and turn of each layer of the stack, in words
 
     @property
     def expected(self) -> Floats:
@@ -79,7 +80,7 @@ def make_copies(study: Study) -> Copies | None:
     gap = _gap(study)
     n_facies, numbers = study.training_image.n_facies, _numbers([i.shape for i in images])
     stack: list[tuple[NDArray, NDArray]] = []
-    layers, proportions = [], []
+    layers, proportions, names = [], [], list[str]()
     for kind in used.tolist():
         turn, group = divmod(kind, len(groups))
         first, counts = sum(len(values) for values, _ in stack), np.zeros(n_facies)
@@ -89,6 +90,8 @@ def make_copies(study: Study) -> Copies | None:
             for flipped in _flips(secondary.mirrored):
                 origins = _turned(numbers[k], flipped, turns[turn], study.grid.cell_size, gap)
                 stack.append((_values(indices, numbers[k], origins), origins))
+                said = images[k].name.replace("_", " ") or f"image {k}"
+                names += [_named(said, turns[turn], flipped)] * len(origins)
         layers.append((first, sum(len(values) for values, _ in stack) - first))
         proportions.append(counts / counts.sum())
     shape = [max(values.shape[axis] for values, _ in stack) for axis in (1, 2)]
@@ -102,7 +105,18 @@ def make_copies(study: Study) -> Copies | None:
         secondary.weights or (1.0,),
         np.array(proportions),
         turns[used // len(groups)],
+        names,
     )
+
+
+def _named(image: str, turn: NDArray[np.float64], flipped: tuple[int, ...]) -> str:
+    angle, *scale, dip = turn.tolist()
+    said = [image, *[f"turned to {angle:.0f}°"] * (angle != 0)]
+    along = dict.fromkeys(f"{s:.2g}" for s in (scale if scale[2] != 1 else scale[:2]))
+    said += [f"scaled by {' × '.join(along)}"] * (scale != [1, 1, 1])
+    said += [f"with a dip of {dip:.0f}°"] * (dip != 0)
+    said += [f"mirrored along {' and '.join('zyx'[axis] for axis in flipped)}"] * bool(flipped)
+    return ", ".join(said)
 
 
 def n_cells_of_copies(study: Study) -> int:

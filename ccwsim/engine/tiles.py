@@ -146,7 +146,7 @@ class Simulated(NamedTuple):
 def make_workspace(inputs: PatchInputs, totals: type[np.signedinteger]) -> PatchWorkspace:
     """Return the workspace for patches; `totals` is the type for scores plus costs."""
     _, _, oriented, data, search, _, patterns, layers, guide = inputs
-    kind, shape = oriented.squares.dtype, (int(layers[:, 1].max()), *oriented.places[1:])
+    kind, shape = oriented.squares.dtype, (int(layers[:, 1].max(initial=1)), *oriented.places[1:])
     n = prod(shape)
     template, n_facies = search.template, len(oriented.proportions)
     ranking, others = (make_ranking(n, search.n_candidates, each) for each in (kind, totals))

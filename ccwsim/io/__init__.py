@@ -57,7 +57,9 @@ from ccwsim.io.realizations import parameters_to_json as parameters_to_json
 from ccwsim.io.realizations import read_realizations as read_realizations
 from ccwsim.io.realizations import realizations_as_bytes as realizations_as_bytes
 from ccwsim.io.realizations import write_realizations as write_realizations
+from ccwsim.io.secondary import angles_along as angles_along
 from ccwsim.io.secondary import read_active as read_active
+from ccwsim.io.secondary import read_lines as read_lines
 from ccwsim.io.secondary import read_probabilities as read_probabilities
 from ccwsim.io.secondary import read_values as read_values
 from ccwsim.io.training_images import guess_answers as guess_answers

@@ -1,12 +1,12 @@
-"""Read secondary information: probabilities of facies, other variables, and active cells."""
+"""Read secondary information: probabilities, other variables, active cells, and angles."""
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ccwsim import CCWSIMError, Grid, TrainingImage
 from ccwsim.io.data_file import DataFile, listed
@@ -34,7 +34,9 @@ KINDS_OF_ARRAYS = {
 }
 """NumPy kinds of the arrays of `arrays_of_secondary`, by name."""
 MAX_DEPTH = 8  # maximum number of collections inside each other in GeoJSON
-MAX_POLYGONS = 1000  # each is compared with all rows of a grid
+MAX_SHAPES = 1000  # polygons or lines; a polygon is compared with all rows of a grid
+N_KNOTS = 64  # maximum number of positions along an axis between which angles are interpolated
+N_SAMPLES = 500  # number of points, at equal distances along all lines, with a direction
 
 
 def read_probabilities(
@@ -94,16 +96,62 @@ def read_active(path_or_file: PathOrFile, grid: Grid) -> NDArray[np.bool_ | np.f
     array([[ True, False, False],
            [ True, False, False]])
     """
-    if isinstance(path_or_file, IsolatedFile):
-        polygons = path_or_file.read_with(_polygons)
-    else:
-        polygons = _polygons(path_or_file)
+    polygons = _shapes(path_or_file, "Polygon")
     if polygons is None:
         return read_values(path_or_file, grid)
     active = np.zeros(grid.shape, bool)
     for rings in polygons:  # a ring inside another is a hole
         active |= np.logical_xor.reduce([cells_in_polygon(ring, grid) for ring in rings])
     return active
+
+
+def read_lines(path_or_file: PathOrFile) -> list[NDArray[np.float64]] | None:
+    """Read the lines of GeoJSON for `angles_along`; None for other files.
+
+    Examples
+    --------
+    >>> from io import BytesIO
+    >>> len(read_lines(BytesIO(b'{"type": "LineString", "coordinates": [[0, 0], [1, 2]]}')))
+    1
+    """
+    lines = _shapes(path_or_file, "LineString")
+    return None if lines is None else [line for (line,) in lines]
+
+
+@np.errstate(over="ignore", invalid="ignore")  # of points far from all cells
+def angles_along(
+    lines: Sequence[ArrayLike], grid: Grid, azimuth: float = 0.0
+) -> NDArray[np.float64]:
+    """Return angles for `Secondary(angle=...)` with which a direction of the image follows lines.
+
+    `azimuth`, in degrees clockwise from north, is the direction of the image, such as that of its
+    bodies. It is turned to the direction in which the lines, points (x, y) of shape (n, 2), are
+    drawn. Between lines, directions are averaged as unit vectors; their weights fall with the
+    fourth power of the distance. Raises `CCWSIMError` if no line has a length.
+
+    Examples
+    --------
+    >>> angles_along([[(0, 0), (9, 9)]], Grid(1, 3), azimuth=15.0).round(6)
+    array([[30., 30., 30.]])
+    """
+    from scipy.ndimage import zoom  # slow to import
+
+    points = [as_floats(line, "line") for line in lines]
+    ends = np.concatenate([np.empty((0, 4)), *(np.hstack([p[:-1], p[1:]]) for p in points)])
+    steps = ends[:, 2:] - ends[:, :2]
+    reached = np.cumsum(lengths := np.hypot(*steps.T))
+    if not lengths.any():
+        raise CCWSIMError("angles along lines need a line between two different points")
+    at = (np.arange(N_SAMPLES) + 0.5) / N_SAMPLES * reached[-1]
+    of = np.searchsorted(reached, at)
+    x, y = (ends[of, 2:] + ((at - reached[of]) / lengths[of])[:, None] * steps[of]).T
+    ways = steps[of] @ [1j, 1] / lengths[of]  # north is 1, east is i
+    columns, rows = (np.linspace(k[0], k[-1], min(len(k), N_KNOTS)) for k in grid.axes[:2])
+    far = (rows[:, None, None] - y) ** 2 + (columns[:, None] - x) ** 2
+    close = 1 / (far + min(grid.cell_size[:2]) ** 2 / 4) ** 2
+    mean, factors = close @ ways / close.sum(axis=-1), np.divide(grid.shape[-2:], far.shape[:2])
+    turned = np.degrees(np.angle(np.asarray(zoom(mean, factors, order=1)))) - azimuth
+    return np.broadcast_to(turned % 360, grid.shape).copy()
 
 
 def arrays_of_secondary(given: Secondary | None) -> dict[str, NDArray]:
@@ -212,38 +260,42 @@ def _pair(numbers: NDArray[np.float64]) -> str:
     return " × ".join(f"{number:g}" for number in numbers)
 
 
-def _polygons(path_or_file: PathOrFile) -> list[list[NDArray[np.float64]]] | None:
-    """Return the polygons of GeoJSON, as lists of rings; None for another file."""
+def _shapes(path_or_file: PathOrFile, kind: str) -> list[list[NDArray[np.float64]]] | None:
+    """Return polygons, as lists of rings, or lists of one line in GeoJSON; None for other files."""
+    if isinstance(path_or_file, IsolatedFile):
+        return path_or_file.read_with(_shapes, kind)
     content, name = read_bytes(path_or_file)
     if not content.lstrip().startswith(b"{"):
         return None
+    what, least = ("polygon", 3) if kind == "Polygon" else ("line", 2)
     try:
-        given = [*_geometries(json.loads(content.decode()), MAX_DEPTH)]
-        polygons = [[as_floats(ring, "ring")[:, :2] for ring in rings] for rings in given]
+        given = [*_geometries(json.loads(content.decode()), kind, MAX_DEPTH)]
+        given = given if kind == "Polygon" else [[line] for line in given]
+        shapes = [[as_floats(own, what)[:, :2] for own in parts] for parts in given]
     except (CCWSIMError, ValueError, TypeError, AttributeError, LookupError, RecursionError):
-        raise CCWSIMError(f"{name} is not valid GeoJSON; save the polygons again") from None
-    polygons = [rings for rings in polygons if rings]
-    if not polygons:
-        raise CCWSIMError(f"{name} has no polygon; give a Polygon or MultiPolygon")
-    n = sum(len(ring) for rings in polygons for ring in rings)
-    if n > limits().points or len(polygons) > MAX_POLYGONS:
+        raise CCWSIMError(f"{name} is not valid GeoJSON; save the {what}s again") from None
+    shapes = [parts for parts in shapes if parts]
+    if not shapes:
+        raise CCWSIMError(f"{name} has no {what}; give a {kind} or Multi{kind}")
+    n = sum(len(own) for parts in shapes for own in parts)
+    if n > limits().points or len(shapes) > MAX_SHAPES:
         raise CCWSIMError(
-            f"{name} has {plural(len(polygons), 'polygon')} with {n} corners; {MAX_POLYGONS} with "
-            f"{limits().points} corners are allowed: simplify them, or give a grid"
+            f"{name} has {plural(len(shapes), what)} with {n} points; {MAX_SHAPES} with "
+            f"{limits().points} points are allowed: simplify them, or give a grid"
         )
-    if not all(len(ring) > 2 and np.isfinite(ring).all() for rings in polygons for ring in rings):
-        raise CCWSIMError(f"{name}: a polygon needs at least three corners with finite coordinates")
-    return polygons
+    if not all(len(own) >= least and np.isfinite(own).all() for parts in shapes for own in parts):
+        raise CCWSIMError(f"{name}: a {what} needs at least {least} points with finite coordinates")
+    return shapes
 
 
-def _geometries(given: dict[str, Any], depth: int) -> Iterator[list[Any]]:
-    """Yield the coordinates of each polygon in GeoJSON."""
+def _geometries(given: dict[str, Any], kind: str, depth: int) -> Iterator[list[Any]]:
+    """Yield the coordinates of each shape of a kind in GeoJSON."""
     if not depth:
         raise ValueError("collections are nested too deeply")
-    if given.get("type") == "Polygon":
+    if given.get("type") == kind:
         yield given["coordinates"]
-    elif given.get("type") == "MultiPolygon":
+    elif given.get("type") == f"Multi{kind}":
         yield from given["coordinates"]
     parts = given.get("features") or given.get("geometries") or [given.get("geometry")]
     for part in filter(None, parts):
-        yield from _geometries(part, depth - 1)
+        yield from _geometries(part, kind, depth - 1)

@@ -130,6 +130,14 @@ class Stroke:
 
 
 @dataclass(frozen=True)
+class DrawnLines:
+    """Lines drawn along the flow, which a direction of the image follows."""
+
+    lines: tuple[Corners, ...] = ()
+    azimuth: float = 0.0  # direction in the training image, in degrees from north, clockwise
+
+
+@dataclass(frozen=True)
 class GuideChoice:
     """Choice of the secondary information: files and shapes, or the arrays of a project."""
 
@@ -139,30 +147,36 @@ class GuideChoice:
     active: Upload | Corners | None = None
     auxiliary: tuple[Upload | None, Upload | None] | Directions | None = None  # of image and grid
     auxiliary_weight: float = 1.0
-    angle: Upload | Gradient | float | None = None  # in degrees from north, clockwise
+    angle: Upload | Gradient | DrawnLines | float | None = None  # degrees from north, clockwise
     scale: float = 1.0
     mirrored: str = ""  # axes, of x, y and z
+    images: tuple[ImageChoice, ...] = ()  # further training images
+    zones: Upload | tuple[Corners, ...] | float | None = None  # outlines, or a share of patches
     saved: Secondary | None = None  # arrays of a project, used instead of files and shapes
 
     @property
     def points(self) -> Corners:
         """The points of all shapes drawn on the map."""
         strokes = self.probabilities if isinstance(self.probabilities, tuple) else ()
-        lines = [self.active if isinstance(self.active, tuple) else ()]
-        return tuple(chain(*lines, *(stroke.points for stroke in strokes)))
+        shapes = [self.active if isinstance(self.active, tuple) else ()]
+        shapes += self.zones if isinstance(self.zones, tuple) else ()
+        shapes += self.angle.lines if isinstance(self.angle, DrawnLines) else ()
+        return tuple(chain(*shapes, *(stroke.points for stroke in strokes)))
 
     @property
     def files(self) -> tuple[Upload, ...]:
         """The uploaded files."""
         pair = self.auxiliary if isinstance(self.auxiliary, tuple) else ()
-        given = (self.probabilities, self.active, self.angle, *pair)
+        others = chain(*(image.files for image in self.images))
+        given = (self.probabilities, self.active, self.angle, self.zones, *pair, *others)
         return tuple(file for file in given if isinstance(file, Upload))
 
     @property
     def is_empty(self) -> bool:
         """Whether nothing is chosen."""
         given = self.probabilities, self.active, self.auxiliary, self.angle, self.saved
-        return all(one is None for one in given) and self.scale == 1 and not self.mirrored
+        some = self.scale != 1 or self.mirrored or self.images
+        return all(one is None for one in given) and not some
 
     @property
     def digest(self) -> str:

@@ -22,6 +22,7 @@ from ccwsim.sharing.choices import (
     Choices,
     DataChoice,
     Directions,
+    DrawnLines,
     Gradient,
     GuideChoice,
     ImageChoice,
@@ -386,12 +387,19 @@ def _guides_word(guides: GuideChoice) -> str:
         given.append(("along", ways.image, ways.grid, guides.auxiliary_weight))
     if isinstance(guides.angle, Gradient):
         given.append(("turning", guides.angle.start, guides.angle.end, guides.angle.azimuth))
+    elif isinstance(lines := guides.angle, DrawnLines):
+        given += [("line", lines.azimuth, *chain(*line)) for line in lines.lines or ((),)]
     elif isinstance(guides.angle, float):
         given.append(("angle", guides.angle))
     if guides.scale != 1:
         given.append(("scale", guides.scale))
     if guides.mirrored:
         given.append(("mirrored", *("xyz".index(axis) for axis in guides.mirrored)))
+    given += [("image", image.bundled) for image in guides.images]
+    if isinstance(zones := guides.zones, tuple):
+        given += [("zone", *chain(*outline)) for outline in zones]
+    elif isinstance(zones, float):
+        given.append(("share", zones))
     return "~".join("_".join(map(str, words)) for words in given)
 
 
@@ -399,12 +407,28 @@ def guides_of(text: str) -> GuideChoice:
     """Return the guides of a word; raise `CCWSIMError` or `ValueError` for another text."""
     guides = GuideChoice()
     for kind, *words in (part.split("_") for part in text.split("~") if text):
+        if kind == "image":
+            if (name := "_".join(words)) not in datasets.all_image_names():
+                raise ValueError(text)
+            guides = replace(guides, images=(*guides.images, ImageChoice(name)))
+            continue
         numbers = [float(word) for word in words]
         if not np.isfinite(numbers).all():
             raise ValueError(text)
-        if kind == "polygon" and 6 <= len(numbers) <= 2 * MAX_LINK_DATA:
-            corners = zip(numbers[::2], numbers[1::2], strict=True)
-            guides = replace(guides, active=tuple(corners))
+        if kind in ("polygon", "zone") and 6 <= len(numbers) <= 2 * MAX_LINK_DATA:
+            corners = tuple(zip(numbers[::2], numbers[1::2], strict=True))
+            zones = guides.zones if isinstance(guides.zones, tuple) else ()
+            drawn = {"active": corners} if kind == "polygon" else {"zones": (*zones, corners)}
+            guides = replace(guides, **drawn)
+        elif kind == "line" and len(numbers) % 2 and len(numbers) != 3:
+            way = check_number(kind, numbers[0], -bounds.MAX_DEGREES, bounds.MAX_DEGREES)
+            lines = guides.angle.lines if isinstance(guides.angle, DrawnLines) else ()
+            if points := tuple(zip(numbers[1::2], numbers[2::2], strict=True)):
+                lines = *lines, points
+            guides = replace(guides, angle=DrawnLines(lines, way))
+        elif kind == "share":
+            (share,) = numbers
+            guides = replace(guides, zones=check_number(kind, share, 0.0, 1.0))
         elif kind in ("gradient", "stroke"):
             first, second, third, _, weight, *xy = numbers
             if kind == "gradient" and not xy:

@@ -122,6 +122,10 @@ class Picture(NamedTuple):
 
 
 STUDY = "grid=256x256&data=sampled&data-n=40&data-seed=4"
+ZONES = (
+    "image_stone_wall~zone_12_140_244_140_244_250_12_250~line_92_12_20_60_28_120_60_170_110_200_128"
+)
+"""A second image in an outline, and a line along which both images are turned."""
 GUIDES = (
     "stroke_0.75_25_0.5_1_1_60_60_120_150_200_190~stroke_0.05_25_0.6_1_1_190_60"
     "~polygon_20_30_130_15_235_40_245_170_190_235_90_240_25_170"
@@ -136,6 +140,7 @@ PICTURES = {
     "import-wells": Picture("import?data=none", 1030, fill_with_wells),
     "hard-data": Picture(f"data?{STUDY}", 790, draw_a_well),
     "guides": Picture(f"simulate?{STUDY}&guides={GUIDES}", 760),
+    "guides-zones": Picture(f"simulate?data=none&grid=256x256&realizations=6&guides={ZONES}", 860),
     "validate": Picture(f"validate?{STUDY}&realizations=20", 930),
     "flow": Picture(f"flow?{STUDY}", 900, FILLED["flow"]),
     "compare": Picture(f"compare?{STUDY}", 960),

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from tests.browser.hands import (
+    GLANCE,
     SLOW,
     SOON,
     at_rest,
@@ -149,8 +150,8 @@ def test_a_direction_turns_the_trend_of_an_image(tab, address):
     current(tab)
     unfold(tab)
     choose(tab, "guides_auxiliary", "position along a direction")
-    fill(tab, "guides_azimuth_image", 90)
-    fill(tab, "guides_azimuth_grid", 0)
+    fill(tab, "guides_auxiliary_image", 90)
+    fill(tab, "guides_auxiliary_grid", 0)
     run(tab)
     assert "guides=along_90.0_0.0_1.0" in tab.url
     assert "variable" in read(tab, "guide_board", 0.5, 0.9)
@@ -161,6 +162,41 @@ def test_a_direction_turns_the_trend_of_an_image(tab, address):
     ys = (0.02, 0.1, 0.2, 0.8, 0.9, 0.98)
     bars = [max(probability(tab, x, y) for x in (0.2, 0.4, 0.6, 0.8)) for y in ys]
     assert max(bars[3:]) > max(bars[:3])
+
+
+def test_a_second_image_fills_a_drawn_zone_along_a_drawn_line(page):
+    unfold(page)
+    box = page.locator(".st-key-guides_other input").first
+    wall = page.get_by_role("option", name="stone wall", exact=True)
+
+    def add() -> None:
+        if "image_" not in page.url:
+            box.click(timeout=GLANCE)
+            wall.click(timeout=GLANCE)
+
+    at_rest(page)
+    until(add, lambda wait: page.wait_for_url("**image_stone_wall**", timeout=wait))
+    choose(page, "guides_zones", "inside outlines")
+    page.wait_for_url("**zone_**", timeout=SLOW)
+    current(page)
+    tool(page, "zone1")
+    drag(page, (0.05, 0.55), (0.95, 0.55), (0.95, 0.97), (0.05, 0.97))  # a new outline in the north
+    assert "stone wall" in read(page, "guide_board", 0.5, 0.8)
+    assert "channels" in read(page, "guide_board", 0.5, 0.3)
+    choose(page, "guides_angle", "along drawn lines")
+    page.wait_for_url("**line_**", timeout=SLOW)
+    tool(page, "line")
+    drag(page, (0.1, 0.1), (0.3, 0.15), (0.6, 0.4))
+    azimuth, *line = page.url.split("line_")[1].split("~")[0].split("_")
+    assert 80 < float(azimuth) < 100  # at first, the direction of the channels
+    assert len(line) >= 4
+    assert page.get_by_text(re.compile("Arrows show where azimuth")).count() == 1
+    to_page(page, "Validate")
+    row = page.locator(".st-key-section_uncertainty table tr", has_text="1 stone wall")
+    page.locator("#uncertainty").scroll_into_view_if_needed(timeout=SLOW)
+    row.wait_for(timeout=SLOW)
+    assert "channels" in row.inner_text()
+    assert page.get_by_text("Difference from the given angles").count() == 1
 
 
 def test_guides_are_drawn_on_a_phone(phone, address):

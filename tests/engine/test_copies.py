@@ -252,8 +252,32 @@ def test_a_traced_patch_comes_from_the_copy_of_its_kind():
         assert step.scores.ndim == 2
         np.testing.assert_array_equal(step.places[step.drawn] * step.block[1:] // step.block[1:],
                                       step.places[step.drawn])  # fmt: skip
+        ty, tx = step.place
+        piece = trace.oriented.pyramid.image[
+            step.layer, ty : ty + step.box.ny, tx : tx + step.box.nx
+        ]
+        np.testing.assert_array_equal(piece, step.cells)
+        is_wall = make_copies(study).origins[step.layer].max() >= CHANNELS.indices.size
+        assert step.source.split(",")[0] == ("stone wall" if is_wall else "channels")
+        assert ("mirrored along x" in step.source) == bool(step.layer % 2)
     plain = simulate(CHANNELS, (80, 90), SMALL, secondary=secondary, seed=study.seed)
     np.testing.assert_array_equal(trace.realization.indices, plain.indices[0])
+
+
+def test_kernels_are_compiled_for_a_mask_without_the_first_corner(monkeypatch):
+    monkeypatch.setattr("ccwsim.engine.realization._compiled", set())
+    secondary = Secondary(angle=20.0, active=EAST > 60)
+    e = simulate(CHANNELS, (80, 90), SMALL, secondary=secondary, seed=1)
+    assert (e.indices[:, e.active] < 2).all()
+
+
+def test_copies_are_named_with_all_their_changes():
+    turned = Secondary(images=[TrainingImage(WALL.array)], angle=37.0, scale=1.5, mirrored="xy")
+    copies = make_copies(Study(CHANNELS, Grid(60, 70), SMALL, secondary=turned))
+    assert len(copies.names) == len(copies.indices) == 8
+    changes = "turned to 37°, scaled by 1.5"
+    assert copies.names[0] == f"channels, {changes}"
+    assert copies.names[7] == f"image 1, {changes}, mirrored along x and y"
 
 
 def test_an_image_too_small_for_a_turned_patch_is_named():

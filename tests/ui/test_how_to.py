@@ -5,11 +5,13 @@ from __future__ import annotations
 import re
 import tomllib
 from pathlib import Path
+from typing import get_args
 
 import pytest
 from streamlit.testing.v1 import AppTest
 from streamlit.testing.v1.element_tree import Selectbox
 
+from ccwsim.engine.trace.patch import Fate
 from ccwsim.model.grid import Grid
 from ccwsim.model.parameters import Parameters
 from ccwsim.sharing.choices import Choices, DataChoice
@@ -82,7 +84,9 @@ def test_every_longer_text_is_shown_by_a_page():
     used = set()
     for path in TEXTS.parent.rglob("*.py"):
         used |= set(re.findall(r'page_text\(f?"([^"]+)"', path.read_text("utf-8")))
-    used.remove("Import of {kind}")
+    used -= {"Import of {kind}", "Fate of a location: {location.fate}", "Window: {outcome}"}
+    used |= {f"Window: {outcome}" for outcome in ("forced", "none", "isolated", "patch")}
     used |= {"Import of points", "Import of tables of wells"}
+    used |= {f"Fate of a location: {fate}" for fate in get_args(Fate)}
     titles = re.findall(r"(?m)^## (.+)$", TEXTS.read_text("utf-8"))
     assert sorted(titles) == sorted(used)

@@ -142,6 +142,9 @@ class TracedPatch:
     steered: bool  # towards target proportions
     data: DataTerms | None  # None if template and co-template contain no data
     totals: NDArray[np.int64] | None  # scores plus the costs of data and location
+    illegal: NDArray[np.bool_]  # locations with unknown cells; shape () if there are none
+    layer: int  # layer of the stack of copies in which the patch of a map was found
+    source: str  # name of the copy from which the patch is; empty without copies
 
     @property
     def candidates(self) -> NDArray[np.int64]:
@@ -197,11 +200,11 @@ class TracedPatch:
         """The CCW score of each location in wavelet coefficients, shape (ny_places, nx_places).
 
         The score is the sum of squared differences between overlap and image (best at the minimum)
-        or the cross-correlation (best at the maximum).
+        or the cross-correlation (best at the maximum); NaN at locations with unknown cells.
         """
         sums = self.scores.astype(float)
         sums = -sums / 2 if self.correlation else sums + self.energy
-        return sums / np.prod(self._block_along)
+        return np.where(self.illegal, np.nan, sums / np.prod(self._block_along))
 
 
 Fate = Literal["drawn", "candidate", "fraction", "slack", "copy", "data", "location", "tie"]
@@ -244,6 +247,7 @@ def fates(step: TracedPatch) -> list[PlaceFate]:
             fate_of.setdefault(place, _of_rejected(step, place))
     sign = -1 if step.correlation else 1
     places = [_place(step, place, fate) for place, fate in fate_of.items()]
+    places = [place for place in places if not np.isnan(place.ccw)]  # without illegal locations
     order = {"drawn": 0, "candidate": 1}
     return sorted(
         places, key=lambda p: (order.get(p.fate, 2), sign * p.ccw, p.layer, p.row, p.column)

@@ -11,7 +11,7 @@ from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.raster import Plan, draw_template, empty_grid, make_plan, to_grid
 from ccwsim.engine.realization import Realization, honour_data, random_numbers, repair, repairs
 from ccwsim.engine.stages.conditioning import DENSE, SPARSE
-from ccwsim.engine.stages.path import Box, Triple, inside_overlap
+from ccwsim.engine.stages.path import FROM_ABOVE, Box, Triple, inside_overlap
 from ccwsim.engine.stages.pyramid import block_sums, cells_of_blocks, decompose, reconstruct
 from ccwsim.engine.tiles import simulate_patches
 from ccwsim.engine.trace.frames import Frame
@@ -157,7 +157,7 @@ class Trace:
         n, way = study.grid.n_dimensions, self.path.orientation
         self.grid_frame = Frame(way, self.path.shape[-n:], self.path.offset[-n:])
         self.image_frame = Frame(way, self.oriented.pyramid.image.shape[-n:])
-        self._coefficients: dict[int, list[Any]] = {}
+        self._coefficients: dict[tuple[int, int], list[Any]] = {}
 
     @property
     def n_done(self) -> int:
@@ -215,12 +215,13 @@ class Trace:
         This method implements Algorithm 1, line 13, for maps only. The result, shape (n, n), is in
         path coordinates; n is the side of the patch, rounded down to complete blocks.
         """
-        if facies not in self._coefficients:
-            image, level = self.oriented.pyramid.image[0] == facies, self._image.lengths[0].level
-            self._coefficients[facies] = decompose(image, level[2])
+        key = facies, step.layer
+        if key not in self._coefficients:
+            image, level = self.oriented.pyramid.image[step.layer], self._image.lengths[0].level
+            self._coefficients[key] = decompose(image == facies, level[2])
         row, column = step.places[step.drawn].tolist()
         size = step.cells.shape[0] // step.block_size * step.block_size
-        return reconstruct(self._coefficients[facies], (row, column), size)
+        return reconstruct(self._coefficients[key], (row, column), size)
 
     def patch_of_cell(self, row: int, column: int) -> int:
         """Return the number of the patch that first covers a cell of a map."""
@@ -246,6 +247,7 @@ class Trace:
         tz, ty, tx = place
         layer, n_layers = inputs.layers[min(p.number, len(inputs.layers) - 1)].tolist()
         volume, data, slack = len(self.study.grid.shape) == 3, None, None
+        names, way = self._image.copies and self._image.copies.names, self.path.orientation
         totals = work.totals[:n_layers]
 
         def own(array: NDArray) -> NDArray:
@@ -263,6 +265,7 @@ class Trace:
         if sides and search.slack >= 0:
             slack = int(search.slack)
         scores, copies = self._all_scores(blocks, layer, n_layers)
+        illegal = self.oriented.illegal[layer : layer + n_layers]
         if seen_data(self.data, before, box, search.co_template):
             weights = SPARSE if p.split == 0 else DENSE
             slack = int(weights.slack * search.slack_cost)
@@ -300,6 +303,9 @@ class Trace:
             totals=of_places(totals).copy()
             if data is not None or search.location_cost > 0
             else None,
+            illegal=of_places(illegal.astype(bool)) if illegal.size else np.array(False),
+            layer=0 if volume else tz,
+            source=names[-1 - tz if way & FROM_ABOVE else tz] if names else "",
         )
 
     def _all_scores(

@@ -229,7 +229,7 @@ def score_map(view: PatchView, with_data: bool) -> CellMap:
         name, absent = "CCW + data", f"{absent}, or the location is not searched"
         if step.totals is not None:
             shown = (step.totals + step.energy) / step.block_size**2
-            shown = np.where(step.copies, np.nan, shown)
+            shown = np.where(step.copies | np.isnan(step.ccw), np.nan, shown)
             if step.data is not None:
                 shown = np.where(step.data.ruled_out, np.nan, shown)
     whole = np.full(frame.shape, np.nan)

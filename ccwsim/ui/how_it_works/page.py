@@ -17,7 +17,7 @@ from ccwsim.figures import CIVIDIS
 from ccwsim.model.bounds import MAX_CANDIDATES_OFFERED, MAX_REALIZATIONS
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.ui.frontend.cells import draw_cells, facies_map
+from ccwsim.ui.frontend.cells import draw_cells
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.how_it_works import maps, words
 from ccwsim.ui.how_it_works.maps import PatchView
@@ -271,7 +271,7 @@ def _draw_scores(how: How, view: PatchView) -> None:
         drawn = shown.points[-1][:3]
         draw_cells(shown, "how_score", cursor=drawn, name="ccw_score", **SLICES)
         return
-    step, trace, image = view.step, view.trace, view.image
+    step, trace = view.step, view.trace
     offered = [key for key in GROUNDS if key != "costs" or step.totals is not None]
     ground = how.ground if how.ground in offered else "score"
     with st.container(horizontal=True, vertical_alignment="center", key="how_score_row"):
@@ -280,8 +280,8 @@ def _draw_scores(how: How, view: PatchView) -> None:
         options |= {"write": lambda key: how.stop(ground=key), "label_visibility": "collapsed"}
         field(st.segmented_control, "Ground", key="how_ground", **options)
     if ground == "image":
-        alt = f"Training image {image.name}"
-        shown = facies_map(image.indices, image, view.colours, alt)
+        cells = trace.oriented.pyramid.image[step.layer]
+        shown = view.patch_map(cells, f"Training image {view.image.name}")
         frame, scale = trace.image_frame, trace.search.block[2]
     else:
         shown = maps.score_map(view, ground == "costs")
@@ -344,13 +344,14 @@ def _draw_bands(how: How, view: PatchView) -> None:
             if name == "cA":
                 ends, colours = (0, unit), CIVIDIS
             shown = maps.value_map(band, name, ends, view.theme, f"{name}, {meaning}", colours)
-            shown.marks.append(mark)
+            if not view.step.source:  # otherwise, the patch is from a copy
+                shown.marks.append(mark)
             linked: dict[str, Any] = {"scale": "how_bands", "link": "how_bands", "name": name}
             draw_cells(shown, f"how_{name}", max_height=300, **linked)
     say(page_text("Sub-bands", side=unit), words.PAPER["image"])
     patch, (ty, tx) = view.trace.reconstructed(view.step, how.facies), view.step.drawn_place
-    n = len(patch)
-    sliced = view.trace.oriented.pyramid.image[0, ty : ty + n, tx : tx + n] == how.facies
+    n, cells = len(patch), view.trace.oriented.pyramid.image[view.step.layer]
+    sliced = cells[ty : ty + n, tx : tx + n] == how.facies
     largest = float(abs(patch - sliced).max(initial=0.0))
     shown = "0" if largest == 0 else f"{largest:.0e}"
     values = {"size": len(view.step.cells), "n": len(view.step.cells) // unit, "largest": shown}

@@ -33,9 +33,7 @@ N_MARKED = 20
 
 def draw_resimulation(how: How, trace: Trace, colours: list[str], theme: Theme) -> None:
     """Draw the corrected realization, the windows of a datum, and the changes by seam repair."""
-    panel_title(
-        "After the last patch: local re-simulation", "mismatches of the raster pass are corrected"
-    )
+    panel_title("After the last patch: local re-simulation", "mismatches are corrected")
     if not trace.study.hard_data.n:
         say("There are no hard data in this study, so there is nothing to correct.", OURS)
     elif not trace.study.parameters.exact_data:

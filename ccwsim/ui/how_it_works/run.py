@@ -57,7 +57,8 @@ def trace_of(state: State) -> Trace:
     """Return the trace of the realization; raise an error if it cannot be followed."""
     how, choices, parameters = state.page(How), state.choices, parameters_of(state)
     image, data = image_of(choices.image), data_of(choices)
-    key = image.digest, data.digest, repr(choices.grid), parameters.digest, choices.seed, how.number
+    numbers = parameters.digest, choices.seed, how.number
+    key = image.digest, data.digest, repr(choices.grid), choices.guides.digest, *numbers
     if how.trace is None or how.traced != key:
         how.trace = how.traced = None
         study = study_of(replace(choices, parameters=parameters))

@@ -1,8 +1,10 @@
 """The texts beside the steps, their sections in the paper, and the table of locations."""
 
+import tomllib
 from collections.abc import Sequence
 from html import escape
 from math import prod
+from pathlib import Path
 
 import numpy as np
 import streamlit as st
@@ -23,20 +25,7 @@ MARKS = (
 REJECTED_MARK = '<span><i class="mark out"></i>rejected</span>'
 DATA = "datum", "data"
 OURS = "not in the paper"
-PAPER = {
-    "path": "section 4.1, Fig. 3 a–c · Algorithm 1, lines 3 and 4",
-    "first patch": "Algorithm 1, lines 5 and 6",
-    "single cells": "section 2.1",
-    "overlap": "section 4.2, Fig. 4 · Algorithm 1, lines 8 and 9",
-    "scores": "section 4.3, Fig. 3 d · Algorithm 1, line 10",
-    "candidates": "section 4.4, Fig. 3 e · Algorithm 1, line 11",
-    "data": "section 4.4, last paragraph",
-    "draw": "section 4.4 · Algorithm 1, line 12",
-    "inverse": "sections 3.1 and 4.4, Fig. 5 · Algorithm 1, line 13",
-    "cut": "section 2 (the cut) · section 4.4, Algorithm 1, line 14 (the paste)",
-    "paste": "section 4.4 · Algorithm 1, line 14",
-    "image": "sections 3.1 and 4.2, Figs. 1 and 4 · Algorithm 1, line 2",
-}
+PAPER: dict[str, str] = tomllib.loads(Path(__file__).with_name("paper.toml").read_text("utf-8"))
 """For each step, the section, figure and line of the paper that describe the step."""
 LAYER_ROW_COLUMN = ("layer", "row", "column")
 ORDER_WORDS = (
@@ -64,7 +53,12 @@ def say_steps(view: PatchView, places: Sequence[DeltaGenerator]) -> None:
         [(describe_path(trace), PAPER["path"]), (describe_offset(trace), OURS)],
         [(describe_overlap(view), overlap)],
         [(describe_scores(step), scores)],
-        [(describe_draw(view), draw), (describe_shift(step), OURS), (describe_cut(view), cut)],
+        [
+            (describe_draw(view), draw),
+            (f"The patch is from {escape(step.source)}." if step.source else "", OURS),
+            (describe_shift(step), OURS),
+            (describe_cut(view), cut),
+        ],
     )
     for number, (place, said) in enumerate(zip(places, texts, strict=True), start=1):
         with place:
@@ -145,16 +139,16 @@ def describe_overlap(view: PatchView) -> str:
 
 def describe_scores(step: TracedPatch) -> str:
     """Return a description of the scores, and the best score."""
-    locations = format_count(step.scores.size, "location")
+    locations = format_count(int(np.isfinite(step.ccw).sum()), "location")
     if not step.patch.shape:
         decide = " Only the hard data decide." if step.data is not None else ""
         return f"Without an overlap, all {locations} of the image fit equally well.{decide}"
     ccw = step.ccw
     if step.correlation:
-        best, how = ccw.max(), "the paper's CCW (cross-correlation) ΣA·B; the largest is best"
+        best, how = np.nanmax(ccw), "the paper's CCW (cross-correlation) ΣA·B; the largest is best"
     else:
-        best, how = ccw.min(), page_text("Squared difference")
-    median = f"{float(sorted(ccw.ravel())[ccw.size // 2]):.4g}"
+        best, how = np.nanmin(ccw), page_text("Squared difference")
+    median = f"{np.nanpercentile(ccw, 50, method='higher'):.4g}"
     values = {"locations": locations, "how": how, "best": f"{best:.4g}", "median": median}
     return page_text("Scores", **values)
 
@@ -195,17 +189,8 @@ def describe_cut(view: PatchView) -> str:
 
 def describe_fate(location: PlaceFate, step: TracedPatch, search_fraction: float) -> str:
     """Describe the fate of a location and the reason for it."""
-    best = f"{100 * search_fraction:.3g}"
-    return {
-        "drawn": "drawn",
-        "candidate": "a candidate that was not drawn",
-        "fraction": f"rejected: its overlap is not among the best {best} %",
-        "slack": "rejected: much worse than the best",
-        "copy": "rejected: would only extend the piece copied by a neighbouring patch",
-        "data": f"rejected: {_misses(location)}",
-        "location": "rejected: its position in the image is too far from the patch's position",
-        "tie": "rejected: other locations with an equal score were chosen at random",
-    }[location.fate]
+    values = {"best": f"{100 * search_fraction:.3g}", "missed": _misses(location)}
+    return page_text(f"Fate of a location: {location.fate}", **values)
 
 
 def _misses(location: PlaceFate) -> str:
@@ -312,13 +297,7 @@ def _choice_with_data(view: PatchView) -> str:
 
 def describe_window(w: ResimulatedWindow) -> str:
     """Return the outcome of a window of local re-simulation in words."""
-    if w.size == 1:
-        return "Forced: no window fitted, so only the cell was changed."
-    if not w.fits:
-        outcome = "no patch of the image both honours all data in the window and fits"
-    elif w.isolated:
-        outcome = "connects an isolated datum to its surroundings"
-    else:
-        outcome = "a patch fits and honours all data in the window"
+    outcome = "forced" if w.size == 1 else "patch" if w.fits else "none"
+    outcome = "isolated" if w.fits and w.isolated and w.size > 1 else outcome
     size = cells_along(w.before.shape) if w.before.ndim == 3 else w.size
-    return f"Window of {size} cells: {outcome}."
+    return page_text(f"Window: {outcome}", size=size)

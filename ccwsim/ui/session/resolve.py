@@ -31,6 +31,7 @@ from ccwsim.jobs.limits import UNASKED_SECONDS
 from ccwsim.model.arrays import Shape
 from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED, MAX_LEVEL, MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.parameters import PER_AXIS, legal_sizes
+from ccwsim.model.secondary import cells_in_polygon
 from ccwsim.model.study import Study
 from ccwsim.run.footprint import demand_of
 from ccwsim.sharing.choices import (
@@ -39,6 +40,7 @@ from ccwsim.sharing.choices import (
     Choices,
     DataChoice,
     Directions,
+    DrawnLines,
     Gradient,
     GuideChoice,
     ImageChoice,
@@ -90,6 +92,8 @@ def _secondary(choice: GuideChoice, grid: Grid, image: TrainingImage) -> Seconda
         angle=_angle_of(choice.angle, grid),
         scale=None if choice.scale == 1 else choice.scale,
         mirrored=choice.mirrored,
+        images=[image_of(other) for other in choice.images],
+        **_use_of_images(choice.zones, len(choice.images), grid),
     ).fitted(grid, image)
 
 
@@ -138,13 +142,28 @@ def _auxiliary_of(choice: GuideChoice, grid: Grid, image: TrainingImage) -> list
     return [Auxiliary(*maps, weight=choice.auxiliary_weight)]
 
 
-def _angle_of(given: Upload | Gradient | float | None, grid: Grid) -> Any:
+def _angle_of(given: Upload | Gradient | DrawnLines | float | None, grid: Grid) -> Any:
     if isinstance(given, Gradient):
         return _ramp(given, grid)
+    if isinstance(given, DrawnLines):
+        return io.angles_along(given.lines, grid, given.azimuth) if given.lines else None
     if not isinstance(given, Upload):
         return given
     with opened(given) as file:
         return io.read_values(file, grid)
+
+
+def _use_of_images(given: Any, n: int, grid: Grid) -> dict[str, Any]:
+    """Return zones, of which later outlines cover earlier ones, or weights of n further images."""
+    if isinstance(given, Upload):
+        with opened(given) as file:
+            return {"zones": io.read_active(file, grid) * 1}
+    if isinstance(given, float):
+        return {"weights": (1 - given, *(given / n for _ in range(n)))}
+    zones = np.zeros(grid.shape, np.uint8)
+    for k, corners in enumerate(given or (), 1):
+        zones[cells_in_polygon(np.array(corners), grid)] = k
+    return {"zones": None if given is None else zones}
 
 
 def _ramp(given: Gradient, grid: Grid) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""Guides, between hard data and grid: probabilities, active cells and an auxiliary variable."""
+"""Guides, between hard data and grid: probabilities, active cells, variables, angles, images."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import astuple, replace
@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 import streamlit as st
 
-from ccwsim import Secondary, TrainingImage
-from ccwsim.metrics import warn_of_probabilities
+from ccwsim import Secondary, TrainingImage, datasets, io
+from ccwsim.figures import ENTROPY, ramp
+from ccwsim.metrics import local_direction, warn_of_probabilities
+from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_AUXILIARY_WEIGHT, MAX_SCALE, MAX_SOFT_WEIGHT, MIN_SCALE
 from ccwsim.model.grid import Grid
 from ccwsim.model.missing import UNKNOWN
@@ -18,26 +20,37 @@ from ccwsim.sharing.choices import (
     Choices,
     Corners,
     Directions,
+    DrawnLines,
     Gradient,
     GuideChoice,
+    ImageChoice,
     Stroke,
+    Upload,
 )
 from ccwsim.ui.frontend.cells import CellMap, map_content, share_map
 from ccwsim.ui.frontend.component import draw_component
-from ccwsim.ui.results.maps import middle_layer
+from ccwsim.ui.results.maps import colours_of, middle_layer, pretty
 from ccwsim.ui.session.cached import cached
-from ccwsim.ui.session.resolve import image_of, secondary_of, study_of
+from ccwsim.ui.session.resolve import image_of, read_upload, secondary_of, study_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.session.uploads import file_uploader
+from ccwsim.ui.study.image_questions import image_of_file
+from ccwsim.ui.study.image_step import thumbnail
 from ccwsim.ui.study.run import start_run_if_needed
-from ccwsim.ui.widgets.errors import problem_in
+from ccwsim.ui.widgets.errors import if_possible, problem_in
 from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
 from ccwsim.ui.widgets.text import pair, plain, step_note
 
 _warnings = cached(max_entries=64)(warn_of_probabilities)
 MAX_HEIGHT = 480  # maximum height of the map in pixels
 ACTIVE = "#9AA9B8"  # colour of active cells, if there are no other guides
-AZIMUTH = {"min_value": -360.0, "max_value": 360.0, "step": 15.0, "format": "%g"}
+MAX_OTHERS = 3  # maximum number of further images that are chosen here
+THUMB = 44  # width of the picture of an image in pixels
+WIDE = 200.0  # width, in cells, over which the direction of the image is averaged
+N_ARROWS = 14  # number of arrows along the longer side of the map
+AZIMUTH: dict[str, Any] = {"min_value": -360.0, "max_value": 360.0, "step": 15.0, "format": "%g"}
+AZIMUTH["help"] = "From north, clockwise, in degrees."
+ENDS, TOWARDS = {"start": "From", "end": "To"}, {"azimuth": "Towards (azimuth)"}
 
 
 def guides_step(state: State) -> None:
@@ -48,6 +61,7 @@ def guides_step(state: State) -> None:
         _draw_problem(state)
         if not guides.is_empty:
             _draw_board(state, guides)
+        _draw_images(state, guides)
         if guides.saved is not None:
             step_note(f"From the project: {guides.saved.describe()}")
         else:
@@ -55,6 +69,7 @@ def guides_step(state: State) -> None:
             _active(state, guides, change)
             _auxiliary(guides, change)
             _copies(state, guides, change)
+            _images(state, guides, change)
         if not guides.is_empty:
             button("No guides", key="guides_none", on_click=use_guides, args=(state, GuideChoice()))
 
@@ -93,21 +108,21 @@ def _draw_problem(state: State) -> None:
 def _choice(
     label: str, given: Any, shapes: Mapping[str, Any], change: Callable[..., None], attribute: str
 ) -> None:
-    """Draw the choice between no guide, named shapes with default values, and uploaded files."""
-    chosen = next((name for name, shape in shapes.items() if type(shape) is type(given)), "none")
+    """Draw the choice between named shapes with default values, or None, and uploaded files."""
+    chosen = next((name for name, shape in shapes.items() if type(shape) is type(given)), "")
     if files := GuideChoice(**{attribute: given}).files:
         chosen = f"file {' and '.join(file.name for file in files)}"
 
     def write(name: str) -> None:
         change(**{attribute: shapes.get(name)})
 
-    options = options_of({name: name for name in ("none", *shapes, chosen)})
+    options = options_of({name: name for name in (*shapes, chosen)})
     field(st.selectbox, label, key=f"guides_{attribute}", value=chosen, write=write, **options)
 
 
 def _probabilities(state: State, guides: GuideChoice, change: Callable[..., None]) -> None:
     image, given = image_of(state.choices.image), guides.probabilities
-    shapes = {"a gradient": Gradient(), "drawn on the map": ()}
+    shapes = {"none": None, "a gradient": Gradient(), "drawn on the map": ()}
     _choice("Probabilities of facies", given, shapes, change, "probabilities")
     if given is not None:
         names = options_of(dict(enumerate(image.facies_names)))
@@ -115,16 +130,9 @@ def _probabilities(state: State, guides: GuideChoice, change: Callable[..., None
         facies["value"] = min(guides.facies, image.n_facies - 1)
         field(st.selectbox, "Facies", key="guides_facies", **facies, **names)
     if isinstance(given, Gradient):
-
-        def write(**changes: Any) -> None:
-            change(probabilities=replace(given, **changes))
-
-        for column, name, label in zip(pair(), ("start", "end"), ("From", "To"), strict=True):
-            with column:
-                number = bound_to(given, name, write, min_value=0.0, max_value=1.0, step=0.05)
-                field(st.number_input, label, key=f"guides_{name}", **number)
-        azimuth = bound_to(given, "azimuth", write, help="From north, clockwise, in degrees.")
-        field(st.number_input, "Towards (azimuth)", key="guides_azimuth", **azimuth, **AZIMUTH)
+        share = {"min_value": 0.0, "max_value": 1.0, "step": 0.05}
+        _numbers(given, change, "probabilities", ENDS, **share)
+        _numbers(given, change, "probabilities", TOWARDS, **AZIMUTH)
     tip = "Any grid, with variables named P_facies; for a volume also a table with z and P_facies."
     take = {"take": lambda upload: change(probabilities=upload), "help": tip}
     file_uploader("or a map of probabilities", key="guides_soft_file", **take)
@@ -133,35 +141,43 @@ def _probabilities(state: State, guides: GuideChoice, change: Callable[..., None
         field(st.slider, "Weight of the probabilities", key="guides_soft_weight", **weight)
 
 
+def _numbers(
+    given: Any, change: Callable[..., None], attribute: str, labels: Mapping[str, str], **look: Any
+) -> None:
+    """Draw numbers of a shape, side by side if there are two."""
+
+    def write(**changes: Any) -> None:
+        change(**{attribute: replace(given, **changes)})
+
+    places = pair() if len(labels) > 1 else [st.container()]
+    for place, (name, label) in zip(places, labels.items(), strict=True):
+        number = bound_to(given, name, write, **look)
+        field(place.number_input, label, key=f"guides_{attribute}_{name}", **number)
+
+
 def _active(state: State, guides: GuideChoice, change: Callable[..., None]) -> None:
-    shapes = {"inside an outline": frame(state.choices.grid)}
+    shapes = {"none": None, "inside an outline": frame(state.choices.grid)}
     _choice("Active cells", guides.active, shapes, change, "active")
     tip = "A grid with 0 or no value in inactive cells, or polygons in GeoJSON."
     take = {"take": lambda upload: change(active=upload), "help": tip}
     file_uploader("or a mask", key="guides_mask_file", **take)
 
 
-def frame(grid: Grid) -> Corners:
-    """Return the corners of a rectangle in the middle of a grid."""
-    x, y = grid.axes[0], grid.axes[1]
-    (west, east), (south, north) = (np.quantile(k, (0.1, 0.9)).round(6).tolist() for k in (x, y))
+def frame(grid: Grid, first: float = 0.1, last: float = 0.9) -> Corners:
+    """Return the corners of a rectangle in a grid, between two shares of the way to the east."""
+    ends = (grid.axes[0], (first, last)), (grid.axes[1], (0.1, 0.9))
+    (west, east), (south, north) = (np.quantile(k, q).round(6).tolist() for k, q in ends)
     return (west, south), (east, south), (east, north), (west, north)
 
 
 def _auxiliary(guides: GuideChoice, change: Callable[..., None]) -> None:
     given = guides.auxiliary
     image, grid = given if isinstance(given, tuple) else (None, None)
-    shapes = {"position along a direction": Directions()}
+    shapes = {"none": None, "position along a direction": Directions()}
     _choice("Auxiliary variable", given, shapes, change, "auxiliary")
     if isinstance(given, Directions):
-
-        def write(**changes: Any) -> None:
-            change(auxiliary=replace(given, **changes))
-
-        for column, of in zip(pair(), ("image", "grid"), strict=True):
-            with column:
-                number = bound_to(given, of, write, **AZIMUTH)
-                field(st.number_input, f"Azimuth, {of}", key=f"guides_azimuth_{of}", **number)
+        labels = {of: f"Azimuth, {of}" for of in ("image", "grid")}
+        _numbers(given, change, "auxiliary", labels, **AZIMUTH)
     takes = {
         "image": lambda upload: change(auxiliary=(upload, grid)),
         "grid": lambda upload: change(auxiliary=(image, upload)),
@@ -177,26 +193,33 @@ def _auxiliary(guides: GuideChoice, change: Callable[..., None]) -> None:
 
 def _copies(state: State, guides: GuideChoice, change: Callable[..., None]) -> None:
     given = guides.angle
-    shapes = {"one angle": 45.0, "turning across the grid": Gradient(90.0, 0.0, 90.0)}
-    _choice("Turned image", given, shapes, change, "angle")
+    shapes = {"none": None, "one angle": 45.0, "along drawn lines": DrawnLines()}
+    shapes |= {"turning across the grid": Gradient(90.0, 0.0, 90.0)}
+
+    def turn(angle: Any) -> None:
+        if isinstance(angle, DrawnLines):  # at first, bodies of the image follow the lines
+            cells = middle_layer(image_of(state.choices.image).array)
+            angle = replace(angle, azimuth=float(round(local_direction(cells, width=WIDE)[0, 0])))
+        change(angle=angle)
+
+    _choice("Turned image", given, shapes, turn, "angle")
     if isinstance(given, float):
         tip = "Azimuth to which the north of the image is turned, clockwise, in degrees."
-        number = bound_to(guides, "angle", change, help=tip)
-        field(st.number_input, "Angle", key="guides_one_angle", **number, **AZIMUTH)
+        number = bound_to(guides, "angle", change, **AZIMUTH | {"help": tip})
+        field(st.number_input, "Angle", key="guides_one_angle", **number)
     elif isinstance(given, Gradient):
+        _numbers(given, change, "angle", ENDS, **AZIMUTH)
+        _numbers(given, change, "angle", TOWARDS, **AZIMUTH)
+    elif isinstance(given, DrawnLines):
+        tip = "Direction in the image that follows the lines; at first, that of its bodies."
+        _numbers(given, change, "angle", {"azimuth": "Azimuth, image"}, **AZIMUTH | {"help": tip})
 
-        def write(**changes: Any) -> None:
-            change(angle=replace(given, **changes))
+    def take(upload: Upload) -> None:
+        lines = read_upload(io.read_lines, upload)
+        turn(DrawnLines(tuple(_points(k.tolist()) for k in lines)) if lines else upload)
 
-        for column, name, label in zip(pair(), ("start", "end"), ("From", "To"), strict=True):
-            with column:
-                number = bound_to(given, name, write)
-                field(st.number_input, label, key=f"guides_angle_{name}", **number, **AZIMUTH)
-        way = bound_to(given, "azimuth", write, help="From north, clockwise, in degrees.")
-        field(st.number_input, "Towards (azimuth)", key="guides_angle_azimuth", **way, **AZIMUTH)
-    tip = "A grid of angles: degrees clockwise from north to which the image is turned."
-    take = {"take": lambda upload: change(angle=upload), "help": tip}
-    file_uploader("or a map of angles", key="guides_angle_file", **take)
+    tip = "A grid of azimuths to which the north of the image is turned, or lines in GeoJSON."
+    file_uploader("or a map of angles", key="guides_angle_file", take=take, help=tip)
     scale = bound_to(guides, "scale", change, min_value=MIN_SCALE, max_value=MAX_SCALE, step=0.1)
     field(st.number_input, "Scale of the image", key="guides_scale", **scale)
     names = {"": "none", "x": "west–east", "y": "south–north", "xy": "both"}
@@ -205,14 +228,73 @@ def _copies(state: State, guides: GuideChoice, change: Callable[..., None]) -> N
     field(st.selectbox, "Mirrored copies", key="guides_mirrored", **mirrored, **options_of(names))
 
 
+def _draw_images(state: State, guides: GuideChoice) -> None:
+    """Draw small pictures of the images in use, and say how they are used."""
+    image, colours = image_of(state.choices.image), colours_of(state)
+    fitted = if_possible(lambda: secondary_of(replace(state.choices, guides=guides)))
+    others = fitted.images if fitted else if_possible(lambda: [*map(image_of, guides.images)])
+    of_code = dict(zip(image.codes.tolist(), colours, strict=True))
+    for k, each in enumerate((image, *others) if others else ()):
+        own = [of_code.get(code, ACTIVE) for code in each.codes.tolist()]
+        with st.container(horizontal=True, vertical_alignment="center", key=f"guides_image_{k}"):
+            st.image(thumbnail(each, own, 2 * THUMB), width=THUMB, alt=f"Image {k}, small")
+            step_note(f"{k} {pretty(each.name)}\n{describe_shape(each.shape)}")
+            if k and guides.images:
+                rest = [other for other in range(len(guides.images)) if other != k - 1]
+                button("Remove", key=f"guides_drop_{k}", on_click=_keep, args=(state, rest))
+    if fitted and others and not guides.saved:
+        step_note(fitted.describe())
+
+
+def _keep(state: State, kept: Sequence[int], *new: ImageChoice) -> None:
+    """Use some of the further images and new ones; images keep their outlines."""
+    guides, grid = state.guides_draft or state.choices.guides, state.choices.grid
+    images, zones = (*(guides.images[k] for k in kept), *new), guides.zones
+    if isinstance(zones, tuple):
+        zones = *(zones[k] for k in kept), *(frame(grid, 0.4, 0.6) for _ in new)
+    _change(state, images=images, zones=zones if images else None)
+
+
+def _images(state: State, guides: GuideChoice, change: Callable[..., None]) -> None:
+    """Draw the choice of further images and of their use."""
+    grid, given = state.choices.grid, guides.images
+    add = partial(_keep, state, range(len(given)))
+    if len(given) < MAX_OTHERS:
+        volume = grid.nz is not None
+        names = datasets.volume_names() if volume else datasets.names()
+        options: dict[str, Any] = options_of({name: pretty(name) for name in names})
+        options |= {"value": None, "write": lambda name: add(ImageChoice(name))}
+        options |= {"placeholder": "add one", "help": "Its facies are matched by name or by code."}
+        field(st.selectbox, "Further training image", key="guides_other", **options)
+        take: dict[str, Any] = {"take": lambda up: add(image_of_file(up, volume=volume))}
+        file_uploader("or an image of yours", key=f"guides_other_file_{len(given)}", **take)
+    if not given:
+        return
+    n = len(given) + 1
+    outlines = tuple(frame(grid, (k + 0.1) / n, (k + 0.9) / n) for k in range(1, n))
+    shapes = {"all for each patch": None, "a share of patches": 0.5, "inside outlines": outlines}
+    _choice("Use of the images", guides.zones, shapes, change, "zones")
+    if isinstance(guides.zones, float):
+        share = bound_to(guides, "zones", change, min_value=0.0, max_value=1.0, step=0.05)
+        field(st.slider, "Share of further images", key="guides_share", **share)
+    tip = "A grid with 0 for the training image, 1 for the next image …; or polygons in GeoJSON."
+    take = {"take": lambda upload: change(zones=upload), "help": tip}
+    file_uploader("or a grid of zones", key="guides_zones_file", **take)
+
+
 def _draw_board(state: State, guides: GuideChoice) -> None:
     """Draw the first map of the guides with the tools to draw on it, and notes on the guides."""
     choices, image = state.choices, image_of(state.choices.image)
     study = None if problem_in(lambda: study_of(choices)) else study_of(choices)
     secondary = study.secondary if study else None
     soft, corners = guides.probabilities, guides.active
-    strokes = isinstance(soft, tuple) and [(*astuple(s)[:3], s.points) for s in soft]
-    tools = {"strokes": strokes, "corners": isinstance(corners, tuple) and corners}
+    zones = guides.zones if isinstance(guides.zones, tuple) else ()
+    outlines = {f"zone{k}": outline for k, outline in enumerate(zones, 1)}
+    tools: dict[str, Any] = {
+        "strokes": isinstance(soft, tuple) and [(*astuple(s)[:3], s.points) for s in soft],
+        "flow": isinstance(guides.angle, DrawnLines) and guides.angle.lines,
+        "outlines": outlines | ({"outline": corners} if isinstance(corners, tuple) else {}),
+    }
     ground = _ground(secondary, image, min(guides.facies, image.n_facies - 1), choices.grid)
     options: dict[str, Any] = {"grid": choices.grid, "name": "guides", "max_height": MAX_HEIGHT}
 
@@ -220,24 +302,45 @@ def _draw_board(state: State, guides: GuideChoice) -> None:
         take_drawing(state, drawn)
         start_run_if_needed(state, live=True)
 
+    azimuth = guides.angle.azimuth if isinstance(guides.angle, DrawnLines) else 0.0
+    tools["arrows"] = _arrows(secondary, azimuth, choices.grid)
     content = map_content(ground, **options) | tools | {"axes": False}
     draw_component("guides", "guide_board", content, "drawn", take)
     if study is None or secondary is None:  # without a weight, nothing guides
         return
     notes = _warnings(secondary, image, choices.parameters)
+    if tools["arrows"]:
+        notes = [f"arrows show where azimuth {azimuth:g}° of the image points", *notes]
     if n_left := study.inactive_data.n:
         notes = [f"{n_left} hard data are in inactive cells and are left out", *notes]
     for note in notes:
         st.caption(plain(f"{note[:1].upper()}{note[1:]}."))
 
 
+def _arrows(secondary: Secondary | None, azimuth: float, grid: Grid) -> dict[str, Any] | None:
+    """Return arrows (x, y, azimuth) for the canvas, and the distance between them in cells."""
+    if secondary is None or secondary.angle is None:
+        return None
+    ways = middle_layer(np.broadcast_to(secondary.angle + azimuth, grid.shape))
+    every = max(max(ways.shape) // N_ARROWS, 1)
+    some = slice(every // 2, None, every)
+    x, y = (k[some] for k in grid.axes[:2])
+    each = np.stack([*np.meshgrid(x, y), ways[some, some] % 360], axis=-1)
+    return {"every": every, "at": each.reshape(-1, 3).tolist()}
+
+
 def take_drawing(state: State, drawn: Mapping[str, Any]) -> None:
-    """Take strokes (value, radius, softness, points) and corners, which are false if not drawn."""
-    shapes: dict[str, Any] = {}
-    if (corners := drawn["corners"]) is not False:
-        shapes["active"] = _points(corners)
-    if (lines := drawn["strokes"]) is not False:
-        shapes["probabilities"] = tuple(Stroke(v, r, s, _points(line)) for v, r, s, line in lines)
+    """Take strokes (value, radius, softness, points), lines and outlines, false if not drawn."""
+    guides, shapes = state.guides_draft or state.choices.guides, dict[str, Any]()
+    outlines = {name: _points(own) for name, own in drawn["outlines"].items()}
+    if "outline" in outlines:
+        shapes["active"] = outlines.pop("outline")
+    if outlines and isinstance(guides.zones, tuple):
+        shapes["zones"] = tuple(outlines[name] for name in sorted(outlines))
+    if (strokes := drawn["strokes"]) is not False:
+        shapes["probabilities"] = tuple(Stroke(v, r, s, _points(line)) for v, r, s, line in strokes)
+    if (lines := drawn["flow"]) is not False and isinstance(guides.angle, DrawnLines):
+        shapes["angle"] = replace(guides.angle, lines=tuple(map(_points, lines)))
     _change(state, **shapes)
 
 
@@ -251,9 +354,12 @@ def _ground(secondary: Secondary | None, image: TrainingImage, facies: int, grid
     active = np.ones(grid.shape, bool) if active is None else active
     if secondary is not None and secondary.probabilities is not None:
         values, name = secondary.probabilities[facies], f"P({image.facies_names[facies]}) ="
-    elif secondary is not None and (angle := secondary.angle) is not None:
-        turned = (angle + 180) % 360 / 360  # north is in the middle of the colours
-        values, name = np.broadcast_to(turned, grid.shape), "angle / 360° + ½ ="
+    elif secondary is not None and secondary.zones is not None:
+        names = [pretty(each.name) for each in (image, *secondary.images)]
+        shades = ramp(ENTROPY, len(names) + 1)[:-1]
+        shown = middle_layer(np.where(active, secondary.zones, np.uint8(UNKNOWN)))
+        keys = list(zip(names, shades, strict=True))
+        return CellMap(shown, shades, names, "Guides: zones of the images", keys=keys)
     elif secondary is not None and secondary.auxiliary:
         values, name = secondary.auxiliary[0].grid, "variable, scaled to 1:"
         values = (values - values.min()) / max(values.max() - values.min(), 1e-300)

@@ -42,7 +42,7 @@ from ccwsim.ui.validate import statistics
 from ccwsim.ui.validate.slices import slice_of, wells_on
 from ccwsim.ui.validate.statistics import Validation, panel
 from ccwsim.ui.widgets.fields import button
-from ccwsim.ui.widgets.text import numbers_table, page_text, panel_title, step_note
+from ccwsim.ui.widgets.text import numbers_table, page_text, panel_title, scrolled, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 CERTAIN = 0.05  # entropy below which a cell counts as certain
@@ -56,20 +56,46 @@ def draw_uncertainty(state: State, ensemble: Ensemble, colours: Sequence[str]) -
     panel(state, "uncertainty", task, lambda e: draw_e_type_maps(e, state, ensemble, colours))
     if (given := given_map(ensemble, state.facies)) is not None:
         _draw_reliability(state, ensemble, given)
-    turned = ensemble.secondary is not None and ensemble.secondary.angle is not None
-    if turned and ensemble.grid.nz is None:
+    if (secondary := ensemble.secondary) is None:
+        return
+    if secondary.angle is not None and ensemble.grid.nz is None:
         task = statistics.direction_error(ensemble, state.facies)
         panel(state, "directions", task, lambda off: _draw_directions(off, ensemble, state.facies))
+    if secondary.zones is not None:
+        names = [_name(image) for image in (ensemble.training_image, *secondary.images)]
+        facies = ensemble.training_image.facies_names[state.facies]
+        task = statistics.zones(ensemble, state.facies)
+        panel(state, "zones", task, lambda fits: _draw_zones(fits, names, facies))
 
 
 def _draw_directions(off: NDArray[np.float64], ensemble: Ensemble, facies: int) -> None:
     """Draw how much directions differ from the given angles."""
     size, name = np.abs(off), ensemble.training_image.facies_names[facies]
-    most = float(np.quantile(size, 0.9))
-    note = f"{size.mean():.1f}° on average, at most {most:.1f}° in 90 % of the cells"
+    if ensemble.secondary is not None and ensemble.secondary.zones is not None:
+        size[ensemble.secondary.zones > 0] = np.nan  # other images have other directions
+    most = float(np.nanquantile(size, 0.9))
+    note = f"{np.nanmean(size):.1f}° on average, at most {most:.1f}° in 90 % of the cells"
     panel_title("Difference from the given angles", note)
     shown = share_map(size / 90, "difference / 90° =", f"Directions of {name}", colours=ENTROPY)
     draw_cells(shown, "directions", link="grid", name="directions", body=False, max_height=400)
+
+
+def _draw_zones(fits: Sequence[tuple[Any, ...]], names: Sequence[str], facies: str) -> None:
+    """Draw a table that compares each zone with its own image and with the nearest other."""
+    rows = []
+    for k, size, shares, (own,), far in fits:
+        other = min(set(range(len(names))) - {k}, key=lambda other: far[other])
+        off = f"{round(100 * (shares.mean() - own), 1) + 0:+}\u00a0±\u00a0{100 * shares.std():.1f}"
+        percent = [f"{100 * share:.1f}\u00a0%" for share in (size, shares.mean(), own)]
+        row = [f"{k} {names[k]}", *percent, off]
+        if isfinite(far[k]):  # otherwise, the zone is smaller than a pattern
+            sign = "✓ " if far[k] < far[other] else "⚑ "
+            row += [f"{sign}{far[k]:.3f}", f"{far[other]:.3f} ({names[other]})"]
+        rows.append([escape(minus(cell)) for cell in row])
+    head = "zone", "cells", escape(facies), "its image", "difference", "patterns", "nearest other"
+    panel_title("Zones", "each compared with its own training image")
+    st.html(scrolled(numbers_table(rows, head), "Zones"))
+    step_note(page_text("Zones"))
 
 
 def _draw_reliability(state: State, ensemble: Ensemble, given: CellMap) -> None:
@@ -259,21 +285,15 @@ def problem_of(reference: TrainingImage, ensemble: Ensemble) -> str:
         return f"The reference field has {own} cells, the grid {grid}. Sample the data again."
     unknown = np.setdiff1d(reference.codes, ensemble.training_image.codes)
     if len(unknown):
-        return (
-            f"The reference field has facies {unknown[0]}, which is not in the training image. "
-            "Sample the data again."
-        )
+        return page_text("Facies that only the reference field has", facies=unknown[0])
     return ""
 
 
 def describe_scores(scores: ReferenceScores) -> str:
     """Return the scores as text; cells with data are excluded from the scores."""
-    dot = '<span class="dot">·</span>'
-    return (
-        f"{100 * scores.accuracy:.1f} % of {scores.n_cells:,} cells without data predicted {dot} "
-        f"Brier score {three_digits(scores.brier)} of 2, 0 is best {dot} "
-        f"log score {three_digits(scores.log_score)}, 0 is best"
-    )
+    brier, log_score = three_digits(scores.brier), three_digits(scores.log_score)
+    values = {"share": 100 * scores.accuracy, "n": scores.n_cells}
+    return page_text("Scores of a reference field", brier=brier, log_score=log_score, **values)
 
 
 def wrong_map(scores: ReferenceScores, colours: Sequence[str]) -> CellMap:

@@ -182,12 +182,10 @@ def describe_summary(run: LargeEnsembleRun, summary: RunningSummary) -> str:
         data = f" All {run.study.hard_data.n} data are honoured in every realization."
         if n:
             data = f" In total, {n:,} {'datum is' if n == 1 else 'data are'} not honoured."
-    return (
-        f"After {summary.n:,} realizations: {image.facies_names[k]} {100 * mean.mean[k]:.2f} % "
-        f"({100 * mean.low[k]:.1f}–{100 * mean.high[k]:.1f} % in nine of ten realizations); "
-        f"training image: {100 * image.proportions[k]:.2f} %.{data} Statistics take "
-        f"{run.nbytes / 1e6:.0f} MB."
-    )
+    values = {"n": summary.n, "name": image.facies_names[k], "image": 100 * image.proportions[k]}
+    values |= {name: 100 * getattr(mean, name)[k] for name in ("mean", "low", "high")}
+    values |= {"data": data, "size": run.nbytes / 1e6}
+    return page_text("Summary of a large ensemble", **values)
 
 
 def bundle_of_band(

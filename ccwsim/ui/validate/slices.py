@@ -116,9 +116,8 @@ def draw_slice_fields(state: State, ensemble: Ensemble) -> None:
         field(st.segmented_control, "Maps show", key="slice", **options)
         last = ensemble.grid.shape[axis] - 1
         if last:
-            label = (
-                f"{AXES[axis].capitalize()}, from {('the bottom', 'the south', 'the west')[axis]}"
-            )
+            side = ("the bottom", "the south", "the west")[axis]
+            label = f"{AXES[axis].capitalize()}, from {side}"
             bounds = {"min_value": 0, "max_value": last, "width": 320}
             field(st.slider, label, key=f"slice_{AXES[axis]}", value=shown.at, write=move, **bounds)
         step_note(f"Maps display the indices ({HOVER[axis]}) of the cell under the pointer.")

@@ -18,6 +18,7 @@ from ccwsim.metrics.lags import Direction, distinct_lags, max_lag
 from ccwsim.metrics.reference_band import PATTERN_SIZES
 from ccwsim.metrics.stack import Stack
 from ccwsim.model.bounds import MAX_CURVES
+from ccwsim.model.missing import UNKNOWN
 from ccwsim.report.pictures import bundle_of, bundle_of_curves, layers_bundle
 from ccwsim.ui.results.charts import e_type_of
 from ccwsim.ui.session.cached import as_task, shared_values
@@ -29,6 +30,7 @@ from ccwsim.ui.widgets.text import step_note
 
 MAX_MAP_LAG = 50
 MAX_COMPARED = 200  # maximum number of realizations in the pairwise comparison of ANODI
+MAX_OF_ZONES = 20  # maximum number of realizations whose zones are compared by patterns
 DENSE_LAGS, STRIDE = 10, 4
 """Transiograms use every lag up to `DENSE_LAGS`, and every `STRIDE`-th lag above it."""
 MIN_STOPPABLE = 3.0  # number of seconds of work after which the button to stop is shown
@@ -176,6 +178,27 @@ def geobodies(
 def direction_error(progress: Fraction, ensemble: Ensemble, facies: int) -> NDArray[np.float64]:
     """Return how much directions of a facies differ from the given angles, in degrees."""
     return metrics.direction_error(ensemble, code_of(ensemble, facies))
+
+
+@as_task
+def zones(progress: Fraction, ensemble: Ensemble, facies: int) -> list[tuple[Any, ...]]:
+    """Compare zones with images, by a facies and by patterns that do not cross a border."""
+    secondary, codes, found = ensemble.secondary, ensemble.training_image.codes, []
+    assert secondary is not None
+    images = ensemble.training_image, *secondary.images
+    active = True if ensemble.active is None else ensemble.active
+    for k, own in enumerate(images):
+        if not (inside := active & (secondary.zones == k)).any():
+            continue
+        cells = np.where(inside, ensemble.indices, np.uint8(UNKNOWN))
+        some, far = Stack(cells[:MAX_OF_ZONES], codes), [np.nan] * len(images)
+        if len(metrics.pattern_histogram(Stack(cells[:1], codes)).codes):
+            far = [metrics.pattern_distance(some, i, codes, factors=[1]).mean() for i in images]
+        shares = (metrics.proportions(of, codes)[:, facies] for of in (Stack(cells, codes), own))
+        # number and share of the zone, shares of the facies in zone and image, pattern distances
+        found.append((k, inside.sum() / np.sum(active | inside), *shares, far))
+        progress((k + 1) / len(images))
+    return found
 
 
 @as_task

@@ -15,8 +15,10 @@ from ccwsim.sharing.choices import (
     Choices,
     DataChoice,
     Directions,
+    DrawnLines,
     Gradient,
     GuideChoice,
+    ImageChoice,
     Shown,
     Stroke,
     Upload,
@@ -28,7 +30,7 @@ from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.share.menu import open_project, project_of
 from ccwsim.ui.study.guides_step import problem_of_guides, take_drawing, use_guides
 from ccwsim.ui.study.run import collect, start_run
-from ccwsim.ui.validate.statistics import Validation
+from ccwsim.ui.validate.statistics import Validation, zones
 from tests.ui.widgets import html, named, opened
 from tests.waiting import wait_until
 
@@ -36,6 +38,9 @@ GRID = Grid(60, 80)
 STUDY = Choices(data=DataChoice(), grid=GRID, parameters=Parameters(16, 4, 1), n_realizations=4)
 TRIANGLE = ((0.0, 0.0), (80.0, 0.0), (0.0, 60.0))
 STROKES = Stroke(0.9, 9.5, 0.5, ((30.0, 20.0), (60.0, 40.25))), Stroke(0, 5, 1, ((0.1, -2),))
+FLOW = DrawnLines((((10.0, 5.0), (30.0, 50.5)), ((70.0, 5.0), (70.0, 30.0), (75.0, 55.0))), 90.0)
+WALL, EAST = ImageChoice("stone_wall"), ((40.0, -1.0), (81.0, -1.0), (81.0, 61.0), (40.0, 61.0))
+ZONED = GuideChoice(images=(WALL,), zones=(EAST,), angle=FLOW)
 GUIDES = GuideChoice(Gradient(), active=TRIANGLE, auxiliary=Directions(0.0, 90.0))
 
 
@@ -59,7 +64,7 @@ def test_the_step_guides_a_run_from_the_page():
     assert not app.exception
     named(app.selectbox, "guides_probabilities").set_value("a gradient").run()
     named(app.selectbox, "guides_active").set_value("inside an outline").run()
-    named(app.number_input, "guides_azimuth").set_value(0.0).run()
+    named(app.number_input, "guides_probabilities_azimuth").set_value(0.0).run()
     assert not app.exception
     assert not app.error
     guides = app.session_state[KEY].choices.guides
@@ -95,13 +100,19 @@ def test_strokes_draw_probabilities_one_over_the_other():
 def test_a_drawing_of_the_browser_becomes_strokes_and_corners():
     state = State(choices=replace(STUDY, guides=GuideChoice((), active=TRIANGLE)))
     lines = [[s.value, s.radius, s.softness, list(map(list, s.points))] for s in STROKES]
-    take_drawing(state, {"strokes": lines, "corners": [[0, 0], [50, 0], [0, 40.5]]})
+    drawn = {
+        "flow": False,
+        "strokes": lines,
+        "outlines": {"outline": [[0, 0], [50, 0], [0, 40.5]]},
+    }
+    take_drawing(state, drawn)
     guides = state.choices.guides
     assert guides.probabilities == STROKES
     assert guides.active == ((0.0, 0.0), (50.0, 0.0), (0.0, 40.5))
     with pytest.raises(CCWSIMError, match="value of a stroke = 3"):
-        take_drawing(state, {"strokes": [[3, 1, 1, [[0, 0]]]], "corners": False})
-    take_drawing(state, {"strokes": [], "corners": [[900, 0], [999, 0], [999, 9]]})
+        take_drawing(state, drawn | {"strokes": [[3, 1, 1, [[0, 0]]]], "outlines": {}})
+    far = {"outline": [[900, 0], [999, 0], [999, 9]]}
+    take_drawing(state, drawn | {"strokes": [], "outlines": far})
     assert state.guides_draft is not None  # no cell is active
     assert state.choices.guides.active == guides.active
 
@@ -142,6 +153,9 @@ def test_a_link_names_files_of_guides_and_a_reload_keeps_them():
         GuideChoice(active=((1e6 + 0.1, -5.0), (2e6, 1e-7), (3.0, 4e20))),
         GuideChoice(auxiliary=Directions(90.0, -15.0), auxiliary_weight=3.0),
         GuideChoice(STROKES, facies=0, active=TRIANGLE),
+        ZONED,
+        GuideChoice(images=(ImageChoice("stone_wall"), ImageChoice("delta")), zones=0.25),
+        GuideChoice(images=(ImageChoice("channels"),), angle=DrawnLines((), 90.0)),
     ],
 )
 def test_a_link_contains_shapes_that_guide(guides):
@@ -158,6 +172,8 @@ def test_a_link_contains_shapes_that_guide(guides):
         "along_0_1_2_3", "polygon_0_0_1_1", "polygon_0_0_1_1_2", "polygon_inf_0_1_1_2_2",
         "circle_1", "stroke_2_1_1_1_1_0_0", "stroke_1_0_1_1_1_0_0",
         "stroke_1_1_1_1_1", "stroke_1_1_1_1_1_0", "along_0_90_1~", "polygon" + "_1" * 5000,
+        "image", "image_lava", "zone_1_2", "line", "line_0_1", "line_0_1_2", "line_400_1_2_3_4",
+        "share_2", "share_0_1", "image_channels_1", "zone_nan_1_2_3_4_5",
     ],
 )  # fmt: skip
 def test_other_words_guide_nothing_and_are_named(text):
@@ -284,6 +300,165 @@ def test_validate_measures_directions():
     state = run(State(choices=replace(STUDY, guides=GuideChoice(angle=45.0))))
     state.page(Validation).seen = {"uncertainty"}
     app = opened("validate", state).run()
-    wait_until(lambda: "of the cells" in html(app.run()), "the directions", every=0.1)
-    assert "Difference from the given angles" in html(app)
+    title = "Difference from the given angles"
+    wait_until(lambda: title in html(app.run()), "the directions", every=0.1)
     assert not app.exception
+
+
+def test_images_and_zones_are_chosen_on_the_page():
+    app = opened("simulate", State(choices=STUDY)).run()
+    named(app.selectbox, "guides_other").set_value("stone_wall").run()
+    assert not app.exception
+    assert not app.error
+    assert "1 stone wall" in html(app)
+    assert "0 channels" in html(app)
+    named(app.selectbox, "guides_zones").set_value("inside outlines").run()
+    guides = app.session_state[KEY].choices.guides
+    assert guides.images == (WALL,)
+    (((west, _), (east, _), *_),) = guides.zones
+    assert 42 < west < 46
+    assert 74 < east < 78
+    named(app.selectbox, "guides_zones").set_value("a share of patches").run()
+    named(app.slider, "guides_share").set_value(0.2).run()
+    own = secondary_of(app.session_state[KEY].choices)
+    assert own.weights == pytest.approx((0.8, 0.2))
+    named(app.selectbox, "guides_other").set_value("channels").run()
+    assert len(app.session_state[KEY].choices.guides.images) == 2
+    named(app.button, "guides_drop_1").click().run()
+    assert [one.bundled for one in app.session_state[KEY].choices.guides.images] == ["channels"]
+    named(app.button, "guides_drop_1").click().run()
+    assert app.session_state[KEY].choices.guides == GuideChoice()
+    assert not app.exception
+
+
+def test_an_image_of_the_user_is_added_and_named_in_the_link():
+    cells = np.indices((60, 60)).sum(0) // 6 % 2
+    file = grid_file("diagonals.gslib", Grid(60, 60), facies=cells)
+    app = opened("simulate", State(choices=STUDY)).run()
+    uploader = named(app.get("file_uploader"), "guides_other_file_0")
+    uploader.upload(file.name, file.content).run()
+    assert not app.exception
+    assert not app.error
+    choices = app.session_state[KEY].choices
+    (other,) = secondary_of(choices).images
+    np.testing.assert_array_equal(other.array, cells)
+    assert left_out(choices) == ("the secondary information diagonals.gslib",)
+
+
+def test_an_image_with_other_facies_is_refused_calmly():
+    app = opened("simulate", State(choices=STUDY)).run()
+    named(app.selectbox, "guides_other").set_value("delta").run()
+    assert not app.exception
+    assert "rename or merge its facies" in app.error[0].value
+    assert app.session_state[KEY].choices.guides.is_empty
+    named(app.button, "guides_keep").click().run()
+    assert not app.error
+
+
+def test_images_that_are_removed_take_their_outlines_with_them():
+    two = replace(ZONED, images=(WALL, ImageChoice("channels")), zones=(EAST, TRIANGLE))
+    app = opened("simulate", State(choices=replace(STUDY, guides=two))).run()
+    named(app.button, "guides_drop_1").click().run()
+    assert app.session_state[KEY].choices.guides.zones == (TRIANGLE,)
+    named(app.selectbox, "guides_other").set_value("stone_wall").run()
+    guides = app.session_state[KEY].choices.guides
+    assert [one.bundled for one in guides.images] == ["channels", "stone_wall"]
+    assert guides.zones[0] == TRIANGLE
+    assert len(guides.zones) == 2
+
+
+def test_zones_are_outlines_codes_or_polygons():
+    by_outline = secondary_of(replace(STUDY, guides=replace(ZONED, angle=None)))
+    codes = np.zeros(GRID.shape)
+    codes[:, 40:] = 1
+    ring = json.dumps({"type": "Polygon", "coordinates": [EAST]}).encode()
+    for file in (grid_file(zone=codes), Upload("zones.geojson", ring)):
+        own = secondary_of(replace(STUDY, guides=GuideChoice(images=(WALL,), zones=file)))
+        np.testing.assert_array_equal(own.zones, codes)
+        assert own.digest == by_outline.digest
+    covered = replace(ZONED, images=(WALL, WALL), zones=(EAST, EAST))
+    assert set(np.unique(secondary_of(replace(STUDY, guides=covered)).zones)) == {0, 2}
+    wrong = GuideChoice(images=(WALL,), zones=grid_file(zone=2 * codes))
+    assert "2 is not the number of an image" in problem_of_guides(replace(STUDY, guides=wrong))
+
+
+def test_lines_turn_the_image_and_are_drawn_by_hand_or_read_from_a_file():
+    state = State(choices=replace(STUDY, guides=GuideChoice(angle=DrawnLines((), 90.0))))
+    assert study_of(state.choices).secondary is None  # nothing is drawn yet
+    lines = [[list(point) for point in line] for line in FLOW.lines]
+    take_drawing(state, {"strokes": False, "outlines": {}, "flow": lines})
+    assert state.choices.guides.angle == FLOW
+    angle = secondary_of(state.choices).angle
+    assert abs(angle[15, 70] - 270) < 4  # the east of the image is turned to the north
+    app = opened("simulate", state).run()
+    assert not app.exception
+    assert any("azimuth 90° of the image" in note.value for note in app.caption)
+    named(app.number_input, "guides_angle_azimuth").set_value(0.0).run()
+    assert app.session_state[KEY].choices.guides.angle == replace(FLOW, azimuth=0.0)
+    geometry = {"type": "MultiLineString", "coordinates": lines}
+    named(app.get("file_uploader"), "guides_angle_file").upload(
+        "flow.geojson", json.dumps(geometry).encode()
+    ).run()
+    given = app.session_state[KEY].choices.guides.angle
+    assert given.lines == FLOW.lines
+
+
+def test_chosen_lines_begin_with_the_direction_of_the_bodies():
+    rows = np.tile([[0], [0], [0], [1], [1], [1]], (12, 72))
+    file = BytesIO()
+    write_maps(file, {"facies": rows.astype(float)}, Grid(72, 72), format="gslib")
+    image = ImageChoice(upload=Upload("rows.gslib", file.getvalue()))
+    app = opened("simulate", State(choices=replace(STUDY, image=image))).run()
+    named(app.selectbox, "guides_angle").set_value("along drawn lines").run()
+    assert not app.exception
+    assert app.session_state[KEY].choices.guides.angle == DrawnLines((), 90.0)
+
+
+def test_a_project_keeps_images_zones_and_lines():
+    choices = replace(STUDY, guides=ZONED, n_realizations=1)
+    other = State()
+    content = project_as_bytes(project_of(State(choices=choices)))
+    open_project(other, Upload("study.ccwsim", content))
+    assert same_realizations(other.choices, choices)
+    app = opened("simulate", State(choices=other.choices)).run()
+    assert not app.exception
+    assert "2 training images by zone, angle" in html(app)
+    assert not [button for button in app.button if "guides_drop" in (button.key or "")]
+
+
+def test_a_link_names_an_uploaded_image():
+    file = grid_file("wall.gslib", Grid(40, 40), facies=np.indices((40, 40)).sum(0) // 5 % 2)
+    choices = replace(STUDY, guides=GuideChoice(images=(ImageChoice(upload=file), WALL)))
+    assert left_out(choices) == ("the secondary information wall.gslib",)
+    assert read_link(link_of(choices), own_choices(choices))[0] == choices
+    other = grid_file("wall.gslib", Grid(40, 40), facies=np.indices((40, 40)).sum(0) // 4 % 2)
+    changed = replace(STUDY, guides=GuideChoice(images=(ImageChoice(upload=other), WALL)))
+    assert changed.guides.digest != choices.guides.digest
+    assert secondary_of(changed).digest != secondary_of(choices).digest
+
+
+def test_validate_compares_each_zone_with_its_own_image():
+    state = run(State(choices=replace(STUDY, guides=ZONED)))
+    state.page(Validation).seen = {"uncertainty"}
+    app = opened("validate", state).run()
+    wait_until(lambda: "nearest other" in html(app.run()), "the zones", every=0.1)
+    assert not app.exception
+    table = html(app).split("nearest other")[1].split("</table>")[0]
+    assert "0 channels" in table
+    assert "1 stone wall" in table
+    found = zones(state.ensemble, 1).work(lambda share: None)
+    assert [k for k, *_ in found] == [0, 1]
+    for k, size, shares, (own,), far in found:
+        inside = secondary_of(state.choices).zones == k
+        assert size == pytest.approx(inside.mean())
+        cells = state.ensemble.indices[:, inside]
+        np.testing.assert_allclose(shares, (cells == 1).mean(axis=1))
+        image = (
+            study_of(state.choices).secondary.images[0]
+            if k
+            else study_of(state.choices).training_image
+        )
+        assert own == pytest.approx(image.proportions[1])
+        assert len(far) == 2
+    plain = found[0][-1], found[1][-1]
+    assert plain[1][1] < plain[1][0]  # the wall is nearest to the wall

@@ -16,7 +16,7 @@ from ccwsim import Grid, HardData, Parameters, datasets
 from ccwsim.engine.trace import Trace, fates
 from ccwsim.figures import LIGHT
 from ccwsim.model.study import Study
-from ccwsim.sharing.choices import Choices, DataChoice
+from ccwsim.sharing.choices import Choices, DataChoice, GuideChoice, ImageChoice
 from ccwsim.ui.how_it_works.maps import (
     N_STEPS,
     PatchView,
@@ -317,3 +317,18 @@ def test_the_browser_remembers_messages_for_as_long_as_a_player_needs():
     """
     settings = tomllib.loads((ROOT / ".streamlit" / "config.toml").read_text("utf-8"))
     assert settings["global"]["maxCachedMessageAge"] * PLAY_SECONDS > 5
+
+
+def test_the_image_and_the_angle_of_a_patch_are_named():
+    east = ((32.0, -1.0), (65.0, -1.0), (65.0, 49.0), (32.0, 49.0))
+    guides = GuideChoice(images=(ImageChoice("stone_wall"),), zones=(east,), angle=30.0)
+    app = launched(replace(SMALL, guides=guides), patch=0, ground="image")
+    found = set()
+    for _ in range(len(app.session_state[KEY].page(How).trace.patches) - 1):
+        found |= set(re.findall("The patch is from ([^.]*), turned to 30°", text(app)))
+        if len(found) == 2:
+            break
+        named(app.button, "how_next").click().run()
+    assert found == {"channels", "stone wall"}
+    app.session_state[KEY].change(guides=GuideChoice())  # the trace is made anew
+    assert "The patch is from" not in text(seen(app.run()))

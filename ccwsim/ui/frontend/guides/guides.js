@@ -1,9 +1,12 @@
-// The map of the guides as a drawing board: a brush draws probabilities, and an outline encloses the active
-// cells. All positions are world coordinates. This code is appended to map.js and edits.js.
+// The map of the guides as a drawing board: a brush draws probabilities, outlines enclose the active cells and
+// the zones of images, and lines draw the flow. All positions are world coordinates. This code is appended to
+// map.js and edits.js.
 const HANDLE = 5, GRIP = 10, FINGER_GRIP = 18; // radius of a corner, and distances at which it is gripped
 const TRIES = 30; // maximum number of times that a drawing is sent
 const MAX_POINTS = 200; // maximum number of corners of an outline, and of points of a stroke
+const ARROW = 0.36; // half of the length of an arrow, as a share of the distance between arrows
 const STEPS = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, -1], ArrowRight: [0, 1] };
+const LINE = '#D55E00'; // colour of drawn lines
 const BRUSH = { value: 0.8, width: 0.16, softness: 0.5 };
 
 export default inOrder((component) => {
@@ -15,11 +18,12 @@ export default inOrder((component) => {
 
 class GuideBoard extends CellMap {
   brush = { ...BRUSH };
-  drawn = {}; // {strokes, corners}; null if the study has none
+  drawn = { outlines: {} }; // {strokes, flow, outlines}; strokes and flow are false if the study has none
   sent = null; // a drawing that the page has not applied yet
   past = [];
   future = [];
   gesture = null; // a pressed pointer: its points, or the corner that it moves
+  begun = null; // the first point of a line that is drawn with the keyboard
 
   constructor(root) {
     root.append(root.nextElementSibling);
@@ -28,11 +32,12 @@ class GuideBoard extends CellMap {
   }
 
   show(data) {
-    const given = { strokes: data.strokes, corners: data.corners };
+    const given = { strokes: data.strokes, flow: data.flow, outlines: data.outlines };
     if (this.sent && same(given, this.sent)) this.sent = null;
     if (!this.sent) this.drawn = given;
     const before = this.tools || [];
-    this.tools = ['pan', ...(data.strokes ? ['brush'] : []), ...(data.corners ? ['outline'] : [])];
+    this.tools = ['pan', ...(data.strokes ? ['brush'] : []), ...(data.flow ? ['line'] : []),
+      ...Object.keys(data.outlines)];
     if (this.tools.length === 1) this.tools = [];
     const news = this.tools.filter((tool) => !before.includes(tool) && tool !== 'pan');
     if (news.length && !matchMedia('(pointer: coarse)').matches) this.tool = news.at(-1);
@@ -63,7 +68,8 @@ class GuideBoard extends CellMap {
   }
 
   step(what) {
-    if (what === 'clear') return this.push({ strokes: [] });
+    const { strokes, flow } = this.drawn;
+    if (what === 'clear') return this.push({ strokes: strokes && [], flow: flow && [] });
     const [from, to] = what === 'undo' ? [this.past, this.future] : [this.future, this.past];
     if (!from.length) return null;
     to.push(this.drawn);
@@ -83,14 +89,20 @@ class GuideBoard extends CellMap {
     };
     step('undo', this.past.length);
     step('redo', this.future.length);
-    step('clear', this.drawn.strokes?.length, !this.drawn.strokes);
+    const { strokes, flow } = this.drawn;
+    step('clear', strokes?.length || flow?.length, !strokes && !flow);
     this.root.querySelector('.sliders').hidden = this.tool !== 'brush';
     for (const input of this.root.querySelectorAll('.sliders input')) {
       input.value = this.brush[input.dataset.of];
       input.previousElementSibling.value = this.said(input.dataset.of);
     }
-    this.canvas.classList.toggle('draws', ['brush', 'outline'].includes(this.tool));
+    this.canvas.classList.toggle('draws', this.tool !== 'pan');
   }
+
+  // Return the corners that the tool moves, if it is an outline.
+  get corners() { return this.drawn.outlines[this.tool]; }
+
+  pushCorners(corners) { this.push({ outlines: { ...this.drawn.outlines, [this.tool]: corners } }); }
 
   said(of) {
     if (of !== 'width') return `${Math.round(100 * this.brush[of])} %`;
@@ -130,10 +142,17 @@ class GuideBoard extends CellMap {
     pen.beginPath();
     pen.rect(this.left, this.top, this.wide, this.high);
     pen.clip();
-    const { gesture } = this, { strokes, corners } = this.drawn;
+    const { gesture } = this, { strokes, flow, outlines } = this.drawn;
     (strokes || []).slice((this.data.strokes || []).length).forEach((s) => this.drawStroke(pen, s));
     if (gesture?.brush) this.drawStroke(pen, this.strokeOf(gesture.points));
-    if (corners) this.drawOutline(pen, gesture?.corners || corners, this.tool === 'outline');
+    this.drawArrows(pen);
+    (flow || []).forEach((line) => this.drawLine(pen, line));
+    if (gesture?.line) this.drawLine(pen, gesture.points);
+    if (this.begun) this.drawLine(pen, [this.begun]);
+    for (const [tool, corners] of Object.entries(outlines)) {
+      const mine = this.tool === tool;
+      this.drawOutline(pen, (mine && gesture?.corners) || corners, mine);
+    }
     if (gesture?.lasso && gesture.points.length > 1) this.drawOutline(pen, gesture.points, false);
     if (this.tool === 'brush' && this.spot) this.drawTip(pen, this.spot);
     pen.restore();
@@ -153,6 +172,31 @@ class GuideBoard extends CellMap {
       pen.stroke();
     }
     pen.globalAlpha = 1;
+  }
+
+  // Draw short arrows in the direction of azimuths; cells are drawn as squares, whatever their size.
+  drawArrows(pen) {
+    const { arrows, cell_size: [sx, sy] } = this.data;
+    if (!arrows) return;
+    const far = Math.max(ARROW * arrows.every * this.cell * this.view.zoom, 3);
+    strokeIn(pen, [[PAPER, 3, 0.6], [INK, 1.1, 0.75]], () => {
+      for (const [x, y, azimuth] of arrows.at) {
+        const [east, north] = [Math.sin(azimuth * Math.PI / 180) / sx, Math.cos(azimuth * Math.PI / 180) / sy];
+        const long = far / Math.hypot(east, north);
+        const [px, py] = this.fromWorld([x, y]);
+        arrow(pen, [px - east * long, py + north * long], [px + east * long, py - north * long], far / 2);
+      }
+    });
+  }
+
+  drawLine(pen, line) {
+    const places = line.map((point) => this.fromWorld(point));
+    if (places.length === 1) return disc(pen, ...places[0], 3, LINE);
+    return strokeIn(pen, [[PAPER, 5, 0.9], [LINE, 2.5]], () => {
+      places.slice(0, -1).forEach(([x, y], k) => (k ? pen.lineTo(x, y) : pen.moveTo(x, y)));
+      const [last, end] = places.slice(-2);
+      arrow(pen, last, end, 9, places.length > 2);
+    });
   }
 
   drawOutline(pen, corners, handles) {
@@ -209,7 +253,7 @@ class GuideBoard extends CellMap {
 
   // Return the number of the nearest corner, or a corner to add to the nearest edge, if one is near.
   gripped(event, adds = true) {
-    const spot = this.spotOf(event), { corners } = this.drawn;
+    const spot = this.spotOf(event), { corners } = this;
     const reach = event.pointerType === 'touch' ? FINGER_GRIP : GRIP;
     const places = corners.map((corner) => this.fromWorld(corner));
     const far = places.map((place) => Math.hypot(place[0] - spot[0], place[1] - spot[1]));
@@ -223,13 +267,13 @@ class GuideBoard extends CellMap {
 
   down(event) {
     if (this.gesture || this.pointers.size) return this.abandon(); // a second finger zooms
-    if (!['brush', 'outline'].includes(this.tool) || event.button !== 0) return false;
-    if (!this.at(this.cellOf(event)) && !this.drawn.corners) return false;
+    if (!this.tools.includes(this.tool) || this.tool === 'pan' || event.button !== 0) return false;
+    if (!this.at(this.cellOf(event)) && !this.corners) return false;
     this.canvas.focus();
     this.canvas.setPointerCapture(event.pointerId);
-    const grip = this.tool === 'outline' ? this.gripped(event) : null;
+    const grip = this.corners ? this.gripped(event) : null;
     this.gesture = { id: event.pointerId, points: [this.worldOf(event)], brush: this.tool === 'brush',
-      lasso: this.tool === 'outline' && !grip, ...grip };
+      line: this.tool === 'line', lasso: this.corners && !grip, ...grip };
     this.draw();
     return true;
   }
@@ -237,7 +281,8 @@ class GuideBoard extends CellMap {
   move(event) {
     const { gesture } = this;
     this.spot = this.spotOf(event);
-    this.canvas.classList.toggle('moves', this.tool === 'outline' && Boolean(gesture ? gesture.corners : this.gripped(event)));
+    const held = this.corners && (gesture ? gesture.corners : this.gripped(event));
+    this.canvas.classList.toggle('moves', Boolean(held));
     if (gesture?.id !== event.pointerId) return false;
     const place = this.worldOf(event);
     gesture.dragged = true;
@@ -252,34 +297,35 @@ class GuideBoard extends CellMap {
     const { gesture } = this;
     if (gesture?.id !== event.pointerId) return false;
     this.abandon();
+    const points = simpler(gesture.points, 2 * this.data.cell_size[0] / (this.cell * this.view.zoom));
     if (gesture.brush) this.paint(gesture.points);
-    else if (gesture.corners && gesture.dragged) this.push({ corners: gesture.corners });
-    else if (gesture.lasso) {
-      const corners = simpler(gesture.points, 2 * this.data.cell_size[0] / (this.cell * this.view.zoom));
-      if (corners.length > 2) this.push({ corners });
-    }
+    else if (gesture.line) this.pushLine(points);
+    else if (gesture.corners && gesture.dragged) this.pushCorners(gesture.corners);
+    else if (gesture.lasso && points.length > 2) this.pushCorners(points);
     this.draw();
     return true;
   }
 
   paint(points) { this.push({ strokes: [...this.drawn.strokes, this.strokeOf(points)] }); }
 
+  pushLine(line) {
+    if (line.some((point) => !same(point, line[0]))) this.push({ flow: [...this.drawn.flow, line] });
+  }
+
   abandon() {
-    this.gesture = null;
+    this.gesture = this.begun = null;
     return false;
   }
 
   // Remove the corner that is clicked twice.
   removed(event) {
-    if (this.tool !== 'outline') return this.tool === 'brush';
+    if (!this.corners) return this.tool !== 'pan';
     const grip = this.gripped(event, false);
-    if (grip && this.drawn.corners.length > 3) {
-      this.push({ corners: this.drawn.corners.toSpliced(grip.at, 1) });
-    }
+    if (grip && this.corners.length > 3) this.pushCorners(this.corners.toSpliced(grip.at, 1));
     return true;
   }
 
-  // Arrow keys move a cursor. Enter paints there, or moves the nearest corner there.
+  // Arrow keys move a cursor. Enter paints there, begins or ends a line, or moves the nearest corner there.
   typed(event) {
     if (event.ctrlKey || event.metaKey || event.altKey) return this.undoKey(event);
     if (STEPS[event.key]) this.walk(STEPS[event.key], event.shiftKey ? 10 : 1);
@@ -287,9 +333,15 @@ class GuideBoard extends CellMap {
     else if (['Enter', ' '].includes(event.key) && this.hover) {
       const place = this.toWorld([this.hover[1] + 0.5, this.hover[0] + 0.5]);
       if (this.tool === 'brush') this.paint([place]);
-      if (this.tool === 'outline') {
-        const far = this.drawn.corners.map(([x, y]) => Math.hypot(x - place[0], y - place[1]));
-        this.push({ corners: this.drawn.corners.with(far.indexOf(Math.min(...far)), place) });
+      if (this.tool === 'line') {
+        const { begun } = this;
+        this.begun = begun ? null : place;
+        if (begun) this.pushLine([begun, place]);
+        this.draw();
+      }
+      if (this.corners) {
+        const far = this.corners.map(([x, y]) => Math.hypot(x - place[0], y - place[1]));
+        this.pushCorners(this.corners.with(far.indexOf(Math.min(...far)), place));
       }
     } else return;
     event.preventDefault();
@@ -316,6 +368,17 @@ class GuideBoard extends CellMap {
   stop() {
     clearTimeout(this.timer);
     super.stop();
+  }
+}
+
+// Draw a line with a head of a length, as part of a path; a joined line begins where the path is.
+function arrow(pen, [ax, ay], [bx, by], head, joined = false) {
+  const angle = Math.atan2(by - ay, bx - ax);
+  if (joined) pen.lineTo(ax, ay); else pen.moveTo(ax, ay);
+  pen.lineTo(bx, by);
+  for (const turn of [0.5, -0.5]) {
+    pen.moveTo(bx, by);
+    pen.lineTo(bx - head * Math.cos(angle + turn), by - head * Math.sin(angle + turn));
   }
 }
 
