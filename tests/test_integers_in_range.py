@@ -265,6 +265,7 @@ FREE: dict[str, Act] = {
         of(1, 2), np.zeros(1, int), (9, 9), COLOURS, longest=9
     ),
     "placement_svg.cells": lambda of: figures.placement_svg(of(1, 2), [None], (9, 9)),
+    "angles_along.lines": lambda of: io.angles_along([of(2, 2)], STUDY.grid),
     "copying.positions": lambda of: m.copying(of(3, 3), (3, 3)),
     "etype_of_counts.codes": lambda of: m.etype_of_counts(np.ones((2, 3, 3), int), of(2) + SECOND),
     "connectivity.direction": lambda of: m.connectivity(SQUARES, 1, tuple(of(2)), 2),

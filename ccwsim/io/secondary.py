@@ -18,7 +18,7 @@ from ccwsim.io.limits import limits
 from ccwsim.io.opening import PathOrFile, open_file, read_bytes
 from ccwsim.model.arrays import as_floats, describe_shape, frozen
 from ccwsim.model.bounds import MAX_IMAGES
-from ccwsim.model.errors import refused
+from ccwsim.model.errors import refused, shown
 from ccwsim.model.numbers import plural
 from ccwsim.model.secondary import Auxiliary, Secondary, cells_in_polygon
 
@@ -36,6 +36,7 @@ KINDS_OF_ARRAYS = {
 MAX_DEPTH = 8  # maximum number of collections inside each other in GeoJSON
 MAX_SHAPES = 1000  # polygons or lines; a polygon is compared with all rows of a grid
 N_KNOTS = 64  # maximum number of positions along an axis between which angles are interpolated
+FARTHEST = 1e15  # maximum coordinate of a line, whose squares can be summed
 N_SAMPLES = 500  # number of points, at equal distances along all lines, with a direction
 
 
@@ -118,7 +119,6 @@ def read_lines(path_or_file: PathOrFile) -> list[NDArray[np.float64]] | None:
     return None if lines is None else [line for (line,) in lines]
 
 
-@np.errstate(over="ignore", invalid="ignore")  # of points far from all cells
 def angles_along(
     lines: Sequence[ArrayLike], grid: Grid, azimuth: float = 0.0
 ) -> NDArray[np.float64]:
@@ -127,7 +127,8 @@ def angles_along(
     `azimuth`, in degrees clockwise from north, is the direction of the image, such as that of its
     bodies. It is turned to the direction in which the lines, points (x, y) of shape (n, 2), are
     drawn. Between lines, directions are averaged as unit vectors; their weights fall with the
-    fourth power of the distance. Raises `CCWSIMError` if no line has a length.
+    fourth power of the distance. Raises `CCWSIMError` if no line has a length, or if points are not
+    finite or farther than 1e15.
 
     Examples
     --------
@@ -137,6 +138,9 @@ def angles_along(
     from scipy.ndimage import zoom  # slow to import
 
     points = [as_floats(line, "line") for line in lines]
+    for line in points:
+        if line.ndim != 2 or line.shape[1] != 2 or not (np.abs(line) <= FARTHEST).all():
+            raise CCWSIMError(f"line {shown(line)}: points (x, y) within ±{FARTHEST:g} are needed")
     ends = np.concatenate([np.empty((0, 4)), *(np.hstack([p[:-1], p[1:]]) for p in points)])
     steps = ends[:, 2:] - ends[:, :2]
     reached = np.cumsum(lengths := np.hypot(*steps.T))
