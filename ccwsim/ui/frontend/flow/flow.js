@@ -150,7 +150,7 @@ class FlowMap extends CellMap {
   place([row, column]) {
     const { nx, ny, labels } = this.data, cell = [row, column];
     if (row < 0 || column < 0 || row >= ny || column >= nx || isSame(cell, this.chosen.well)) return;
-    const label = labels[this.indices?.[(ny - 1 - row) * nx + column]] ?? 'inactive';
+    const label = labels[this.shown?.indices[(ny - 1 - row) * nx + column]] ?? 'inactive';
     if (label !== 'inactive') this.choose({ well: cell });
   }
 
