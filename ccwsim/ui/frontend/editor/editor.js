@@ -70,10 +70,7 @@ class DataEditor extends CellMap {
     if (news.length) this.push({ set: news });
   }
 
-  faciesAt([row, column]) {
-    return this.brush === AS_SHOWN
-      ? this.shown.indices[(this.data.ny - 1 - row) * this.data.nx + column] : this.brush;
-  }
+  faciesAt(cell) { return this.brush === AS_SHOWN ? this.indexAt(cell) : this.brush; }
 
   // Return the data under the eraser: in the crossed cells, or under its tip if cells are tiny.
   touched(cells) {

@@ -147,11 +147,9 @@ class FlowMap extends CellMap {
   pick(row, column) { this.place([row, column]); }
 
   // Place the well in a cell unless nothing can flow there.
-  place([row, column]) {
-    const { nx, ny, labels } = this.data, cell = [row, column];
-    if (row < 0 || column < 0 || row >= ny || column >= nx || isSame(cell, this.chosen.well)) return;
-    const label = labels[this.shown?.indices[(ny - 1 - row) * nx + column]] ?? 'inactive';
-    if (label !== 'inactive') this.choose({ well: cell });
+  place(cell) {
+    const conducts = this.data.labels[this.indexAt(cell)] !== undefined;
+    if (conducts && !isSame(cell, this.chosen.well)) this.choose({ well: cell });
   }
 
   // Raise the head of an end by steps of about a tenth of the difference; equal heads are left out.

@@ -312,12 +312,16 @@ class CellMap {
     this.say();
   }
 
+  // Return the index of a cell in the picture that is shown; undefined outside the map or without a picture.
+  indexAt([row, column]) {
+    const { nx, ny } = this.data;
+    if (row < 0 || column < 0 || row >= ny || column >= nx) return undefined;
+    return this.pictured?.indices[(ny - 1 - row) * nx + column];
+  }
+
   at(cell) {
-    const { nx, ny, labels } = this.data;
-    if (!cell || (this.there !== this.wanted && !this.held)) return '';
-    const [row, column] = cell;
-    if (row < 0 || column < 0 || row >= ny || column >= nx) return '';
-    return labels[this.pictured.indices[(ny - 1 - row) * nx + column]] ?? 'inactive';
+    const index = cell && (this.there === this.wanted || this.held) ? this.indexAt(cell) : undefined;
+    return index === undefined ? '' : this.data.labels[index] ?? 'inactive';
   }
 
   point(cell, tell = true) {
