@@ -8,23 +8,22 @@ const WAYS = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, -1], ArrowRig
 
 export default inOrder((component) => {
   const map = drawerOf(component.parentElement.querySelector('.map'), FlowMap);
-  map.send = (chosen) => component.setTriggerValue('chosen', chosen);
+  map.latest.send = (chosen) => component.setTriggerValue('chosen', chosen);
   map.show(component.data);
   return map.stop;
 });
 
 class FlowMap extends CellMap {
   chosen = {}; // well (row and column, or null) and heads, also before the page has applied them
-  sent = null; // a choice that the page has not applied yet
+  latest = new LatestChoice(TRIES);
   gesture = null; // a pressed pointer, and what it moves: the well, or the head of an end (0 or 1)
 
   // While the pointer is down, the page answers one choice after another; the latest is always sent.
   show(data) {
     this.given = { well: data.well, heads: data.heads };
-    const applied = this.sent && isSame(this.given, this.sent);
-    if (applied) this.sent = null;
-    else if (this.sent) this.remind(TRIES);
-    else if (!this.gesture) this.chosen = this.given;
+    const applied = this.latest.taken(this.given);
+    if (this.latest.sent) this.latest.insist();
+    else if (!applied && !this.gesture) this.chosen = this.given;
     this.canvas.setAttribute('role', 'application');
     super.show({ ...data });
     if (applied) this.offer();
@@ -38,20 +37,7 @@ class FlowMap extends CellMap {
   }
 
   offer() {
-    if (this.sent || isSame(this.chosen, this.given)) return;
-    this.sent = this.chosen;
-    this.send(this.sent);
-    this.remind(TRIES);
-  }
-
-  // A page that is being drawn may miss a choice, so the choice is sent again until the page has applied it.
-  remind(tries) {
-    clearTimeout(this.timer);
-    this.timer = setTimeout(() => {
-      if (this.sent && tries) this.send(this.sent);
-      if (this.sent && tries) this.remind(tries - 1);
-      else this.sent = null;
-    }, AGAIN);
+    if (!this.latest.sent && !isSame(this.chosen, this.given)) this.latest.tell(this.chosen);
   }
 
   draw() {
@@ -173,9 +159,7 @@ class FlowMap extends CellMap {
   }
 
   stop() {
-    clearTimeout(this.timer);
+    this.latest.rest();
     super.stop();
   }
 }
-
-function isSame(one, other) { return JSON.stringify(one) === JSON.stringify(other); }

@@ -11,7 +11,7 @@ const BRUSH = { value: 0.8, width: 0.16, softness: 0.5 };
 
 export default inOrder((component) => {
   const board = drawerOf(component.parentElement.querySelector('.map'), GuideBoard);
-  board.send = (drawn) => component.setTriggerValue('drawn', drawn);
+  board.latest.send = (drawn) => component.setTriggerValue('drawn', drawn);
   board.show(component.data);
   return board.stop;
 });
@@ -19,7 +19,7 @@ export default inOrder((component) => {
 class GuideBoard extends CellMap {
   brush = { ...BRUSH };
   drawn = { outlines: {} }; // {strokes, flow, outlines}; strokes and flow are false if the study has none
-  sent = null; // a drawing that the page has not applied yet
+  latest = new LatestChoice(TRIES);
   past = [];
   future = [];
   gesture = null; // a pressed pointer: its points, or the corner that it moves
@@ -33,8 +33,8 @@ class GuideBoard extends CellMap {
 
   show(data) {
     const given = { strokes: data.strokes, flow: data.flow, outlines: data.outlines };
-    if (this.sent && same(given, this.sent)) this.sent = null;
-    if (!this.sent) this.drawn = given;
+    this.latest.taken(given);
+    if (!this.latest.sent) this.drawn = given;
     const before = this.tools || [];
     this.tools = ['pan', ...(data.strokes ? ['brush'] : []), ...(data.flow ? ['line'] : []),
       ...Object.keys(data.outlines)];
@@ -53,18 +53,10 @@ class GuideBoard extends CellMap {
       this.past.push(this.drawn);
       this.future = [];
     }
-    this.drawn = this.sent = { ...this.drawn, ...changes };
-    this.insist(TRIES);
+    this.drawn = { ...this.drawn, ...changes };
+    this.latest.tell(this.drawn);
     this.bars();
     this.draw();
-  }
-
-  insist(tries) {
-    clearTimeout(this.timer);
-    if (!this.sent) return;
-    if (!tries) { this.sent = null; return; }
-    this.send(this.sent);
-    this.timer = setTimeout(() => this.insist(tries - 1), AGAIN);
   }
 
   step(what) {
@@ -309,7 +301,7 @@ class GuideBoard extends CellMap {
   paint(points) { this.push({ strokes: [...this.drawn.strokes, this.strokeOf(points)] }); }
 
   pushLine(line) {
-    if (line.some((point) => !same(point, line[0]))) this.push({ flow: [...this.drawn.flow, line] });
+    if (line.some((point) => !isSame(point, line[0]))) this.push({ flow: [...this.drawn.flow, line] });
   }
 
   abandon() {
@@ -366,23 +358,10 @@ class GuideBoard extends CellMap {
   }
 
   stop() {
-    clearTimeout(this.timer);
+    this.latest.rest();
     super.stop();
   }
 }
-
-// Draw a line with a head of a length, as part of a path; a joined line begins where the path is.
-function arrow(pen, [ax, ay], [bx, by], head, joined = false) {
-  const angle = Math.atan2(by - ay, bx - ax);
-  if (joined) pen.lineTo(ax, ay); else pen.moveTo(ax, ay);
-  pen.lineTo(bx, by);
-  for (const turn of [0.5, -0.5]) {
-    pen.moveTo(bx, by);
-    pen.lineTo(bx - head * Math.cos(angle + turn), by - head * Math.sin(angle + turn));
-  }
-}
-
-function same(one, other) { return JSON.stringify(one) === JSON.stringify(other); }
 
 function distance([x, y], [ax, ay], [bx, by]) {
   const [wx, wy] = [bx - ax, by - ay];

@@ -236,14 +236,9 @@ class CellMap {
   drawTrail(pen) {
     const places = (this.data.trail || []).map(([row, column]) => this.toCanvas(column, row));
     if (places.length < 2) return;
-    const [[ax, ay], [bx, by]] = places.slice(-2);
-    const angle = Math.atan2(by - ay, bx - ax);
-    const head = (turn) => [bx - 8 * Math.cos(angle + turn), by - 8 * Math.sin(angle + turn)];
     strokeIn(pen, [[PAPER, 3, 0.75], [INK, 1.25, 0.75]], () => {
-      places.forEach(([x, y], k) => (k ? pen.lineTo(x, y) : pen.moveTo(x, y)));
-      pen.moveTo(...head(0.5));
-      pen.lineTo(bx, by);
-      pen.lineTo(...head(-0.5));
+      places.slice(0, -1).forEach(([x, y], k) => (k ? pen.lineTo(x, y) : pen.moveTo(x, y)));
+      arrow(pen, ...places.slice(-2), 8, true);
     });
   }
 

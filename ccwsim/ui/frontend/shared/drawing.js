@@ -57,6 +57,17 @@ function strokeIn(pen, layers, path) {
   pen.globalAlpha = 1;
 }
 
+// Draw a line with a head of a length, as part of a path; a joined line begins where the path is.
+function arrow(pen, [ax, ay], [bx, by], head, joined = false) {
+  const angle = Math.atan2(by - ay, bx - ax);
+  if (joined) pen.lineTo(ax, ay); else pen.moveTo(ax, ay);
+  pen.lineTo(bx, by);
+  for (const turn of [0.5, -0.5]) {
+    pen.moveTo(bx, by);
+    pen.lineTo(bx - head * Math.cos(angle + turn), by - head * Math.sin(angle + turn));
+  }
+}
+
 // Draw four lines around a position, from a distance of `from` pixels to `wide` or `high` pixels.
 function drawCrossAt(pen, x, y, from = 4, [wide, high] = [11, 11], layers = [[PAPER, 3], [INK, 1]]) {
   strokeIn(pen, layers, () => {

@@ -35,6 +35,40 @@ class EditQueue {
   rest() { clearTimeout(this.timer); }
 }
 
+// The latest drawing or choice on a canvas. A page that is being drawn may miss it, so it is sent again, at most
+// `tries` times, until the page has applied it.
+class LatestChoice {
+  sent = null; // not applied yet
+
+  constructor(tries) { this.tries = tries; }
+
+  tell(choice) {
+    this.sent = choice;
+    this.send(choice);
+    this.insist();
+  }
+
+  insist(tries = this.tries) {
+    this.rest();
+    this.timer = setTimeout(() => {
+      if (this.sent && tries) this.send(this.sent);
+      if (this.sent && tries) this.insist(tries - 1);
+      else this.sent = null;
+    }, AGAIN);
+  }
+
+  // Return whether the page has now applied the choice.
+  taken(given) {
+    const taken = Boolean(this.sent) && isSame(given, this.sent);
+    if (taken) this.sent = null;
+    return taken;
+  }
+
+  rest() { clearTimeout(this.timer); }
+}
+
+function isSame(one, other) { return JSON.stringify(one) === JSON.stringify(other); }
+
 // Return the command (undo or redo) of a key, unless the key is typed into a text field.
 function stepOf(event) {
   if (!(event.ctrlKey || event.metaKey) || event.altKey) return null;
