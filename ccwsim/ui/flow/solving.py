@@ -55,12 +55,12 @@ class FlowSettings:
     @property
     def pumps(self) -> bool:
         """Whether there is a well that pumps."""
-        return self.well is not None and self.rate > 0
+        return bool(self.wells)
 
     @property
     def wells(self) -> dict[tuple[int, ...], float]:
         """The rate of the well by its cell, negative for pumping; empty without a well."""
-        return {self.well: -self.rate} if self.well is not None and self.rate else {}
+        return {self.well: -self.rate} if self.well is not None and self.rate > 0 else {}
 
 
 @dataclass(frozen=True, eq=False)
