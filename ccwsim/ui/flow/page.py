@@ -40,6 +40,7 @@ from ccwsim.ui.session.fragments import follow, follow_tasks
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import draw_news, draw_out_of_date, start_run_if_needed
 from ccwsim.ui.widgets import text
+from ccwsim.ui.widgets.facts import write_facts
 from ccwsim.ui.widgets.fields import bound_to, button, download, field, options_of
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
@@ -202,9 +203,8 @@ def _draw_flow(state: State, ensemble: Ensemble, found: Solution, settings: Flow
         facts.insert(0, f"effective K {k:.3g} {page_state.unit}")
     facts.append(f"half of the water needs more than {solving.duration(median)}")
     facts.append(f"balance {flow.balance:.0e}, {plural(flow.iterations, 'iteration')}")
-    parts = '<span class="dot">·</span>'.join(f'<span class="fact">{f}</span>' for f in facts)
     with st.container(**ROW, key="flow_tools"):
-        st.html(f'<p class="facts">{parts}</p>')
+        write_facts(facts)
         _draw_downloads(state, ensemble, found, settings)
     with st.container(key="flow_maps"):
         left, right = maps.map_columns((1.0, 1.0), 0, ensemble.grid)

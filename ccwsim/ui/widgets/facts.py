@@ -1,5 +1,6 @@
 """The line of facts: the main results of an ensemble in one line."""
 
+from collections.abc import Iterable
 from html import escape
 
 import streamlit as st
@@ -19,8 +20,13 @@ def facts_of(ensemble: Ensemble) -> list[str]:
 
 def draw_facts(ensemble: Ensemble) -> None:
     """Write the facts about an ensemble in one line."""
+    write_facts(facts_of(ensemble))
+
+
+def write_facts(facts: Iterable[str]) -> None:
+    """Write facts in one line, which breaks only between facts."""
     joined = ' <span class="dot">·</span> '.join(
-        f'<span class="fact">{escape(fact)}</span>' for fact in facts_of(ensemble)
+        f'<span class="fact">{escape(fact)}</span>' for fact in facts
     )
     st.html(f'<p class="facts">{joined}</p>')
 
