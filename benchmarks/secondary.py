@@ -28,7 +28,6 @@ from scipy.ndimage import gaussian_filter
 
 from ccwsim import Auxiliary, Ensemble, Parameters, Secondary, TrainingImage, datasets, simulate
 from ccwsim.metrics import direction_error, pattern_distance, reliability
-from ccwsim.model.ensemble import concatenate
 
 IMAGES = ("channels", "stone_wall", "barchans", "sinuous_channels")
 BLURS = (8, 20)  # standard deviations of the Gaussian in cells
@@ -163,20 +162,21 @@ def rows_of_copies() -> Iterator[str]:
             cases["stone wall"] = other, None
             cases["two zones"] = image, Secondary(images=[other], zones=zones)
         seconds: dict[str, list[float]] = {case: [] for case in cases}
-        found: dict[str, list[Ensemble]] = {case: [] for case in cases}
-        for turn in range(5):  # the first two turns prepare all orientations of a path
+        found: dict[str, Ensemble] = {}
+        for turn in range(5):
             for case, (of, secondary) in cases.items():
                 e = simulate(
-                    *(of, (n, n), None, None, 12, 0),
+                    *(of, (n, n), None, None, 24, 0),
                     n_workers=1,
-                    first_realization=12 * turn,
+                    first_realization=24 * turn,
                     secondary=secondary,
                 )
-                seconds[case] += np.sort(e.cpu_seconds)[:6].tolist() if turn > 1 else []
-                found[case] += [e] if turn < 2 else []
+                found.setdefault(case, e)
+                # the first realization on each of the 8 orientations of a path prepares the copies
+                seconds[case] += np.sort(e.cpu_seconds)[:12].tolist() if turn else []
         took = {case: float(np.median(each)) for case, each in seconds.items()}
-        for case, parts in found.items():
-            e, usual = concatenate(parts), took["none"]
+        for case, e in found.items():
+            usual = took["none"]
             ratio, error = "", ""
             if e.secondary is not None and e.secondary.angle is not None:
                 off = np.abs(direction_error(e)[inside])
@@ -188,8 +188,8 @@ def rows_of_copies() -> Iterator[str]:
                     pattern_distance(e.realizations[..., windows[k]], of).mean()
                     / pattern_distance(own.realizations[..., windows[k]], of).mean()
                     for k, own, of in (
-                        (0, concatenate(found["none"]), image),
-                        (1, concatenate(found["stone wall"]), other),
+                        (0, found["none"], image),
+                        (1, found["stone wall"], other),
                     )
                 ]
                 ratio = ", ".join(f"{one:.2f}" for one in both)

@@ -136,15 +136,17 @@ def illegal_places(
 
     `known` has the shape of the image at the finest scale; `places` is the shape of the result.
     """
-    table, ends = summed_up(~known), []
     sizes = lengths.template, lengths.block, lengths.cell_size
-    for n, m, t, b, s in zip(known.shape, places, *sizes, strict=True):
+    each, found = list(zip(known.shape, places, *sizes, strict=True)), ~known
+    for axis in (2, 1, 0):  # last the layers, which blocks in a map do not reduce
+        n, m, t, b, s = each[axis]
         first = np.arange(m) * b * s
-        ends.append((np.maximum(first - b * s + 1, 0), np.minimum(first + (t + b) * s - 1, n)))
-    for axis in (1, 2, 0):  # last the layers, which blocks in a map do not reduce
-        low, high = ends[axis]
-        table = np.take(table, high, axis) - np.take(table, low, axis)
-    return (table > 0).astype(np.uint8)
+        low, high = np.maximum(first - b * s, -1), np.minimum(first + (t + b) * s, n + 1) - 2
+        counts = np.cumsum(found, axis, dtype=np.int32)
+        before = np.take(counts, np.maximum(low, 0), axis)
+        np.moveaxis(before, axis, 0)[low < 0] = 0
+        found = np.take(counts, high, axis) > before
+    return found.astype(np.uint8)
 
 
 def n_planes(study: Study) -> int:

@@ -113,7 +113,7 @@ def make_plan(
     steering = _steering(image, path, lengths[-1], oriented, patches, kinds, rng)
     totals = image.part(("totals",), lambda: totals_of(image))
     patterns = image.patterns(orientation) if search.by_unseen else NO_PATTERNS
-    guide = make_guide(image, oriented, path, lengths[-1], patches)
+    guide = make_guide(image, template, path, lengths[-1])
     inputs = tiles.PatchInputs(
         *(patches, before, oriented, data[-1], search, steering, patterns),
         *(oriented.layers[kinds], guide),
@@ -182,10 +182,6 @@ def _patches(
     p, splits = image.study.parameters, oriented.splits
     fine, coarse, active = lengths[0], lengths[-1], image.study.active
 
-    def sums() -> NDArray[np.int64]:
-        assert active is not None
-        return summed_up(to_path(active.reshape(in_layers(active.shape)), path.orientation))
-
     def make(split_of: NDArray[np.int64]) -> NDArray[np.int64]:
         return make_patches(path, coarse.step, coarse.overlap, splits, split_of)
 
@@ -206,7 +202,8 @@ def _patches(
         split_of = conditioning.split_tiles(legal, data, path, *sizes, fine.max_data, fine.volume)
         patches = make(split_of)
     if active is not None:
-        used = image.part(("active", path.orientation), sums)
+        cells = to_path(active.reshape(in_layers(active.shape)), path.orientation)
+        used = image.part(("active", path.orientation), lambda: summed_up(cells))
         patches = active_patches(patches, path, used, coarse.step, coarse.cell_size)
     if active is not None or len(splits) > 1:
         before = find_before()

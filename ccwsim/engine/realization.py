@@ -149,7 +149,7 @@ def repair(
         share = WINDOWS_A_TILE_DATA if n_data else WINDOWS_A_TILE
         most = max(round(share * n_tiles), 1)
     if study.active is not None:
-        most = max(round(most * study.active.mean()), 1)
+        most = max(round(most * (np.count_nonzero(study.active) / study.active.size)), 1)
     forced = in_three(study.hard_data.cells[data_status == FORCED])
     active = None if study.active is None else study.active.reshape(shape)
     inputs = image.repair(template)

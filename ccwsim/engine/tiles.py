@@ -204,7 +204,7 @@ def simulate_patches(first, last, inputs, work, simulated, rng):
         scores, energies = work.scores[:n_layers], work.energies[layer : layer + n_layers]
         illegal, of = oriented.illegal, work.energies_of
         cached_overlap_energies(oriented.squares, illegal, layer, box, block, energies, of)
-        energies = guided_energies(guide, number, illegal, layer, energies, work.guided[:n_layers])
+        energies = guided_energies(guide, box, illegal, layer, energies, work.guided[:n_layers])
         score_places(
             oriented.running, layer, oriented.spans, work.terms, n_groups, energies, scores
         )
@@ -286,7 +286,7 @@ def conditional_candidates(
     weights = DENSE if is_split else SPARSE
     share = search.share if has_data and not weights.everywhere else 1.0
     flat, places = totals.reshape(-1), work.total_ranking.places
-    start_totals(scores.reshape(-1), share, flat)
+    start_totals(scores.reshape(-1), share, oriented.illegal.size > 0, flat)
     exclude_illegal(oriented.illegal, layer, totals, ruled_out(totals))
     if search.location_cost > 0:
         add_location(box, grid.shape, search.location_cost, search.location_axes, totals)

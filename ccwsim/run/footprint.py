@@ -82,6 +82,7 @@ def _of_image(study: Study, n: int, n_threads: int) -> int:
     if study.secondary and study.secondary.has_copies:
         repair += ORIGINS * n_cells_of_copies(study)
     largest = max(oriented)
+    repair += _of_guide(study, 0.0)  # maps of the grid, from which those of orientations are made
     return min(drawn * largest, KEPT_BYTES + n_threads * largest) + int(making) + repair
 
 

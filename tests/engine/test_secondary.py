@@ -4,8 +4,13 @@ import numpy as np
 import pytest
 
 from ccwsim import Auxiliary, Grid, Parameters, Secondary, TrainingImage, datasets, simulate
+from ccwsim.engine.corrections.guidance import guide_terms
+from ccwsim.engine.prepared_image import PreparedImage
+from ccwsim.engine.raster import make_plan
+from ccwsim.engine.stages.path import Box, to_path
 from ccwsim.metrics import reliability, warn_of_probabilities
 from ccwsim.model.missing import UNKNOWN
+from ccwsim.model.study import Study
 from tests.small_images import blobs
 from tests.some import some
 
@@ -205,3 +210,46 @@ def test_few_locations_that_fit_the_guides_are_noted():
     of_image = rng.random(CHANNELS.shape)
     assert notes(auxiliary=[Auxiliary(of_image, np.full(shape, 9.0), weight=10)])
     assert not notes(auxiliary=[Auxiliary(of_image, rng.random(shape), weight=0.01)])
+
+
+def test_an_image_without_a_main_direction_is_noted_if_angles_are_given():
+    turned, parameters = Secondary(angle=30.0).fitted(Grid(60, 60), CHANNELS), Parameters()
+    assert warn_of_probabilities(turned, CHANNELS, parameters) == []
+    (note,) = warn_of_probabilities(turned, datasets.load("levees"), parameters)
+    assert note.endswith("differ from 179° by 35° on average (45° if no direction prevails)")
+    assert warn_of_probabilities(Secondary(active=disc((60, 60))), CHANNELS, parameters) == []
+
+
+@pytest.mark.slow
+def test_a_realization_does_not_depend_on_those_before_it():
+    """Test this for two images with so many locations that λ is computed from a sample of them."""
+    rows, columns = np.indices((150, 167))
+    soft = np.clip(0.1 + 0.4 * columns / 150 + 0.2 * np.sin(rows / 9), 0, 1)
+    zones = (columns > 75 + 9 * np.sin(rows / 11)).astype(int)
+    given = Secondary(probabilities={SAND: soft}, images=[datasets.load("stone_wall")], zones=zones)
+    several = simulate(CHANNELS, (150, 167), n_realizations=4, seed=3, secondary=given, n_workers=1)
+    for r in (0, 3):
+        alone = simulate(CHANNELS, (150, 167), seed=3, first_realization=r, secondary=given)
+        np.testing.assert_array_equal(alone.indices[0], several.indices[r])
+
+
+def test_the_cost_of_the_first_part_comes_from_the_mean_of_its_cells_in_every_orientation():
+    image, shape, template = datasets.load("sinuous_channels"), (20, 60, 70), (8, 16, 16)
+    depth, seen = np.random.default_rng(0).random(shape), set()
+    of_image = np.linspace(0, 1, image.array.size).reshape(image.shape)
+    given = Secondary(auxiliary=[Auxiliary(of_image, depth)])
+    study = Study(image, Grid.of(shape), Parameters(template, (2, 4, 4), 1), secondary=given)
+    prepared = PreparedImage(study)
+    for seed in range(80):
+        plan = make_plan(study, template, prepared, np.random.default_rng(seed))
+        guide, path, patches = plan.inputs.guide, plan.path, plan.inputs.patches
+        inside = ((patches[:, :3] >= path.offset) & (patches[:, 3:6] == template)).all(axis=1)
+        patch = patches[inside][seed % inside.sum()]
+        n = guide_terms.__wrapped__(guide, Box(*patch.tolist()[:7], 2, 4, 4))
+        first = patch[:3] - path.offset
+        part = tuple(slice(k, k + n) for k, n in zip(first, (4, 4, 4), strict=True))
+        mean = to_path(depth, path.orientation)[part].mean()
+        own = guide.terms[:n][guide.offsets[:n] == 2 * guide.values[0].size]  # plane of −2·a·b
+        np.testing.assert_allclose(own[0], -abs(guide.weights[2]) * mean / 32, rtol=1e-5)
+        seen.add(path.orientation)
+    assert seen == set(range(16))

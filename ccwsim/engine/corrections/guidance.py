@@ -24,8 +24,8 @@ from numpy.typing import NDArray
 from ccwsim.engine.corrections.proportions import patch_shares
 from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.lengths import USUAL_OVERLAP, ScaledLengths
-from ccwsim.engine.stages.path import overlap_cells
-from ccwsim.engine.stages.similarity import exclude_illegal
+from ccwsim.engine.stages.path import Triple, overlap_cells
+from ccwsim.engine.stages.similarity import exclude_illegal, excluded_from
 from ccwsim.model.study import Study
 
 NAT = 10.0
@@ -36,18 +36,33 @@ MAX_TILT = 60.0  # maximum of |λ|; no patch has then another proportion than th
 N_TILTS, N_SHARES = 241, 5000
 """Numbers of λ and of locations from which the relation of λ and probability is computed."""
 AT_ONCE = 4  # number of terms that are added in one loop over locations
+WHOLE, SMALLER = -1, -2  # patches for which the factor of a plane is constant
 
 
 class Guide(NamedTuple):
-    """The costs of locations for all patches of a path, at the coarsest scale.
+    """The maps from which the costs of locations are computed, at the coarsest scale of a path.
 
-    The cost of a location for a patch is Σ `factors`·`values` over planes and parts.
+    The cost of a location for a patch is a sum of factor · `values` over planes and parts.
     """
 
     # shape (n_planes, nz, ny, nx) of blocks: mean of a map over the part that begins at a block
     values: NDArray[np.float32]
-    starts: NDArray[np.int64]  # shape (n_patches, n_parts, 3): first block of each part
-    factors: NDArray[np.float32]  # shape (n_patches, n_planes, n_parts), in units of the scores
+    # shape (n_tables, sz, sy, sx): made by `summed_up` from maps of the grid, a view in path
+    # coordinates; a single layer has no layer of zeros before it
+    tables: NDArray[np.float64]
+    # shape (n_planes,): number of the table whose means over parts are factors, or the patches for
+    # which the factor is constant, `WHOLE` or `SMALLER`
+    tables_of: NDArray[np.int64]
+    weights: NDArray[np.float64]  # shape (n_planes,): weight of the means, or the constant
+    counts: Triple  # number of parts of a patch along z, y and x
+    part: Triple  # number of blocks of a part
+    template: Triple  # number of cells of a whole patch
+    block: Triple  # number of cells of a block
+    cell_size: Triple  # number of cells of the grid in a cell of the path
+    offset: Triple  # number of cells of the grid from the beginning of the path to the grid
+    # workspace, shapes (3,) and (3, 2): first block, and first and last cell, of a part of a patch
+    start: NDArray[np.int64]
+    ends: NDArray[np.int64]
     # workspace: offsets and factors of the terms of a patch, and the costs of a layer of locations
     offsets: NDArray[np.int64]
     terms: NDArray[np.float32]
@@ -106,28 +121,65 @@ def _tilt_of(shares: NDArray[np.float64], p: NDArray[np.float64]) -> NDArray[np.
 
 
 @part_of_kernel
-def guided_energies(guide, number, illegal, layer, energies, guided):
-    """Return the energies plus the costs of the locations for patch `number`, in `guided`.
+def guide_terms(guide, box):
+    """Fill `guide.offsets` and `guide.terms` for the patch in `box`; return the number of terms.
+
+    The factor of a part comes from the mean of a map of the grid over the cells of the part. Parts
+    of small patches overlap. A part outside the grid takes the nearest cells.
+    """
+    _, mz, my, mx = guide.values.shape
+    _, sz, sy, sx = guide.tables.shape
+    tables, sides, (pz, py, px) = guide.tables, (max(sz, 2), sy, sx), guide.counts
+    start, ends, n, n_parts = guide.start, guide.ends, 0, pz * py * px
+    firsts, lengths = (box.z0, box.y0, box.x0), (box.nz, box.ny, box.nx)
+    is_whole = lengths == guide.template
+    for plane in range(len(guide.weights)):
+        table, factor = guide.tables_of[plane], guide.weights[plane]
+        if table < 0 and is_whole != (table == WHOLE):
+            continue
+        for part in range(1 if table == WHOLE else n_parts):
+            numbers, n_cells = (part // (py * px), part // px % py, part % px), 1
+            for axis in range(3):
+                block, scale, most = guide.block[axis], guide.cell_size[axis], sides[axis] - 1
+                n_blocks, wide = lengths[axis] // block, guide.part[axis]
+                start[axis] = min(numbers[axis] * wide, max(n_blocks - wide, 0))
+                low = firsts[axis] + start[axis] * block
+                high = (low + min(wide, n_blocks) * block) * scale - guide.offset[axis]
+                low = min(max(low * scale - guide.offset[axis], 0), most - 1)
+                high = max(min(max(high, 1), most), low + 1)
+                ends[axis, 0], ends[axis, 1] = low, high
+                n_cells *= high - low
+            if table >= 0:
+                total = 0.0
+                for corner in range(4 if sz == 1 else 0, 8):
+                    z, y, x = corner >> 2, corner >> 1 & 1, corner & 1
+                    layer = 0 if sz == 1 else ends[0, z]
+                    value = tables[table, layer, ends[1, y], ends[2, x]]
+                    total += value if (z + y + x) % 2 else -value
+                factor = guide.weights[plane] * (total / n_cells / n_parts)
+            if np.float32(factor) != 0:
+                guide.offsets[n] = ((plane * mz + start[0]) * my + start[1]) * mx + start[2]
+                guide.terms[n] = factor
+                n += 1
+    while n % AT_ONCE:
+        guide.offsets[n], guide.terms[n] = 0, np.float32(0)
+        n += 1
+    return n
+
+
+@part_of_kernel
+def guided_energies(guide, box, illegal, layer, energies, guided):
+    """Return the energies plus the costs of the locations for the patch in `box`, in `guided`.
 
     Without a guide, return `energies`. Both arrays have the shape (nz, ny, nx) of locations, of
-    which the first is in `layer`. An `illegal` location gets half of the largest score.
+    which the first is in `layer`. An `illegal` location gets the largest score.
     """
     if guide is None:
         return energies
-    values, starts, factors, offsets, terms, costs = guide
-    _, mz, my, mx = values.shape
+    n = guide_terms(guide, box)
+    offsets, terms, costs, flat = guide.offsets, guide.terms, guide.costs, guide.values.reshape(-1)
+    my, mx = guide.values.shape[2], guide.values.shape[3]
     nz, ny, nx = energies.shape
-    flat, n = values.reshape(-1), 0
-    for plane in range(factors.shape[1]):
-        for part in range(factors.shape[2]):
-            factor = factors[number, plane, part]
-            if factor != 0:
-                z, y, x = starts[number, part]
-                offsets[n], terms[n] = ((plane * mz + z) * my + y) * mx + x, factor
-                n += 1
-    while n % AT_ONCE:
-        offsets[n], terms[n] = 0, np.float32(0)
-        n += 1
     kind, length = guided.dtype.type, np.uint64((ny - 1) * mx + nx)
     out, own = guided.reshape(-1), energies.reshape(-1)
     for z in range(nz):
@@ -149,5 +201,5 @@ def guided_energies(guide, number, illegal, layer, energies, guided):
             for x in range(np.uint64(nx)):
                 cost = kind(costs[of_run + x]) if n > 0 else kind(0)
                 out[first + x] = own[first + x] + cost
-    exclude_illegal(illegal, layer, guided, 2 ** (8 * guided.itemsize - 2))
+    exclude_illegal(illegal, layer, guided, 2 * excluded_from(guided) - 1)
     return guided

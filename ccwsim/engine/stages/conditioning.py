@@ -16,6 +16,7 @@ import numpy as np
 from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.stages.candidates import n_up_to
 from ccwsim.engine.stages.path import UNKNOWN, RasterPath, Triple
+from ccwsim.engine.stages.similarity import excluded_from
 from ccwsim.model.arrays import Bytes, Ints, Mask
 
 
@@ -365,11 +366,12 @@ def _add_beyond(work, totals):
 
 
 @part_of_kernel
-def start_totals(scores, share, totals):
+def start_totals(scores, share, excludes, totals):
     """Copy scores to `totals`; rule out all locations except the share with the best overlaps.
 
     Both arrays have the shape (n,). The limit is computed from a histogram of 256 classes, because
-    sorting all scores would take longer than the search.
+    sorting all scores would take longer than the search. If `excludes` is true, scores from
+    `excluded_from` on do not count.
     """
     least = most = scores[0]
     for x in range(len(scores)):
@@ -377,7 +379,12 @@ def start_totals(scores, share, totals):
             least = scores[x]
         if scores[x] > most:
             most = scores[x]
-    low, high = np.int64(least), np.int64(most)
+    low, high, n_all = np.int64(least), np.int64(most), len(scores)
+    if excludes and share < 1:
+        end, high = excluded_from(scores), low
+        n_all = n_up_to(scores, end - 1)
+        for x in range(len(scores)):
+            high = max(high, np.int64(scores[x]) if scores[x] < end else low)
     worst = high
     if share < 1:
         width = (high - low) // N_CLASSES + 1
@@ -385,7 +392,7 @@ def start_totals(scores, share, totals):
         while first < last:
             middle = (first + last) // 2
             n = n_up_to(scores, min(low + middle * width - 1, high))
-            if n < share * len(scores):
+            if n < share * n_all:
                 first = middle + 1
             else:
                 last = middle

@@ -234,18 +234,17 @@ def active_patches(
         n, size = path.tiles[axis], step[axis] * cell_size[axis]
         first = np.arange(n) * size - path.offset[axis]
         last = first + path.full[axis] - (n - 1) * size  # with the overlap with the next tile
-        low, high = (np.clip(end, 0, sums.shape[axis] - 1) for end in (first, last))
+        low, high = np.maximum(first, 0), np.minimum(last, sums.shape[axis] - 1)
         n_active = np.take(n_active, high, axis) - np.take(n_active, low, axis)
     is_used = n_active > 0
-    tiles = np.stack(np.unravel_index(patches[:, 8], path.tiles), axis=1)
-    patches = patches.copy()
+    patches = patches[is_used.ravel()[patches[:, 8]]]
+    tiles = patches[:, 8]
     for axis, side in enumerate((BELOW, TOP, LEFT)):
-        before = tiles.copy()
-        before[:, axis] -= 1
-        at_start = patches[:, axis] == tiles[:, axis] * step[axis]  # not a later part of a tile
-        unused = (before[:, axis] >= 0) & ~is_used[tuple(np.maximum(before, 0).T)]
-        patches[unused & at_start, 6] &= ~side
-    return patches[is_used[tuple(tiles.T)]]
+        stride = prod(path.tiles[axis + 1 :])  # from a tile to the next one along the axis
+        unused = ~is_used.ravel()[np.maximum(tiles - stride, 0)]
+        at_start = patches[:, axis] % step[axis] == 0  # not a later part of a tile
+        patches[unused & at_start & (patches[:, axis] > 0), 6] &= ~side
+    return patches
 
 
 def patches_before(patches: Ints, path: RasterPath) -> Ints:
@@ -255,9 +254,11 @@ def patches_before(patches: Ints, path: RasterPath) -> Ints:
     tiles are omitted.
     """
     whole = patches[:, 7] == 0
-    number_of = np.full(np.add(path.tiles[1:], 2), -1)  # with a margin of one tile
-    at = np.stack(np.unravel_index(patches[:, 8], path.tiles[1:]), axis=1) + 1
-    number_of[tuple(at[whole].T)] = np.flatnonzero(whole)
-    moves = (-1, -1), (-1, 0), (-1, 1), (0, -1)
-    beside = [np.where(whole, number_of[tuple((at + move).T)], -1) for move in moves]
-    return np.stack(beside, axis=1)
+    _, n_rows, n_columns = path.tiles
+    wide = n_columns + 2
+    number_of = np.full((n_rows + 2) * wide, -1)  # with a margin of one tile
+    at = patches[:, 8] + 2 * (patches[:, 8] // n_columns) + wide + 1
+    number_of[at[whole]] = np.flatnonzero(whole)
+    beside = number_of[at[:, None] - (wide + 1, wide, wide - 1, 1)]
+    beside[~whole] = -1
+    return beside

@@ -26,7 +26,6 @@ from ccwsim.engine.stages.path import Triple, inside_overlap, overlap_cells
 
 ROWS_AT_ONCE = 16
 """Number of rows of locations scored in one loop; their data fit into the processor's cache."""
-VECTOR = 16  # number of scores that vector instructions process at once
 AT_ONCE = 4  # number of terms that are added in one loop over locations
 SCORE_TYPES = np.int16, np.int32, np.int64
 SUM_TYPES = np.uint16, np.uint32, np.uint64
@@ -44,10 +43,10 @@ def score_type(
 
     The largest score is the sum of squares over the largest overlap, doubled for a correlation,
     plus the maximum cost of a location by secondary information, `guided`. If locations are
-    excluded, the type has room for their scores, which are worse than all others.
+    excluded, all other scores are below `excluded_from` of the type.
     """
     bound = overlap_cells(template, overlap) * 2 ** sum(level) * (2 if correlation else 1)
-    bound = 6 * bound + 4 * guided if excludes else bound + guided
+    bound = max(4 * bound, 2 * (bound + guided)) if excludes else bound + guided
     return next(kind for kind in SCORE_TYPES if bound <= np.iinfo(kind).max)
 
 
@@ -150,8 +149,8 @@ def overlap_energies(squares, box, block, energies):
 def cached_overlap_energies(squares, illegal, layer, box, block, energies, energies_of):
     """Fill `energies` like `overlap_energies`, unless the previous box had an equal overlap.
 
-    `energies` begin with layer `layer` of locations. An `illegal` location gets half of the largest
-    score; `illegal` has the shape of all locations, or is empty. `energies_of`, shape (nz, 4), has
+    `energies` begin with layer `layer` of locations. An `illegal` location gets the largest score;
+    `illegal` has the shape of all locations, or is empty. `energies_of`, shape (nz, 4), has
     for each first layer the numbers of layers, rows and columns of the previous box, and the sides
     of its overlap.
     """
@@ -162,7 +161,17 @@ def cached_overlap_energies(squares, illegal, layer, box, block, energies, energ
         energies_of[layer, k] = lengths[k]
     if not same:
         overlap_energies(squares[layer:], box, block, energies)
-        exclude_illegal(illegal, layer, energies, 2 ** (8 * energies.itemsize - 2))
+        exclude_illegal(illegal, layer, energies, 2 * excluded_from(energies) - 1)
+
+
+@part_of_kernel
+def excluded_from(scores):
+    """Return a score that only excluded locations reach: half of the range of the type.
+
+    A score is the energy minus at most twice the largest energy of `score_type`, a quarter of the
+    range. An excluded location, whose energy is the largest number, therefore remains excluded.
+    """
+    return 1 << (8 * scores.itemsize - 2)
 
 
 @part_of_kernel
@@ -180,15 +189,13 @@ def exclude_illegal(illegal, layer, values, worst):
 def legal_spans(illegal: NDArray[np.uint8]) -> NDArray[np.int64]:
     """Return first and last column (exclusive) of the legal locations in each row, shape (…, 2).
 
-    The ends are rounded outwards, because loops over vectors are then faster.
+    Without legal locations, the first column is the number of columns, and the last one is 0.
     """
     legal, n = illegal == 0, illegal.shape[-1]
     if not illegal.size:
         return np.zeros((0, 0, 2), np.int64)
     ends = np.stack([legal.argmax(axis=-1), n - legal[..., ::-1].argmax(axis=-1)], axis=-1)
-    ends[..., 0] -= ends[..., 0] % VECTOR
-    ends[..., 1] = np.minimum(ends[..., 1] + -ends[..., 1] % VECTOR, n)
-    return np.where(legal.any(axis=-1, keepdims=True), ends, 0)
+    return np.where(legal.any(axis=-1, keepdims=True), ends, (n, 0))
 
 
 class Terms(NamedTuple):
@@ -319,18 +326,21 @@ def score_places(running, layer, spans, terms, n_groups, energy, scores):
     energies, flat, values = energy.reshape(-1), scores.reshape(-1), running.reshape(-1)
     offsets, weights, sums = terms.offsets, terms.weights, terms.sums
     kind, two = scores.dtype.type, scores.dtype.type(2)
-    at_once = 1 if spans.size else _rows_at_once(nx, mx)
+    at_once = ROWS_AT_ONCE if spans.size else _rows_at_once(nx, mx)
     if n_groups == 0 or spans.size:
         for x in range(np.uint64(len(flat))):
             flat[x] = energies[x]
-    low, n_columns = np.int64(0), np.int64(nx)
     for z in range(nz):
         for first in range(0, ny, at_once):
+            rows, low, high = min(at_once, ny - first), np.int64(0), np.int64(nx)
             if spans.size:
-                low, n_columns = spans[layer + z, first, 0], spans[layer + z, first, 1]
-                n_columns -= low
-            rows, base = min(at_once, ny - first), ((layer + z) * my + first) * mx + low
-            length = np.uint64((rows - 1) * mx + n_columns if n_columns else 0)
+                low, high = high, low
+                for y in range(first, first + rows):
+                    low, high = min(low, spans[layer + z, y, 0]), max(high, spans[layer + z, y, 1])
+            if high <= low:
+                continue
+            base, length = ((layer + z) * my + first) * mx + low, (rows - 1) * mx + high - low
+            length, n_columns = np.uint64(length), np.uint64(high - low)
             for group in range(n_groups):
                 start = terms.ends[group - 1] if group > 0 else 0
                 for n in range(start, terms.ends[group], AT_ONCE):
@@ -352,10 +362,10 @@ def score_places(running, layer, spans, terms, n_groups, energy, scores):
                 for y in range(rows):
                     own, of_run = np.uint64((z * ny + first + y) * nx + low), np.uint64(y * mx)
                     if group == 0:
-                        for x in range(np.uint64(n_columns)):
+                        for x in range(n_columns):
                             flat[own + x] = energies[own + x] - two * kind(sums[of_run + x])
                     else:
-                        for x in range(np.uint64(n_columns)):
+                        for x in range(n_columns):
                             flat[own + x] -= two * kind(sums[of_run + x])
 
 

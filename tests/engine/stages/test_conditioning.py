@@ -199,7 +199,7 @@ def test_the_best_share_of_the_overlaps_is_kept(seed, share, spread, of_scores, 
     rng = np.random.default_rng(seed)
     scores = rng.integers(-spread // 2, spread // 2, 13 * 17).astype(of_scores)
     totals = np.empty(scores.shape, of_totals)
-    start_totals(scores, share, totals)
+    start_totals(scores, share, False, totals)
     out = ruled_out(totals)
     kept = totals < out // 2
     assert (totals[kept] == scores[kept]).all()
@@ -211,9 +211,19 @@ def test_the_best_share_of_the_overlaps_is_kept(seed, share, spread, of_scores, 
     assert scores[kept].max() < needed + class_width
 
 
+def test_excluded_locations_do_not_change_the_share_of_the_others():
+    scores = np.random.default_rng(0).integers(-7000, 7000, 400).astype(np.int16)
+    mixed = np.insert(scores, range(0, 400, 2), 2**15 - 1)
+    alone, among = np.empty(400, np.int32), np.empty(600, np.int32)
+    start_totals(scores, 0.1, False, alone)
+    start_totals(mixed, 0.1, True, among)
+    assert (among[mixed < 2**14] == alone).all()
+    assert np.count_nonzero(alone < ruled_out(alone) // 2) < 80
+
+
 def test_where_all_overlaps_are_alike_none_is_ruled_out():
     totals = np.empty(30, np.int64)
-    start_totals(np.full(30, 3, np.int16), 0.01, totals)
+    start_totals(np.full(30, 3, np.int16), 0.01, False, totals)
     assert (totals == 3).all()
 
 

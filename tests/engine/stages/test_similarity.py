@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ccwsim.engine.stages.path import BELOW, L_SHAPE, LEFT, TOP, Box, Triple, overlap_cells
 from ccwsim.engine.stages.pyramid import build_pyramid
 from ccwsim.engine.stages.similarity import (
+    legal_spans,
     make_terms,
     overlap_energies,
     overlap_terms,
@@ -88,6 +89,22 @@ def compiled_scores(image, grid, place, sizes, shape, n_planes, similarity="ssd"
     tile = grid[tuple(slice(at, at + n) for at, n in zip(place, sizes.template, strict=True))]
     own = build_pyramid(tile, sizes.level, n_planes).sums.astype(np.int64)
     return scores, int(np.square(own[:, overlap_of(sizes, shape)]).sum())
+
+
+def test_scores_of_legal_locations_do_not_depend_on_illegal_locations():
+    sizes, image = flat(16, 4, 1), layered(blobs((90, 80), 2))
+    sums, box = build_pyramid(image, sizes.level, 1).sums, Box(0, 9, 5, 1, 16, 16, L_SHAPE, 0, 4, 4)
+    energy = energies_of(sums, box, sizes, np.int16)
+    running = running_sums(sums, sizes.level, sizes.template)
+    terms = make_terms(running, sizes.template, sizes.overlap, sizes.block)
+    n_groups = overlap_terms(image, box, sizes.block, running, terms)
+    _, rows, columns = np.indices(energy.shape)
+    illegal = (np.hypot(rows - 18, columns - 9) > 7).astype(np.uint8)  # many rows have no location
+    scores, some = np.empty_like(energy), np.empty_like(energy)
+    score_places(running, 0, NO_SPANS, terms, n_groups, energy, scores)
+    score_places(running, 0, legal_spans(illegal), terms, n_groups, energy, some)
+    np.testing.assert_array_equal(some[illegal == 0], scores[illegal == 0])
+    np.testing.assert_array_equal(some[:, 32:], energy[:, 32:])
 
 
 def overlap_of(sizes: Sizes, shape: int) -> NDArray:
