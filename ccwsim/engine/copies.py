@@ -146,37 +146,40 @@ def turns_of(secondary: Secondary, shape: tuple[int, int, int]) -> tuple[Floats,
     """Return the combinations of angle, scales and dip, shape (n, 5), and that of each cell."""
     scales = secondary.scale or ()
     fields = [secondary.angle, *(np.log(s) for s in scales), secondary.dip]
+    values = [np.zeros(1) if field is None else np.ravel(field) for field in fields]
+    found = [np.unique(each, return_inverse=True) for each in values]
     tolerance, wider = secondary.angle_tolerance, 1.0
     tolerances = [tolerance, *[SCALE_TOLERANCE] * len(scales), tolerance]
     where = [0, *range(1, 1 + len(scales)), 4]
     while True:
-        codes, centres = np.zeros(shape, np.int64), []
-        for k, (field, limit) in enumerate(zip(fields, tolerances, strict=True)):
-            values = np.zeros(()) if field is None else np.asarray(field)
-            middles, of_value = classes_of(values, limit * wider, 360.0 if k == 0 else None)
-            volume = of_value.reshape(shape) if of_value.ndim else of_value
-            codes = codes * len(middles) + volume
-            centres.append(middles)
-        used, of_cell = np.unique(codes, return_inverse=True)
-        if len(used) <= MAX_TURNS:
-            break
+        classes = [
+            classes_of(distinct, limit * wider, 360.0 if k == 0 else None)
+            for k, ((distinct, _), limit) in enumerate(zip(found, tolerances, strict=True))
+        ]
+        centres = [middles for middles, _ in classes]
+        if max(map(len, centres)) <= MAX_TURNS:
+            codes = np.zeros(1, np.int64)
+            for (_, of_value), (middles, of_distinct) in zip(found, classes, strict=True):
+                codes = codes * len(middles) + of_distinct[of_value]
+            used, of_cell = np.unique(codes, return_inverse=True)
+            if len(used) <= MAX_TURNS:
+                break
         wider *= WIDER
     turns = np.zeros((len(used), 5))
     for at, middles in zip(reversed(where), reversed(centres), strict=True):
         used, k = np.divmod(used, len(middles))
         turns[:, at] = middles[k]
     turns[:, 1:4] = np.exp(turns[:, 1:4])
-    return turns, of_cell.reshape(shape)
+    return turns, np.broadcast_to(of_cell, prod(shape)).reshape(shape)
 
 
 def classes_of(
-    values: Floats, tolerance: float, period: float | None = None
+    distinct: Floats, tolerance: float, period: float | None = None
 ) -> tuple[Floats, Ints]:
-    """Return the middles of as few classes as possible, and the class of each value.
+    """Return the middles of as few classes as possible, and the class of each distinct value.
 
-    No value differs from the middle of its class by more than `tolerance`.
+    The values ascend. None differs from the middle of its class by more than `tolerance`.
     """
-    distinct, of_value = np.unique(values, return_inverse=True)
     first = 0
     if period is not None and len(distinct) > 1:  # classes begin after the largest gap
         gaps = np.diff(distinct, prepend=distinct[-1] - period)
@@ -189,10 +192,7 @@ def classes_of(
     last = np.array([*ends[1:], len(distinct)]) - 1
     middles = (distinct[ends] + distinct[last]) / 2
     of_distinct = np.searchsorted(ends, np.arange(len(distinct)), side="right") - 1
-    of_distinct = np.roll(of_distinct, first)
-    return middles if period is None else middles % period, of_distinct[of_value].reshape(
-        values.shape
-    )
+    return middles if period is None else middles % period, np.roll(of_distinct, first)
 
 
 def _numbers(shapes: list[tuple[int, ...]]) -> list[NDArray[np.int32]]:
@@ -248,7 +248,11 @@ def _turned(
         shape, inverse = _shape_of(forward, numbers.shape), np.linalg.inv(forward)  # type: ignore[arg-type]
         offset = (np.array(copy.shape) - 1) / 2 - inverse @ ((np.array(shape) - 1) / 2)
         options = {"order": 0, "mode": "grid-constant", "cval": -1}
-        copy = np.asarray(affine_transform(copy, inverse, offset, shape, **options), np.int32)  # type: ignore[arg-type]
+        whole = not (forward - np.eye(3))[0].any() and not forward[1:, 0].any()
+        below, steps = (copy[:1], copy[:, :1, :1] - copy[0, 0, 0]) if whole else (copy, 0)
+        shape = (1, *shape[1:]) if whole else shape  # all layers are turned alike
+        turned = np.asarray(affine_transform(below, inverse, offset, shape, **options))  # type: ignore[arg-type]
+        copy = np.where(turned < 0, -1, turned + steps).astype(np.int32)
     if len(numbers) > 1:  # refinement must not shift a patch into the next copy
         copy = np.pad(copy, [(0, gap - len(copy) % gap), (0, 0), (0, 0)], constant_values=-1)
     return copy

@@ -37,11 +37,13 @@ def along_east(cells: np.ndarray) -> float:
 def test_classes_are_within_the_tolerance_and_few(values, tolerance, circular):
     period = 360.0 if circular else None
     array = np.array(values) % 360 if circular else np.array(values)
-    middles, of_value = classes_of(array, tolerance, period)
+    distinct, of_value = np.unique(array, return_inverse=True)
+    middles, of_distinct = classes_of(distinct, tolerance, period)
+    of_value = of_distinct[of_value]
     off = np.abs(array - middles[of_value])
     off = np.minimum(off, 360 - off) if circular else off
     assert off.max() <= tolerance + 1e-6
-    assert len(middles) <= len(np.unique(array))
+    assert len(middles) <= len(distinct)
     assert len(np.unique(of_value)) == len(middles)
 
 
@@ -99,12 +101,12 @@ def test_copies_keep_proportions_and_every_cell(angle, scale):
 
 def test_bodies_of_a_scaled_image_are_as_wide_as_asked():
     def width_of(secondary: Secondary | None) -> float:
-        e = simulate(CHANNELS, (200, 200), None, None, 3, 1, secondary=secondary)
+        e = simulate(CHANNELS, (200, 200), None, None, 10, 1, secondary=secondary)
         return float(np.mean([mean_thickness(one)[1] for one in e.indices]))
 
     width = width_of(None)
     for scale in (0.7, 1.4):
-        assert width_of(Secondary(scale=scale)) == pytest.approx(scale * width, rel=0.08)
+        assert width_of(Secondary(scale=scale)) == pytest.approx(scale * width, rel=0.05)
 
 
 def test_zones_have_the_proportions_of_their_images_and_name_them():
