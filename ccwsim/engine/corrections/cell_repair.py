@@ -95,8 +95,12 @@ def repair_cells(
     most = PART_VOLUME if volume else PART
     share = float(np.mean(target.data != UNKNOWN)) if volume and walks else 0.0
     ends, ends_at_data = ends_of_walks(volume, 0.0), ends_of_walks(volume, share)
-    lengths = tuple(min(m, n) for m, n in zip(most, shape, strict=True))
-    firsts = list(product(*(range(0, n, m) for n, m in zip(shape, lengths, strict=True))))
+    begin, end = np.zeros(3, int), np.array(shape)
+    if active is not None:  # the parts begin at the first active column
+        columns = np.flatnonzero(active.any(axis=(0, 1)))
+        begin[2], end[2] = columns[0], columns[-1] + 1
+    lengths = tuple(np.minimum(most, end - begin).tolist())
+    firsts = list(product(*map(range, begin, end, lengths)))
     if active is not None:
         parts = [tuple(slice(k, k + m) for k, m in zip(f, most, strict=True)) for f in firsts]
         firsts = [first for first, own in zip(firsts, parts, strict=True) if active[own].any()]

@@ -147,7 +147,7 @@ def prepare_repair(
         blocks = tuple(slice(0, n * b, b) for n, b in zip(energy.shape, block, strict=True))
         illegal = counts[blocks] > 0
         spans = legal_spans(illegal.astype(np.uint8))
-        energy[illegal] = 2 ** (8 * np.dtype(kind).itemsize - 2)
+        energy[illegal] = np.iinfo(kind).max
     least = LEAST_VOLUME if volume else LEAST
     patterns = known_patterns(image, None, volume, unknown)
     near = patterns if patterns.spacing == 1 else known_patterns(image, 1, volume, unknown)
@@ -204,10 +204,7 @@ def repair_seams(
     share of the windows and may raise an error to stop.
     """
     patterns, window = repair.patterns, repair.window
-    places = unseen_places(target.grid, patterns, window, repair.least, report)
-    if active is not None:
-        places = places[active[tuple(places.T)]]
-    places = places[:most]
+    places = unseen_places(target.grid, patterns, window, repair.least, report, active)[:most]
     n_changed = 0
     if any(n > m for n, m in zip(window, target.grid.shape, strict=True)):
         places = places[:0]  # the grid is smaller than a window

@@ -134,11 +134,13 @@ def unseen_places(
     window: Triple,
     least: int,
     report: Callable[[float], None] = lambda share: None,
+    active: NDArray[np.bool_] | None = None,
 ) -> NDArray[np.int64]:
     """Return the mean position of the unseen patterns in each part of a grid, shape (n, 3).
 
     Parts are half as long as a window. Parts with `least` or more unseen patterns are returned,
-    sorted by decreasing number of unseen patterns. `report` may raise an error to stop.
+    sorted by decreasing number of unseen patterns, unless the position is not `active`, shape of
+    the grid. `report` may raise an error to stop.
     """
     part = tuple(max(n // 2, 1) for n in window)
     ends = tuple(n - r for n, r in zip(grid.shape, patterns.reach, strict=True))
@@ -147,16 +149,19 @@ def unseen_places(
     n_parts = tuple(-(-n // p) for n, p in zip(ends, part, strict=True))
     sums = np.zeros((prod(n_parts), 4), np.int64)
     rows, numbers = _pattern_buffers(patterns, (part[0], part[1], grid.shape[2]))
-    n_strips = n_parts[0] * n_parts[1]
+    low, high, middle = 0, n_parts[0] * n_parts[1], np.array(patterns.reach) // 2
+    if active is not None and n_parts[0] == 1:  # strips without active rows are left out
+        used = np.flatnonzero(active.any(axis=(0, 2)))
+        low, high = max(used[0] - middle[1], 0) // part[1], min(used[-1] // part[1] + 1, high)
     every = EVERY if grid.shape[0] == 1 else 1
-    for first in range(0, n_strips, STRIPS_PER_CALL):
+    for first in range(low, high, STRIPS_PER_CALL):
         report(0.0)
-        last = min(first + STRIPS_PER_CALL, n_strips)
+        last = min(first + STRIPS_PER_CALL, high)
         find_unseen(grid, patterns, part, n_parts, every, first, last, rows, numbers, sums)
     bad = sums[every * sums[:, 0] >= least]
     bad = bad[np.argsort(-bad[:, 0], kind="stable")]
-    middle = np.array(patterns.reach) // 2
-    return bad[:, 1:] // bad[:, :1] + middle
+    places = bad[:, 1:] // bad[:, :1] + middle
+    return places if active is None else places[active[tuple(places.T)]]
 
 
 @part_of_kernel
