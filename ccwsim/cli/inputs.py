@@ -13,7 +13,7 @@ from ccwsim import Auxiliary, CCWSIMError, Grid, HardData, Parameters, Secondary
 from ccwsim.cli import options as types
 from ccwsim.cli.options import GroupedOption, suggestion
 from ccwsim.model.errors import refused, shown
-from ccwsim.model.parameters import CHOICES, parameter_table
+from ccwsim.model.parameters import CHOICES, PER_AXIS, parameter_table
 from ccwsim.sharing.codec import fields_of
 
 DEFAULT_SHAPE = (256, 256)
@@ -153,7 +153,12 @@ def inputs_of(options: Any) -> SimulationInputs:
     image, grid = image_of(options), grid_of(options)
     data, notes = hard_data_of(options, grid, image)
     n = 1 if options.n_realizations is None else options.n_realizations
-    study = image, grid, parameters_of(options, Parameters()), data
+    usual = Parameters()
+    if not _given(options, PER_AXIS):
+        from ccwsim.metrics import default_parameters  # takes long to import
+
+        usual = default_parameters(image)
+    study = image, grid, parameters_of(options, usual), data
     return SimulationInputs(study, n, options.seed or 0, notes, secondary_of(options, grid, image))
 
 
@@ -196,7 +201,7 @@ def image_of(options: Any, name: str | None = None) -> TrainingImage:
     from ccwsim.io import read_training_image
 
     name = name or str(options.training_image)
-    reading, bundled = _given(options, IMAGE_ARGUMENTS), datasets.all_image_names()
+    reading, bundled = _given(options, IMAGE_ARGUMENTS), datasets.IMAGES
     if name in bundled:
         if reading:
             raise refused("image_is_bundled", name=name)
@@ -217,7 +222,7 @@ def grid_of(options: Any) -> Grid:
     if own is not None:
         return own
     shape = options.grid or DEFAULT_SHAPE
-    if options.grid is None and options.hard_data in datasets.all_hard_data_names():
+    if options.grid is None and options.hard_data in datasets.HARD_DATA:
         shape = datasets.hard_data_grid_shape(options.hard_data)
     cell, origin = options.cell_size or (1.0, 1.0), options.origin or (0.0, 0.0)
     height, bottom = options.cell_height, options.bottom
@@ -235,7 +240,7 @@ def _grid_of_image(options: Any) -> Grid | None:
     from ccwsim.io import read_geometry
 
     name = options.training_image
-    if _given(options, _OF_GRID) or name in datasets.all_image_names() or options.transpose:
+    if _given(options, _OF_GRID) or name in datasets.IMAGES or options.transpose:
         return None
     return read_geometry(name, **_given(options, IMAGE_ARGUMENTS))
 
@@ -247,7 +252,7 @@ def hard_data_of(
     from ccwsim import datasets
     from ccwsim.io import import_hard_data, import_wells
 
-    name, bundled = options.hard_data, datasets.all_hard_data_names()
+    name, bundled = options.hard_data, datasets.HARD_DATA
     given = _given(options, READING_DATA)
     reading = {READING_DATA[key]: value for key, value in given.items()}
     collars, surveys = options.collars, options.surveys
@@ -278,7 +283,8 @@ def hard_data_of(
 
 def secondary_of(options: Any, grid: Grid, image: TrainingImage) -> Secondary | None:
     """Return the secondary information given in a command line, or None if there is none."""
-    from ccwsim.io import read_active, read_probabilities, read_values
+    from ccwsim.io import angles_along, read_active, read_lines, read_probabilities, read_values
+    from ccwsim.metrics import main_direction
 
     active = None if options.active is None else read_active(options.active, grid)
     auxiliary, probabilities = [], {}
@@ -298,7 +304,10 @@ def secondary_of(options: Any, grid: Grid, image: TrainingImage) -> Secondary | 
         try:
             return float(text)
         except ValueError:
+            lines = read_lines(text) if name == "angle" else None
+        if lines is None:
             return read_values(text, grid)
+        return angles_along(lines, grid, round(main_direction(image)[0]))
 
     weights = options.image_weights and options.image_weights.split(",")
     try:

@@ -51,6 +51,10 @@ MAX_PATCHES_PER_CALL = 512
 SLACK = 8
 """Maximum number of wrong cells by which a candidate may exceed the best location, for an overlap
 of 448 cells without data. The limit is proportional to the overlap."""
+FEW_TEMPLATES, MAX_WIDER = 9, 4
+"""In a small image few locations fit well, and steering would have no choice. In maps, SLACK is
+therefore larger, by a factor of up to MAX_WIDER, if all locations of a patch together cover fewer
+than FEW_TEMPLATES templates."""
 N_DRAWN = 2  # number of random locations per patch without data; the best after refinement is used
 N_DRAWN_THIN, LARGE_TEMPLATE = 6, 64
 """This number if an image has thin facies and the template is at least LARGE_TEMPLATE; the location
@@ -361,7 +365,11 @@ def _search(
         weight_of_data *= WEIGHT_OF_MORE_FACIES
     # In a volume, continuations are not excluded, because few locations continue neighbouring
     # patches. The slack is smaller instead.
-    slack = SLACK * coarse.weight_of_data * (0.75 if coarse.volume else 1.0)
+    n_templates = n_places * prod(coarse.block) / prod(coarse.template)
+    wider = min(max(FEW_TEMPLATES / n_templates, 1.0), MAX_WIDER)
+    if coarse.volume or p.draws_as_published:
+        wider = 1.0
+    slack = SLACK * coarse.weight_of_data * (0.75 if coarse.volume else wider)
     # the cost of a location at the opposite end of the image, in wrong overlap cells
     (_, ty, _), (_, oy, _) = whole = image.lengths[0].template, image.lengths[0].overlap
     far = (overlap_cells(*whole) if coarse.volume else 2 * ty * oy) / 4**p.scale
@@ -383,7 +391,7 @@ def _search(
         match=p.match_proportions,
         cell_cost=cell_cost,
         datum_cost=cell_cost * weight_of_data * (1 if p.exact_data else DATUM_FACTOR),
-        slack_cost=cell_cost * weight_of_data,
+        slack_cost=cell_cost * weight_of_data * wider,
         missed=round(conditioning.SPARSE.missed * weight_of_data),
         location_cost=location * cell_cost * far,
         location_axes=axes,

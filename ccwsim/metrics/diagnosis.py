@@ -147,8 +147,13 @@ def _combined(operation: np.ufunc, mask: Mask, size: int, axis: int) -> Mask:
 
 
 MIN_ACROSS = 6  # templates along an image's smaller side, to avoid copies of the image
-MIN_ACROSS_PERIOD = 4  # minimum number of templates along the smaller side of a periodic image
+SMALL_TEMPLATE = 24  # maximum template of which MIN_ACROSS_SMALL suffice
+MIN_BLOCKS = 8  # blocks along a template; with fewer, patterns of small images deteriorate
+SMALL_SIDES = range(8, 160)  # smaller sides of maps in which fewer than 5 default templates fit
+MIN_ACROSS_SMALL = 4  # minimum number of small templates, or of templates of a periodic image
 MAX_ADVISED_LEVEL = 3
+MANY_TEMPLATES = 16  # templates in an image from which on steering compensates for its edges
+FEW_AT_EDGES = 0.75  # proportion in patches, relative to the image, of a facies at the edges
 COARSE_LEVEL = 3  # level at which dense data break shapes (measured in `docs/quality.md`)
 MIN_HALVED_LAYERS = 16  # layers of a volume in which templates have half the layers, not all
 MIN_LAYERS = 8  # minimum height of a template in layers, if the image has enough layers
@@ -204,17 +209,18 @@ def feature_size(ew: Spacing, ns: Spacing, side: int) -> tuple[int, str]:
 
 def largest_template(side: int) -> int:
     """Return the largest advised template for an image whose smaller side has `side` cells."""
-    return min(max(side // MIN_ACROSS, MIN_TEMPLATE), MAX_TEMPLATE)
+    small = min(side // MIN_ACROSS_SMALL, SMALL_TEMPLATE)
+    return min(max(side // MIN_ACROSS, small, MIN_TEMPLATE), MAX_TEMPLATE)
 
 
 def _advise_level(thinnest: int, side: int) -> Advice:
     """Advise a wavelet level with blocks that are at most as large as the thinnest facies."""
     by_feature = max(thinnest, 1).bit_length() - 1
-    by_side = (largest_template(side) // 2).bit_length() - 1
+    by_side = max(largest_template(side) // MIN_BLOCKS, 1).bit_length() - 1
     level = min(by_feature, by_side, MAX_ADVISED_LEVEL)
     compared = "single cells must be compared"
     if level:
-        compared = f"blocks of 2^{level} = {2**level} cells still resolve this facies"
+        compared = f"blocks with sides of {2**level} cells still resolve this facies"
     reason = f"The thinnest facies is {plural(thinnest, 'cell')} thick: {compared}."
     return Advice("wavelet_level", level, reason)
 
@@ -223,10 +229,10 @@ def _advise_template(wanted: int, why: str, side: int, level: int, is_period: bo
     """Advise the smallest template that contains a feature, if enough fit; fewer if periodic."""
     largest, block_size = largest_template(side), 2**level
     size = -(-max(wanted, 16) // block_size) * block_size
-    if is_period and largest < wanted and MIN_ACROSS_PERIOD * size <= side:
+    if is_period and largest < wanted and MIN_ACROSS_SMALL * size <= side:
         why += f", though only {side // size} templates fit along {side} cells"
     elif max(wanted, 16) > largest:
-        why += f", but {MIN_ACROSS} templates should fit along {side} cells"
+        why += f", but {side // largest} templates should fit along {side} cells"
         size = max(largest // block_size * block_size, 4, block_size)
     held = "hold a feature" if size >= wanted else "are the maximum"
     return Advice("template_size", size, f"{why}: {size} cells {held}.")
@@ -259,6 +265,45 @@ def warn_of_level(parameters: Parameters, grid_shape: tuple[int, ...], n_data: i
     if level < COARSE_LEVEL or a_template <= MAX_DATA:
         return ""
     return _SAID["level"].format(n=a_template, level=level)
+
+
+def facies_at_edges(parameters: Parameters, training_image: TrainingImage) -> int | None:
+    """Return the index of a facies whose proportion in patches is far below that in the image.
+
+    Realizations have too little of this facies. The result is None if there is no such facies, if
+    the image has unknown cells, or if many templates fit into it.
+    """
+    image, shape = training_image, training_image.shape
+    template = parameters.along(shape).template[-len(shape) :]
+    if image.known is not None or templates_that_fit(shape, template) >= MANY_TEMPLATES:  # type: ignore[arg-type]
+        return None
+    n_patches = np.ones(())  # number of patches that contain each cell
+    for n, side in zip(shape, template, strict=True):
+        most = min(side, max(n - side, 0) + 1)
+        along = np.minimum(np.arange(1, n + 1), np.arange(n, 0, -1)).clip(max=most)
+        n_patches = np.multiply.outer(n_patches, along)
+    counts = np.bincount(image.indices.ravel(), n_patches.ravel(), image.n_facies)
+    ratios = counts / counts.sum() / image.proportions
+    return int(ratios.argmin()) if ratios.min() < FEW_AT_EDGES else None
+
+
+def warn_of_edges(parameters: Parameters, training_image: TrainingImage) -> str:
+    """Return a warning if a facies is mostly at the edges of the image; otherwise "".
+
+    Examples
+    --------
+    >>> cells = np.zeros((64, 64), int)
+    >>> cells[:, :9] = cells[:, -9:] = 1
+    >>> warn_of_edges(Parameters(32, 8, 2), TrainingImage(cells))[:60]
+    'facies 1 (28 % of the training image) is mostly at the edges'
+    >>> warn_of_edges(Parameters(8, 2, 0), TrainingImage(cells))
+    ''
+    """
+    facies = facies_at_edges(parameters, training_image)
+    if facies is None:
+        return ""
+    share = 100 * training_image.proportions[facies]
+    return _SAID["edges"].format(facies=training_image.facies_names[facies], share=share)
 
 
 def advise_along_z(
@@ -356,6 +401,20 @@ def diagnose(training_image: TrainingImage | ArrayLike) -> Diagnosis:
     warnings = tuple(_warnings(image, named, quarters, spacings, boxes))
     about = thickness, ew, ns, wanted, n_fit, advice, warnings, upright, vertical
     return Diagnosis(quarters, *about)
+
+
+def default_parameters(training_image: TrainingImage) -> Parameters:
+    """Return the default parameters; for a small map, the sizes that `diagnose` advises.
+
+    Examples
+    --------
+    >>> [default_parameters(TrainingImage(np.eye(n, dtype=int))).template_size for n in (72, 256)]
+    [16, 32]
+    """
+    shape = training_image.shape
+    small = len(shape) < N_AXES and min(shape) in SMALL_SIDES
+    advice = diagnose(training_image).advice if small else ()
+    return Parameters(**{each.parameter: each.value for each in advice})
 
 
 def _thickness(image: Stack, vertical: bool = False) -> tuple[int, ...]:

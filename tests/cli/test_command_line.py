@@ -57,6 +57,17 @@ def test_a_command_line_gives_what_the_same_call_gives(tmp_path):
     assert json.loads(str(saved["parameters"])) == json.loads(parameters_to_json(p))
 
 
+def test_a_small_image_has_the_sizes_that_are_advised_unless_one_is_given(tmp_path):
+    file, out = tmp_path / "small.npy", tmp_path / "out.npz"
+    small = ccwsim.TrainingImage(ccwsim.datasets.load("channels").array[:72, :96])
+    np.save(file, small.array)
+    usual = ccwsim.metrics.default_parameters(small)
+    for given, p in ((), usual), (("--level", 2), ccwsim.Parameters()):
+        assert run("simulate", file, "--grid", "40x40", "--seed", 7, "-q", *given, "-o", out) == 0
+        wanted = ccwsim.simulate(small, (40, 40), p, seed=7)
+        np.testing.assert_array_equal(loaded(out)["realizations"], wanted.realizations)
+
+
 def test_every_parameter_has_its_option_and_its_help(capsys):
     assert run("simulate", "--help") == 0
     shown = "".join(capsys.readouterr().out.split())
@@ -605,7 +616,7 @@ def test_help_writes_nothing(tmp_path, monkeypatch, capsys, name):
 def test_datasets_are_listed_and_written(tmp_path, capsys):
     assert run("datasets") == 0
     listed = capsys.readouterr().out
-    volumes = (*datasets.volume_names(), *datasets.wells_names())
+    volumes = (*datasets.volume_names(), *datasets.WELLS)
     assert all(n in listed for n in (*datasets.names(), *datasets.hard_data_names(), *volumes))
     volume = tmp_path / "volume.sgems"
     assert run("datasets", "folded_layers", "--output", volume) == 0
@@ -679,6 +690,23 @@ def test_turned_and_further_images_give_what_the_same_call_gives(tmp_path):
         images=[other], zones=(east > 30).astype(int), angle=east, scale=1.2, mirrored="x"
     )
     e = ccwsim.simulate(image, (40, 48), PARAMETERS, seed=5, secondary=given)
+    saved = ccwsim.read_realizations(out)
+    np.testing.assert_array_equal(saved.indices, e.indices)
+    assert saved.secondary.digest == e.secondary.digest
+
+
+def test_angles_may_follow_lines(tmp_path):
+    way = [[0, 5], [24, 30], [48, 35]]
+    lines = tmp_path / "valley.geojson"
+    lines.write_text(json.dumps({"type": "LineString", "coordinates": way}), "utf-8")
+    out, small = tmp_path / "out.npz", ["--grid", "48x40", *SMALL, "--seed", 5]
+    assert run("simulate", "channels", *small, "--angle", lines, "-o", out) == 0
+    image, grid = datasets.load("channels"), ccwsim.Grid(40, 48)
+    azimuth = round(ccwsim.metrics.main_direction(image)[0])
+    angle = ccwsim.io.angles_along([way], grid, azimuth)
+    assert np.ptp(angle) > 20
+    given = ccwsim.Secondary(angle=angle)
+    e = ccwsim.simulate(image, grid, PARAMETERS, seed=5, secondary=given)
     saved = ccwsim.read_realizations(out)
     np.testing.assert_array_equal(saved.indices, e.indices)
     assert saved.secondary.digest == e.secondary.digest

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from ccwsim import HardData, Parameters, datasets, simulate
+from tests.small_images import facies_at_edges
 
 N = 200
 SHAPE = (200, 200)
@@ -51,3 +52,10 @@ def test_no_place_of_the_grid_is_favoured_without_data():
     probability = simulate(ti, (96, 96), n_realizations=400, seed=5).probability(1)
     quarters = probability.reshape(4, 24, 4, 24).mean(axis=(1, 3))
     assert np.abs(quarters - ti.proportions[1]).max() < 0.06
+
+
+def test_facies_at_the_edges_of_a_small_image_keep_most_of_their_proportion():
+    image = facies_at_edges()
+    found = simulate(image, image.shape, Parameters(32, 8, 2), n_realizations=48, seed=1)
+    assert (image == 0).mean() == pytest.approx(0.180, abs=0.001)
+    assert found.proportions[:, 0].mean() > 0.135  # 0.117 with the limit for large images

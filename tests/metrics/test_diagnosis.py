@@ -11,6 +11,7 @@ from skimage.morphology import footprint_rectangle, opening
 
 from ccwsim import datasets
 from ccwsim.metrics import (
+    default_parameters,
     diagnose,
     feature_spacing,
     granulometry,
@@ -18,11 +19,13 @@ from ccwsim.metrics import (
     stationarity,
     templates_that_fit,
     variogram,
+    warn_of_edges,
     warn_of_level,
 )
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
+from tests.small_images import facies_at_edges
 
 
 def stripes(ny, nx, width, period):
@@ -159,13 +162,13 @@ def test_a_measured_period_beats_the_range():
     found = diagnose(TrainingImage(stripes(128, 128, 6, period)))
     assert found.feature_size == period
     reason = next(a.reason for a in found.advice if a.parameter == "template_size")
-    said = "Features repeat about every 30 cells, though only 4 templates fit along 128 cells: 32"
+    said = "Features repeat about every 30 cells, though only 4 templates fit along 128 cells: 30"
     assert reason.startswith(said)
-    assert found.advised("template_size") == 32
+    assert found.advised("template_size") == 30
     found = diagnose(TrainingImage(stripes(128, 128, 6, 34)))  # fewer templates would fit
     reason = next(a.reason for a in found.advice if a.parameter == "template_size")
-    assert "but 6 templates should fit" in reason
-    assert found.advised("template_size") == 20
+    assert "but 5 templates should fit" in reason
+    assert found.advised("template_size") == 24
 
 
 def test_a_drift_is_warned_of_with_quarter_and_facies():
@@ -222,7 +225,22 @@ def test_features_that_are_large_for_their_image_are_warned_of():
     assert any(w.startswith("Only") for w in few.warnings)
     assert many.feature_size < 480 / 6
     assert not any(w.startswith("Only") for w in many.warnings)
-    assert few.advised("wavelet_level") == 3
+    assert (few.advised("wavelet_level"), many.advised("wavelet_level")) == (1, 3)
+
+
+@pytest.mark.parametrize("shape", [(72, 96), (130, 159), (90, 400)])
+def test_the_default_of_a_small_map_is_what_is_advised(shape):
+    image = TrainingImage((np.add.outer(*map(np.arange, shape)) // 5 % 3 == 0).astype(int))
+    found, p = diagnose(image), default_parameters(image)
+    sizes = (p.wavelet_level, p.template_size, p.overlap_size)
+    assert sizes == tuple(a.value for a in found.advice) != (2, 32, 8)
+    assert 4 * p.template_size <= min(shape)
+    assert default_parameters(TrainingImage(np.tile(image.array, (3, 3)))) == Parameters()
+
+
+def test_the_default_of_tiny_maps_and_of_volumes_is_the_usual_one():
+    for shape in ((7, 90), (60, 60, 60)):
+        assert default_parameters(TrainingImage(np.indices(shape).sum(axis=0) % 2)) == Parameters()
 
 
 def test_images_that_are_too_small_are_said():
@@ -242,3 +260,18 @@ def test_a_coarse_level_is_warned_of_where_tiles_are_split_for_data(level, n_dat
     n_cells, a_template = 48 * 512 * 512, 16 * 32 * 32
     n_data = round(n_data / 2560 * 10 * n_cells / a_template)
     assert bool(warn_of_level(volume, (48, 512, 512), n_data)) is warned
+
+
+def test_a_facies_that_few_patches_contain_is_warned_of():
+    image = TrainingImage(facies_at_edges())
+    assert "facies 0 (18 %" in warn_of_edges(Parameters(32, 8, 2), image)
+    assert warn_of_edges(Parameters(16, 4, 2), image) == ""
+    small = TrainingImage(np.pad(np.zeros((40, 40), int), 6, constant_values=1))
+    patches = np.lib.stride_tricks.sliding_window_view(small.array, (32, 32))
+    assert patches.mean() < 0.75 * small.proportions[1]
+    assert "facies 1" in warn_of_edges(Parameters(32, 8, 2), small)
+    assert warn_of_edges(Parameters(32, 8, 2), datasets.load("stone_wall")) == ""
+    layers = TrainingImage(
+        np.broadcast_to(np.array([1, 0, 0, 0, 0, 1])[:, None, None], (6, 12, 40))
+    )
+    assert "facies 1" in warn_of_edges(Parameters((4, 4, 8), (1, 1, 2), 0), layers)

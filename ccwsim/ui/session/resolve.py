@@ -28,8 +28,10 @@ from ccwsim.io.isolated import IsolatedFile
 from ccwsim.io.limits import limited, upload_limits
 from ccwsim.jobs.job import result_in_turn
 from ccwsim.jobs.limits import UNASKED_SECONDS
+from ccwsim.metrics import default_parameters
 from ccwsim.model.arrays import Shape
 from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED, MAX_LEVEL, MAX_TEMPLATE, MIN_TEMPLATE
+from ccwsim.model.errors import refused
 from ccwsim.model.parameters import PER_AXIS, legal_sizes
 from ccwsim.model.secondary import cells_in_polygon
 from ccwsim.model.study import Study
@@ -47,8 +49,9 @@ from ccwsim.sharing.choices import (
     Stroke,
     Upload,
     WellTables,
+    ZoneLayers,
 )
-from ccwsim.ui.session.cached import CONTENT, cached
+from ccwsim.ui.session.cached import CONTENT, cached, kept_with
 from ccwsim.ui.session.progress import format_duration
 
 Value = TypeVar("Value")
@@ -160,6 +163,11 @@ def _use_of_images(given: Any, n: int, grid: Grid) -> dict[str, Any]:
             return {"zones": io.read_active(file, grid) * 1}
     if isinstance(given, float):
         return {"weights": (1 - given, *(given / n for _ in range(n)))}
+    if isinstance(given, ZoneLayers):
+        if grid.nz is None:
+            raise refused("zones_by_layer_of_map")
+        layers = np.digitize(np.arange(grid.nz), np.maximum.accumulate(given.first))
+        return {"zones": np.broadcast_to(layers[:, None, None], grid.shape)}
     zones = np.zeros(grid.shape, np.uint8)
     for k, corners in enumerate(given or (), 1):
         zones[cells_in_polygon(np.array(corners), grid)] = k
@@ -196,6 +204,7 @@ def drawn_map(strokes: Sequence[Stroke], start: float, grid: Grid) -> NDArray[np
     return np.broadcast_to(drawn, grid.shape).copy()
 
 
+@kept_with
 @cached(max_entries=32)
 def image_of(choice: ImageChoice) -> TrainingImage:
     """Return the training image of a choice; raise `CCWSIMError` if a question is open."""
@@ -239,13 +248,21 @@ def data_of(choices: Choices) -> HardData:
     return imported_data(choices).hard_data
 
 
+@kept_with
 def imported_data(choices: Choices) -> io.HardDataImport:
     """Return the hard data of a study and a report about their import."""
-    choice, image, grid = choices.data, image_of(choices.image), choices.grid
+    choice, grid = choices.data, choices.grid
     if choice.source == "file" and choice.files:
-        return _imported(choice, grid, image)
-    placed = _placed_cells(_cells_of(choices), grid, image, _names(choices))
-    return _settled(placed, choice.answers)
+        return _imported(choice, grid, image_of(choices.image))
+    parameters = choices.parameters if choice.source == "sampled" else Parameters()
+    return _imported_cells(choice, choices.image, grid, parameters)
+
+
+@cached(max_entries=32, hash_funcs={**CONTENT, DataChoice: vars})
+def _imported_cells(
+    choice: DataChoice, image: ImageChoice, grid: Grid, parameters: Parameters
+) -> io.HardDataImport:
+    return _settled(placed_data(Choices(image, choice, grid, parameters)), choice.answers)
 
 
 def placed_data(choices: Choices) -> io.PlacedPoints:
@@ -496,8 +513,7 @@ def fitted(parameters: Parameters, shape: Shape, **changes: Any) -> Parameters:
     For a volume, numbers become triples; along z, the size is halved, and the level is lower by
     one. For a map, a triple is replaced by the number along x.
     """
-    values = {name: getattr(parameters, name) for name in Parameters.__dataclass_fields__}
-    values |= changes
+    values = vars(parameters) | changes
     is_ccsim = values["method"] == "ccsim"
     asked = zip(*(_along_axes(name, values[name]) for name in PER_AXIS), strict=True)
     z, y, x = (
@@ -532,17 +548,18 @@ def _fitted_axis(
     return template, _nearest(overlap_sizes(used, template, along_z), overlap), level
 
 
-def refitted(p: Parameters, shape: Shape, moved: Moved) -> tuple[Parameters, Moved]:
-    """Return parameters fitted to another image, and the values that were reduced to fit.
+def refitted(p: Parameters, image: TrainingImage, moved: Moved) -> tuple[Parameters, Moved]:
+    """Return parameters fitted to another image, and the values that were changed to fit.
 
-    Values that were reduced for an earlier image (`moved`) are restored, unless the user has
-    changed these values since.
+    Values that were changed for an earlier image (`moved`) are restored, unless the user has
+    changed these values since. Default sizes become those of `default_parameters`.
     """
     wanted = {name: asked for name, (asked, given) in moved.items() if getattr(p, name) == given}
-    fitting = fitted(p, shape, **wanted)
-    asked = {name: wanted.get(name, getattr(p, name)) for name in Parameters.__dataclass_fields__}
-    given = {name: getattr(fitting, name) for name in asked}
-    return fitting, {n: (asked[n], given[n]) for n in asked if asked[n] != given[n]}
+    asked = vars(p) | wanted
+    if all(asked[name] == getattr(Parameters(), name) for name in PER_AXIS):
+        wanted |= {name: getattr(default_parameters(image), name) for name in PER_AXIS}
+    fitting = fitted(p, image.shape, **wanted)
+    return fitting, {n: (asked[n], new) for n, new in vars(fitting).items() if asked[n] != new}
 
 
 def fitted_to_image(choices: Choices, image: TrainingImage) -> Choices:

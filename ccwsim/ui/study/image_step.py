@@ -2,6 +2,7 @@
 
 from base64 import b64encode
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,7 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.session.uploads import file_uploader
 from ccwsim.ui.study.image_questions import asked_of, image_of_file
 from ccwsim.ui.widgets.errors import problem_in
-from ccwsim.ui.widgets.fields import button, field, options_of
+from ccwsim.ui.widgets.fields import button, field, menu, options_of
 from ccwsim.ui.widgets.text import page_text, plain, step_note, step_title
 
 THUMB = 76
@@ -39,8 +40,7 @@ def image_step(state: State) -> None:
         with st.container(gap="small"):
             size = describe_shape(image.shape)
             step_note(f"{pretty(image.name)}\n{size}, {image.n_facies} facies")
-            with st.popover("Change", key="image_menu"):
-                _menu(state)
+            menu("Change", "image_menu", partial(_menu, state))
     draft = state.image_draft
     if draft is not None:
         problem = problem_of_image(draft)
@@ -58,7 +58,7 @@ def image_step(state: State) -> None:
 @cached()
 def _bundled_sheet() -> dict[str, Any]:
     """Return the middles of the bundled images, at equal scale, as the data of a sheet."""
-    images = [datasets.load(name) for name in datasets.all_image_names()]
+    images = [datasets.load(name) for name in datasets.IMAGES]
     maps = [_fullest_layer(image) for image in images]
     corners = [[(side - MIDDLE) // 2 for side in cells.shape] for cells in maps]
     parts = [c[y : y + MIDDLE, x : x + MIDDLE] for c, (y, x) in zip(maps, corners, strict=True)]
@@ -118,10 +118,10 @@ def use_image(state: State, choice: ImageChoice) -> None:
         state.image_draft = choice
         return
     state.image_draft = None
-    shape = image_of(choice).shape
-    parameters, state.moved = refitted(state.choices.parameters, shape, state.moved)
+    image = image_of(choice)
+    parameters, state.moved = refitted(state.choices.parameters, image, state.moved)
     before = state.choices
-    grid = fitted_grid(before.grid, shape)
+    grid = fitted_grid(before.grid, image.shape)
     geometry = geometry_of(choice) if choice != before.image else None
     if geometry is not None and max(geometry.shape) <= MAX_GRID_SIDE_OFFERED:
         grid = geometry

@@ -4,26 +4,28 @@ from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
+from itertools import product
 from typing import Any
 
 import streamlit as st
 from streamlit.delta_generator import DeltaGenerator
 
-from ccwsim.metrics import warn_of_level
+from ccwsim.metrics import default_parameters, warn_of_edges, warn_of_level
 from ccwsim.metrics.diagnosis import TREND_WEIGHT
 from ccwsim.model import bounds
 from ccwsim.model.arrays import AXES, Shape
 from ccwsim.model.parameters import PER_AXIS, Parameters
 from ccwsim.report.settings import VALUES
 from ccwsim.ui.session import resolve
+from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_step import data_step, problem_of_data
 from ccwsim.ui.study.guides_step import guides_step
 from ccwsim.ui.study.image_step import image_step
-from ccwsim.ui.study.run import run_step
-from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field, help_of, options_of
-from ccwsim.ui.widgets.text import page_labels, pair, plain, step_title
+from ccwsim.ui.study.run import describe_levels, is_live, run_step
+from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field, help_of, menu, options_of
+from ccwsim.ui.widgets.text import page_labels, pair, plain, step_note, step_title
 
 SIDES = {"nx": "Cells E–W", "ny": "Cells N–S", "nz": "Layers"}
 ON_TOP = ("template_size", "overlap_size", "wavelet_level", "n_candidates")
@@ -35,8 +37,12 @@ NUMBERS = {
     "location_weight": (0.0, bounds.MAX_LOCATION_WEIGHT, 0.5),
 }
 """Minimum, maximum and step of each number field of the grid."""
+_warn_of_edges = cached(max_entries=64)(warn_of_edges)
 LABELS = page_labels("steps")
 """Names, on the screen, of parameters that have other names in code."""
+SOME_K = (1, 2, 3, 5, 8, 12, 20, 30, 50, 80, 120, 200)  # numbers of candidates on the slider
+SLIDER = partial(st.select_slider, label_visibility="collapsed")
+"""A slider below a field that has its label and takes exact values."""
 
 
 def study_column(state: State) -> None:
@@ -62,11 +68,14 @@ def grid_step(state: State) -> None:
             number |= {"key": f"grid_{name}", "step": 8 if name == "nz" else 32}
             number["help"] = f"{label} of the simulation grid. Time grows with the number of cells."
             field(st.number_input, label, **number)
-    with st.popover("World coordinates", key="grid_menu"):
-        st.caption("Used for data in world coordinates, axes of maps and exported files.")
-        for name in ("cell_size", "origin"):
-            for k in range(n_axes):
-                _world_field(state, name, k)
+    menu("World coordinates", "grid_menu", partial(_world, state, n_axes))
+
+
+def _world(state: State, n_axes: int) -> None:
+    """Draw the fields of the menu of world coordinates."""
+    st.caption("Used for data in world coordinates, axes of maps and exported files.")
+    for name, k in product(("cell_size", "origin"), range(n_axes)):
+        _world_field(state, name, k)
 
 
 def _world_field(state: State, name: str, k: int) -> None:
@@ -90,25 +99,37 @@ def _change_grid(state: State, **changes: object) -> None:
 def method_step(state: State) -> None:
     """Draw the step Method, which offers only values that are valid together."""
     step_title(4, "Method")
-    p, shape = state.choices.parameters, resolve.image_of(state.choices.image).shape
-    change = partial(set_parameters, state)
-    with size_fields(p, shape, change, along_z=(False,)) or nullcontext():
+    p, image = state.choices.parameters, resolve.image_of(state.choices.image)
+    shape, change = image.shape, partial(set_parameters, state)
+    sweeps = is_live(state) and len(shape) == 2
+    with size_fields(p, shape, change, along_z=(False,), slider=sweeps) or nullcontext():
         parameter_field(p, "n_candidates", change, "", st.number_input)
+        if sweeps:
+            k = bound_to(p, "n_candidates", change, options=sorted({*SOME_K, p.n_candidates}))
+            field(SLIDER, LABELS["n_candidates"], key="n_candidates_slider", **k)
+    if price := describe_levels(state.choices):
+        step_note(price)
     if not problem_of_data(state.choices):
         grid, n_data = state.choices.grid, resolve.data_of(state.choices).n
         if warning := warn_of_level(p, grid.shape, n_data):
             st.warning(plain(warning))
-    with st.popover("Advanced", key="method_menu"):
-        if len(shape) == 3:
-            size_fields(p, shape, change, along_z=(True,))
-        for name in PARAMETERS:
-            if name not in ON_TOP:
-                parameter_field(p, name, change)
-        if len(shape) == 3:
-            _trend_field(p, change)
-        defaults = resolve.fitted(Parameters(), shape)
-        reset = {"on_click": state.change, "kwargs": {"parameters": defaults}}
-        button("Back to the defaults", **reset)
+    if warning := _warn_of_edges(p, image):
+        st.warning(plain(warning))
+    menu("Advanced", "method_menu", partial(_advanced, state, p, image.shape, change))
+
+
+def _advanced(state: State, p: Parameters, shape: Shape, change: Callable[..., None]) -> None:
+    """Draw the fields of the menu of parameters that are seldom changed."""
+    if len(shape) == 3:
+        size_fields(p, shape, change, along_z=(True,))
+    for name in PARAMETERS:
+        if name not in ON_TOP:
+            parameter_field(p, name, change)
+    if len(shape) == 3:
+        _trend_field(p, change)
+    defaults = resolve.fitted(default_parameters(resolve.image_of(state.choices.image)), shape)
+    reset = {"on_click": state.change, "kwargs": {"parameters": defaults}}
+    button("Back to the defaults", **reset)
 
 
 def size_fields(
@@ -117,12 +138,14 @@ def size_fields(
     change: Callable[..., None],
     prefix: str = "",
     along_z: Sequence[bool] = (False, True),
+    slider: bool = False,
 ) -> DeltaGenerator | None:
     """Draw template, overlap and level in two columns; return the container for a fourth field.
 
     Each parameter has one number for maps, and two numbers (horizontal and along z) for volumes.
     `change` is called with the parameter that the user changes; keys start with `prefix`. `along_z`
-    selects the horizontal numbers, those along z, or both.
+    selects the horizontal numbers, those along z, or both. With `slider`, each field also has a
+    slider, whose release shows the answer if Live is on.
     """
     volume, ccsim = len(shape) == 3, p.method == "ccsim"
     lengths = p.along(shape)
@@ -150,6 +173,8 @@ def size_fields(
         with place:
             key = f"{prefix}{name}{'_z' if z else ''}"
             field(st.selectbox, label, key=key, help=help_of(name), **chosen)
+            if slider and sizes[axis] in offered[name] and len(offered[name]) > 1:
+                field(SLIDER, label, key=f"{key}_slider", **chosen)
     return places[-1] if len(places) > len(sides) else None
 
 

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from io import BytesIO
 
 import numpy as np
 import pytest
 
-from ccwsim import CCWSIMError, datasets
+from ccwsim import CCWSIMError, Grid, Parameters, datasets
 from ccwsim.metrics import fit_data
-from ccwsim.sharing.choices import Choices
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.sharing.link import read_link
 from ccwsim.ui.session.resolve import data_of, facies_by_code
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.data_step import verdict
+from tests.small_images import facies_at_edges
 from tests.ui.pages.test_validate_page import launched, settled
 from tests.ui.widgets import html, named, opened
 from tests.waiting import wait_until
@@ -117,3 +119,14 @@ def test_an_image_of_another_kind_is_said_to_contradict_the_data():
     link = "ti=fractures&data=channels_400_data&realizations=2"
     said = html(launched(choices(link), seen=frozenset({"fit"})))
     assert "⚑ Data contradict this training image" in said
+
+
+@pytest.mark.parametrize(("template", "warned"), [(32, True), (16, False)])
+def test_the_method_names_a_facies_at_the_edges_of_an_image(template, warned):
+    file = BytesIO()
+    np.save(file, facies_at_edges())
+    image = ImageChoice(upload=Upload("own.npy", file.getvalue()))
+    p = Parameters(template, template // 4, 2)
+    app = opened("simulate", State(Choices(image, DataChoice(), Grid(72, 96), p))).run()
+    assert not app.exception
+    assert any("facies 0 (18 %" in each.value for each in app.warning) is warned

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import streamlit as st
@@ -9,6 +11,7 @@ import streamlit as st
 from ccwsim import Grid, Parameters, TrainingImage
 from ccwsim.io import ImportedPoints, PointsPreview, place_points
 from ccwsim.io.hard_data.columns import Assignment
+from ccwsim.metrics import default_parameters
 from ccwsim.sharing.choices import DataChoice, ImageChoice, Upload
 from ccwsim.ui.examples.opened import as_html
 from ccwsim.ui.examples.page import cut
@@ -103,7 +106,19 @@ def test_the_value_is_as_expected(found, expected):
 
 
 def test_a_size_that_did_not_fit_comes_back_with_a_larger_image():
-    small, moved = refitted(Parameters(template_size=32), (20, 20), {})
+    image, large = (TrainingImage(np.eye(n, dtype=int)) for n in (20, 256))
+    small, moved = refitted(Parameters(template_size=40), image, {})
     assert small.template_size == 20
-    assert moved["template_size"] == (32, 20)
-    assert refitted(small, (256, 256), moved)[0].template_size == 32
+    assert moved["template_size"] == (40, 20)
+    assert refitted(small, large, moved)[0].template_size == 40
+
+
+def test_default_sizes_suit_a_small_image_and_come_back_with_a_larger_one():
+    image, large = (TrainingImage(np.eye(n, dtype=int)) for n in (72, 256))
+    small, moved = refitted(Parameters(n_candidates=7), image, {})
+    assert small == replace(default_parameters(image), n_candidates=7)
+    assert small.template_size < 24
+    assert refitted(small, image, moved) == (small, moved)
+    assert refitted(small, large, moved) == (Parameters(n_candidates=7), {})
+    kept = refitted(replace(small, template_size=12), large, moved)[0]
+    assert kept.template_size == 12
