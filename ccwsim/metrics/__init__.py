@@ -53,13 +53,16 @@ from ccwsim.metrics.diagnosis import Advice as Advice
 from ccwsim.metrics.diagnosis import Diagnosis as Diagnosis
 from ccwsim.metrics.diagnosis import Granulometry as Granulometry
 from ccwsim.metrics.diagnosis import Spacing as Spacing
+from ccwsim.metrics.diagnosis import default_parameters as default_parameters
 from ccwsim.metrics.diagnosis import diagnose as diagnose
 from ccwsim.metrics.diagnosis import feature_spacing as feature_spacing
 from ccwsim.metrics.diagnosis import granulometry as granulometry
 from ccwsim.metrics.diagnosis import templates_that_fit as templates_that_fit
+from ccwsim.metrics.diagnosis import warn_of_edges as warn_of_edges
 from ccwsim.metrics.diagnosis import warn_of_level as warn_of_level
 from ccwsim.metrics.direction import direction_error as direction_error
 from ccwsim.metrics.direction import local_direction as local_direction
+from ccwsim.metrics.direction import main_direction as main_direction
 from ccwsim.metrics.etype import EType as EType
 from ccwsim.metrics.etype import entropy as entropy
 from ccwsim.metrics.etype import etype as etype
@@ -105,6 +108,7 @@ from ccwsim.metrics.reference_band import fit_patterns as fit_patterns
 from ccwsim.metrics.reference_band import fit_proportions as fit_proportions
 from ccwsim.metrics.soft_data import reliability as reliability
 from ccwsim.metrics.soft_data import warn_of_probabilities as warn_of_probabilities
+from ccwsim.metrics.soft_data import warn_of_reliability as warn_of_reliability
 from ccwsim.metrics.stationarity import QUARTERS as QUARTERS
 from ccwsim.metrics.stationarity import Stationarity as Stationarity
 from ccwsim.metrics.stationarity import stationarity as stationarity

@@ -14,6 +14,7 @@ from ccwsim.metrics.patterns import layers_of, unseen_patterns
 from ccwsim.metrics.reference_band import Fit, fit_values
 from ccwsim.metrics.stack import Fraction, Stack, as_stack, map_parallel
 from ccwsim.model.arrays import Floats, Ints, Mask, ratio
+from ccwsim.model.numbers import minus
 
 MAX_IMAGES = 200  # maximum number of measured realizations; later realizations are not measured
 PER_CELLS, PER_CELLS_VOLUME = 10_000, 1_000_000
@@ -89,7 +90,7 @@ class Measure:
         """
         if not np.isfinite(value):
             return "–"
-        return f"{self.factor * value:.{self.digits}f}".replace("-", "−")
+        return minus(f"{self.factor * value:.{self.digits}f}")
 
 
 def _boundary(of: OfFacies) -> Floats:

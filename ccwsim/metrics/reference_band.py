@@ -186,6 +186,16 @@ def crop_shape(image_shape: Shape, grid_shape: Shape) -> Shape | None:
     return (*layers, rows, columns) if min(rows, columns) >= MIN_SIDE else None
 
 
+def shape_of_crops(ensemble: Ensemble) -> Shape | None:
+    """Return the `crop_shape` of an ensemble; None if patches are not of its image as it was read.
+
+    Crops of the image do not tell how realizations of other, turned or scaled images must be.
+    """
+    if ensemble.is_of_other_images:
+        return None
+    return crop_shape(ensemble.training_image.shape, ensemble.grid.shape)
+
+
 def largest_crop(image_shape: Shape, grid_shape: Shape) -> Shape:
     """Return the shape of the largest window that fits into the training image and the grid."""
     if len(image_shape) != len(grid_shape):
@@ -245,7 +255,7 @@ def fit_curve(
     index = image.index_of(facies)
     if statistic not in STATISTICS:
         raise CCWSIMError(f"statistic {shown(statistic)} must be one of {', '.join(STATISTICS)}")
-    shape = crop_shape(image.shape, ensemble.grid.shape)
+    shape = shape_of_crops(ensemble)
     if shape is None or not max_lag(direction, shape):  # there is no lag along a single layer
         return None
     lags, distances = distinct_lags(direction, max_lag(direction, shape))
@@ -298,8 +308,7 @@ def fit_values(
     default `values`. The other arguments are those of `ReferenceBand` and `Fit`. None if crops are
     too small.
     """
-    image = ensemble.training_image
-    shape = crop_shape(image.shape, ensemble.grid.shape)
+    image, shape = ensemble.training_image, shape_of_crops(ensemble)
     if shape is None:
         return None
     reference = band_of_crops(
@@ -322,7 +331,8 @@ def fit_proportions(ensemble: Ensemble) -> Fit | None:
     array([0.73, 0.27])
     """
     image = ensemble.training_image
-    shape = crop_shape(image.shape, ensemble.grid.shape)
+    several = ensemble.secondary is not None and ensemble.secondary.images
+    shape = None if several else crop_shape(image.shape, ensemble.grid.shape)
     if shape is None:
         return None
     at, gap = image.codes.astype(float), MIN_PROPORTION_GAP * image.proportions
@@ -350,7 +360,7 @@ def fit_patterns(ensemble: Ensemble, sizes: Sequence[int] = PATTERN_SIZES) -> Fi
     array([2., 3.])
     """
     image, sides = ensemble.training_image, [check_int("pattern size", s, 1) for s in sizes]
-    shape = crop_shape(image.shape, ensemble.grid.shape)
+    shape = shape_of_crops(ensemble)
     if shape is None:
         return None
     shape = (*shape[:-2], *(max(side // 2, min(side, MIN_SIDE)) for side in shape[-2:]))

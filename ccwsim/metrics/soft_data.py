@@ -4,17 +4,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim import Ensemble, Grid, Parameters, Secondary, TrainingImage
+from ccwsim.engine.corrections.guidance import guide_terms
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.raster import SLACK, make_plan
+from ccwsim.engine.stages.path import Box
 from ccwsim.engine.stages.similarity import box_sums, summed_up
+from ccwsim.metrics.direction import main_direction
 from ccwsim.metrics.etype import facies_counts
 from ccwsim.metrics.reference import Calibration, pooled_calibration
 from ccwsim.model.errors import refused
 from ccwsim.model.missing import UNKNOWN
+from ccwsim.model.numbers import minus
 from ccwsim.model.study import Study
 
 NOTED = 0.05  # noted difference between an asked proportion and the nearest one of a piece
+LEAST_SHARE = 0.02  # minimum share of the cells in a bin of the reliability that is noted
 FEW, MANY = 5, 0.2  # fewer locations are noted if more than the share MANY of patches have them
+MAX_SPREAD = 25.0  # mean difference, in degrees, of directions from the main one that is noted
 N_PATCHES = 200  # maximum number of patches that are examined
 
 
@@ -46,6 +52,29 @@ def reliability(ensemble: Ensemble, facies: int | None = None, n_bins: int = 10)
     return pooled_calibration(chances, np.concatenate([shares[k][scored] for k in which]), n_bins)
 
 
+def warn_of_reliability(table: Calibration, name: str) -> str | None:
+    """Return a sentence on the largest difference of a bin of `reliability`, if that is notable.
+
+    Bins with less than 2 % of the cells do not count. `name` is the name of the facies.
+
+    Examples
+    --------
+    >>> count, given = np.array([300, 100]), np.array([0.25, 0.75])
+    >>> table = Calibration(np.empty(3), given, given - [0.0, 0.12], count, 0.03)
+    >>> warn_of_reliability(table, "sand")
+    'sand is given with 75 % but simulated with 63 % (−12 points) in 25 % of the cells'
+    """
+    share = table.count / table.count.sum()
+    off = np.where(share >= LEAST_SHARE, table.observed - table.forecast, 0.0)
+    worst = int(np.argmax(np.abs(off)))
+    if abs(off[worst]) < NOTED:
+        return None
+    given, got, cells = (100 * each[worst] for each in (table.forecast, table.observed, share))
+    points = minus(f"{100 * off[worst]:+.0f} points")
+    said = f"{name} is given with {given:.0f} % but simulated with {got:.0f} % ({points})"
+    return f"{said} in {cells:.0f} % of the cells"
+
+
 def warn_of_probabilities(
     secondary: Secondary, image: TrainingImage, parameters: Parameters
 ) -> list[str]:
@@ -53,7 +82,8 @@ def warn_of_probabilities(
 
     The mean probability of each piece of the grid of the size of a template is compared with the
     largest and the smallest proportion in such a piece of the training image. `secondary` is
-    `Study.secondary`. Another sentence says that few locations of the image fit the guides.
+    `Study.secondary`. Other sentences say that few locations of the image fit the guides, or that
+    the image has no main direction that could follow angles.
 
     Examples
     --------
@@ -66,6 +96,13 @@ def warn_of_probabilities(
     'no piece of the image has more than 50 % facies 1: the map asks for 97 %'
     """
     notes = _warn_of_few_locations(secondary, image, parameters) if secondary.guides else []
+    if secondary.angle is not None:
+        main, spread = main_direction(image)
+        note = (
+            f"the image has no main direction that follows angles: its directions differ from "
+            f"{main:.0f}° by {spread:.0f}° on average (45° if no direction prevails)"
+        )
+        notes += [note] if spread > MAX_SPREAD else []
     if secondary.probabilities is None:
         return notes
     template, given = parameters.along(image.shape).template, secondary.probabilities
@@ -97,15 +134,15 @@ def _warn_of_few_locations(
     inputs = make_plan(study, template, PreparedImage(study), np.random.default_rng(0)).inputs
     guide, places = inputs.guide, inputs.oriented.places
     assert guide is not None
-    patches = range(0, len(guide.factors), -(-len(guide.factors) // N_PATCHES))
-    n_few = 0
-    for number in patches:
+    patches = inputs.patches[:: -(-len(inputs.patches) // N_PATCHES)]
+    at = np.ravel_multi_index(np.indices(places), guide.values.shape[1:])  # type: ignore[arg-type]
+    n_few, slack = 0, SLACK * inputs.search.cell_cost
+    for patch in patches[:, :7].tolist():
+        box = Box._make([*patch, *inputs.search.overlap])
+        n = guide_terms.__wrapped__(guide, box)  # not compiled, as there are few patches
         costs = np.zeros(places)
-        for plane, part in np.argwhere(guide.factors[number]):
-            first = guide.starts[number, part]
-            box = tuple(slice(k, k + n) for k, n in zip(first, places, strict=True))
-            costs += guide.factors[number, plane, part] * guide.values[plane][box]
-        slack = SLACK * inputs.search.cell_cost
+        for first, factor in zip(guide.offsets[:n], guide.terms[:n], strict=True):
+            costs += factor * guide.values.ravel()[first + at]
         n_few += np.count_nonzero(costs <= costs.min() + slack) < FEW
     share = 100 * n_few // len(patches)
     note = (

@@ -214,12 +214,16 @@ def map_parallel(
             progress(1.0)
         return only
     results: list = [None] * n
+    n_tasks = min(n, n_cores())  # few tasks, because starting one takes as long as a small image
 
     def task(number: int, watch: Watch) -> None:
         watch.check()
-        results[number] = function(number)
-        watch.report(1.0)
+        numbers = range(number, n, n_tasks)
+        for done, k in enumerate(numbers, 1):
+            results[k] = function(k)
+            watch.report(done / len(numbers))
 
     if n:
-        run_all(task, n, n_cores(), (lambda fraction, _: progress(fraction)) if progress else None)
+        report = (lambda fraction, _: progress(fraction)) if progress else None
+        run_all(task, n_tasks, n_tasks, report)
     return results

@@ -158,6 +158,30 @@ class Ensemble:
         shares = np.array(counts).reshape(-1, len(facies)) / self.n_active
         return readonly(shares)
 
+    @property
+    def is_of_other_images(self) -> bool:
+        """Whether patches come from other images than the training image as it was read."""
+        return self.secondary is not None and self.secondary.is_of_other_images
+
+    @cached_property
+    def image_proportions(self) -> NDArray[np.float64]:
+        """Expected proportions, shape (n_facies,): of the training image, or of several images.
+
+        Images count by their weights, by the active cells of their zones, or by their cells.
+        """
+        first, secondary = self.training_image, self.secondary
+        if secondary is None or not secondary.images:
+            return first.proportions
+        images, zones = (first, *secondary.images), secondary.zones
+        counts = [[np.count_nonzero(i.array == code) for code in first.codes] for i in images]
+        each, shares = np.array(counts, float), secondary.weights
+        if zones is not None:
+            inside = zones.ravel() if self.active is None else zones[self.active]
+            shares = np.bincount(inside, minlength=len(images)) / inside.size
+        if shares is not None:
+            each *= np.divide(shares, each.sum(axis=1))[:, None]
+        return readonly(each.sum(axis=0) / each.sum())
+
     def probability(self, code: int | str) -> NDArray[np.float64]:
         """Return the E-type of a facies: the share of realizations with that facies in each cell.
 

@@ -10,6 +10,11 @@ def plural(n: int, noun: str) -> str:
     return f"{n} {noun}" if n == 1 else f"{n} {noun}s"
 
 
+def minus(number: str) -> str:
+    """Return a number with a true minus sign."""
+    return number.replace("-", "−")
+
+
 def three_digits(value: float) -> str:
     """Return a number with three significant digits, without powers of ten; "–" for NaN."""
     if math.isnan(value):

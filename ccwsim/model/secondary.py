@@ -150,8 +150,12 @@ class Secondary:
     @property
     def has_copies(self) -> bool:
         """Whether patches come from other images than the unchanged training image."""
-        given = self.angle, self.scale, self.dip
-        return bool(self.images or self.mirrored) or any(each is not None for each in given)
+        return bool(self.mirrored) or self.is_of_other_images
+
+    @property
+    def is_of_other_images(self) -> bool:
+        """Whether patches come from other images, or from turned or scaled ones."""
+        return bool(self.images) or any(k is not None for k in (self.angle, self.scale, self.dip))
 
     @property
     def is_empty(self) -> bool:
@@ -294,11 +298,11 @@ class Secondary:
         )
 
     def cropped(self, part: tuple[slice, ...]) -> Secondary:
-        """Return fitted information for a part of the grid."""
-        soft = self.probabilities
+        """Return fitted information for a part of the grid; no `active` if all are active there."""
+        soft, active = self.probabilities, _part_of(self.active, part)
         return replace(
             self,
-            active=None if self.active is None else arrays.frozen(self.active[part]),
+            active=None if active is None or active.all() else active,
             probabilities=None if soft is None else arrays.frozen(soft[(slice(None), *part)]),
             auxiliary=[replace(each, grid=each.grid[part]) for each in self.auxiliary],
             **{name: _part_of(getattr(self, name), part) for name in ("zones", "angle", "dip")},

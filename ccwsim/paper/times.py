@@ -7,7 +7,7 @@ import numpy as np
 
 from ccwsim.experiments.timing import Timing, data_cases, grid_cases, growth, time_cases
 from ccwsim.figures import LIGHT, TimeSeries, timings_chart
-from ccwsim.model.numbers import seconds
+from ccwsim.model.numbers import minus, seconds
 from ccwsim.model.parameters import Parameters
 from ccwsim.paper import methods, verdicts
 from ccwsim.paper.experiment import ExperimentRun, Outcome, said
@@ -121,7 +121,7 @@ def level_change(taken: dict[int, list[float]], a: int, b: int) -> Judgement:
 
 
 def _change(share: float) -> str:
-    return f"{100 * share:+.1f} %".replace("-", "−")
+    return minus(f"{100 * share:+.1f} %")
 
 
 def times_with_data(run: ExperimentRun) -> Outcome:

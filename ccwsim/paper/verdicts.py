@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from itertools import pairwise
 from math import isnan, log
 
-from ccwsim.model.numbers import seconds
+from ccwsim.model.numbers import minus, seconds
 from ccwsim.paper.experiment import said
 from ccwsim.report.document import Judgement, Tone
 
@@ -127,4 +127,4 @@ def of_data(wrong: float, n_data: int, theirs: float | None) -> Judgement:
 
 def percent(share: float) -> str:
     """Return a share in percent."""
-    return f"{100 * share:.1f} %".replace("-", "−")
+    return minus(f"{100 * share:.1f} %")

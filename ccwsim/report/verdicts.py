@@ -8,13 +8,14 @@ from numpy.typing import NDArray
 
 from ccwsim.metrics.bands import Statistic
 from ccwsim.metrics.checks import Check
+from ccwsim.metrics.diagnosis import facies_at_edges
 from ccwsim.metrics.flow_fit import FlowFit
 from ccwsim.metrics.lags import VERTICAL, Direction, axes_of
 from ccwsim.metrics.measures import MEASURES, Measured
 from ccwsim.metrics.reference_band import Fit
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.numbers import plural
+from ccwsim.model.numbers import minus, plural
 
 SIGNS: dict[Statistic, str] = {"variogram": "γ", "connectivity": "τ"}
 
@@ -41,11 +42,13 @@ HOW_JUDGED = (
     "the other curves are computed from entire images. The numbers appear when the mouse rests on "
     "a title."
 )
-NOT_JUDGED = Verdict("not judged", "the training image or the grid is too small for crops", None)
+NO_CROPS = "image or grid are too small for crops, or patches are turned, scaled or of other images"
+NOT_JUDGED = Verdict("not judged", NO_CROPS, None)
 LAYERS_NOT_JUDGED = Verdict("one image cannot tell this", "layers are not judged", None)
 CHANCE = "3 %"  # share of good ensembles in which a check differs (see the page on measures)
 
 
+NOTABLE = 0.1  # relative difference from the image above which a facies at the edges is named
 MAX_STRESS = 0.2  # stress above which an MDS plot distorts the distances
 
 
@@ -123,10 +126,12 @@ def _lags_text(fit: Fit) -> str:
 
 def describe_proportion(ensemble: Ensemble, facies: int) -> str:
     """Describe the share of a facies (given by index) in realizations, training image and data."""
-    image = ensemble.training_image
-    mean, own = float(ensemble.proportions[:, facies].mean()), float(image.proportions[facies])
-    others = [f"TI {100 * own:.1f} %"]
-    soft = ensemble.secondary.probabilities if ensemble.secondary else None
+    image, secondary = ensemble.training_image, ensemble.secondary
+    mean, own = (
+        float(p[..., facies].mean()) for p in (ensemble.proportions, ensemble.image_proportions)
+    )
+    others = [f"{'TIs' if secondary and secondary.images else 'TI'} {100 * own:.1f} %"]
+    soft = secondary.probabilities if secondary else None
     if soft is not None:
         known = ~np.isnan(soft[facies]) & (True if ensemble.active is None else ensemble.active)
         others += [f"given {100 * soft[facies][known].mean():.1f} %"] if known.any() else []
@@ -140,7 +145,19 @@ def describe_proportion(ensemble: Ensemble, facies: int) -> str:
 def relative_text(value: float, reference: float) -> str:
     """Describe the difference of a value from a nonzero reference, in percent of the reference."""
     off = 100 * (value / reference - 1)
-    return f"{off:+.0f} %".replace("-", "−") if round(off) else "±0 %"
+    return minus(f"{off:+.0f} %") if round(off) else "±0 %"
+
+
+def lost_at_edges(ensemble: Ensemble) -> int | None:
+    """Return the index of a facies at the edges of the image that realizations have too little."""
+    image = ensemble.training_image
+    k = facies_at_edges(ensemble.parameters, image)
+    if (
+        k is None
+        or ensemble.proportions[:, k].mean() > (1 - NOTABLE) * ensemble.image_proportions[k]
+    ):
+        return None
+    return k
 
 
 def advise_proportions(ensemble: Ensemble, fit: Fit | None) -> str:
@@ -149,7 +166,12 @@ def advise_proportions(ensemble: Ensemble, fit: Fit | None) -> str:
     A facies is named only if image and hard data are both above, or both below, the realizations.
     """
     guided = ensemble.secondary is not None and ensemble.secondary.guides
-    if fit is None or fit.fits or ensemble.parameters.match_proportions or guided:
+    if guided:
+        return ""
+    if (lost := lost_at_edges(ensemble)) is not None:
+        name = ensemble.training_image.facies_names[lost]
+        return f"{name} is at the edges of the TI: half the template would bring it nearer"
+    if fit is None or fit.fits or ensemble.parameters.match_proportions:
         return ""
     image, data, mean = ensemble.training_image, ensemble.hard_data, ensemble.proportions.mean(0)
     nearer = fit.outside

@@ -138,6 +138,13 @@ class DrawnLines:
 
 
 @dataclass(frozen=True)
+class ZoneLayers:
+    """Zones of a volume: each further image is used from its first layer upward to the next."""
+
+    first: tuple[int, ...]  # number of a layer, from 0 at the bottom, for each further image
+
+
+@dataclass(frozen=True)
 class GuideChoice:
     """Choice of the secondary information: files and shapes, or the arrays of a project."""
 
@@ -151,7 +158,8 @@ class GuideChoice:
     scale: float = 1.0
     mirrored: str = ""  # axes, of x, y and z
     images: tuple[ImageChoice, ...] = ()  # further training images
-    zones: Upload | tuple[Corners, ...] | float | None = None  # outlines, or a share of patches
+    # outlines, layers, or a share of patches
+    zones: Upload | tuple[Corners, ...] | ZoneLayers | float | None = None
     saved: Secondary | None = None  # arrays of a project, used instead of files and shapes
 
     @property

@@ -28,6 +28,7 @@ from ccwsim.sharing.choices import (
     ImageChoice,
     Shown,
     Stroke,
+    ZoneLayers,
 )
 from ccwsim.sharing.codec import FIELDS, MAX_LETTERS, FieldSpec, fields_of, parts_of
 
@@ -269,7 +270,7 @@ class _Reader:
             used = f"The bundled image {usual.bundled} is used instead"
             self._miss("training image of this link is the sender's own file", used, "image")
             return usual
-        known = datasets.all_image_names()
+        known = datasets.IMAGES
         if name is not None and name not in known:
             reason = f"is not a bundled training image ({', '.join(known)})"
             self.refuse("ti", reason, f"{usual.bundled} is used")
@@ -331,7 +332,7 @@ class _Reader:
 
     def data(self, usual: DataChoice) -> DataChoice:
         """Return the choice of the hard data."""
-        name, bundled = self.text("data"), datasets.all_hard_data_names()
+        name, bundled = self.text("data"), datasets.HARD_DATA
         answers = tuple(sorted((own, "drop") for key, own in ANSWERS.items() if self._drops(key)))
         if isinstance(kept := self._own.get(name or ""), DataChoice):
             return kept
@@ -398,6 +399,8 @@ def _guides_word(guides: GuideChoice) -> str:
     given += [("image", image.bundled) for image in guides.images]
     if isinstance(zones := guides.zones, tuple):
         given += [("zone", *chain(*outline)) for outline in zones]
+    elif isinstance(zones, ZoneLayers):
+        given.append(("layers", *zones.first))
     elif isinstance(zones, float):
         given.append(("share", zones))
     return "~".join("_".join(map(str, words)) for words in given)
@@ -408,7 +411,7 @@ def guides_of(text: str) -> GuideChoice:
     guides = GuideChoice()
     for kind, *words in (part.split("_") for part in text.split("~") if text):
         if kind == "image":
-            if (name := "_".join(words)) not in datasets.all_image_names():
+            if (name := "_".join(words)) not in datasets.IMAGES:
                 raise ValueError(text)
             guides = replace(guides, images=(*guides.images, ImageChoice(name)))
             continue
@@ -426,6 +429,10 @@ def guides_of(text: str) -> GuideChoice:
             if points := tuple(zip(numbers[1::2], numbers[2::2], strict=True)):
                 lines = *lines, points
             guides = replace(guides, angle=DrawnLines(lines, way))
+        elif kind == "layers" and words:
+            top = bounds.MAX_GRID_SIDE_OFFERED - 1
+            first = tuple(check_int(kind, int(word), 0, top) for word in words)
+            guides = replace(guides, zones=ZoneLayers(first))
         elif kind == "share":
             (share,) = numbers
             guides = replace(guides, zones=check_number(kind, share, 0.0, 1.0))

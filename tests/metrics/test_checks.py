@@ -20,13 +20,14 @@ from benchmarks.reproduction import (
     flagged,
     simulated,
 )
-from ccwsim import TrainingImage
+from ccwsim import Parameters, Secondary, TrainingImage, datasets, simulate
 from ccwsim.metrics import check_ensemble
-from ccwsim.report.verdicts import describe_checks
+from ccwsim.report.verdicts import describe_checks, describe_proportion
 from tests.metrics.test_reference_band import ensemble_of
 from tests.metrics.volumes import a_volume
 from tests.small_images import blobs
 
+SMALL = Parameters(16, 4, 1)
 SEEDS = range(8310, 8312)
 
 
@@ -76,6 +77,46 @@ def test_a_measure_that_differs_is_named_with_its_facies():
     assert words["unseen patterns too many"].startswith("Unseen patterns, % ")
     assert words["sand: boundary too rough"].startswith("Boundary, % ")
     assert all(len(word.split()) <= 8 for word in words)
+
+
+@pytest.mark.parametrize(
+    ("secondary", "judged"),
+    [
+        (None, True),
+        (Secondary(mirrored=("x",)), True),
+        (Secondary(angle=90.0), False),
+        (Secondary(scale=1.3), False),
+        (Secondary(images=[datasets.load("stone_wall")]), False),
+    ],
+    ids=["none", "mirrored", "turned", "scaled", "several"],
+)
+def test_only_what_is_made_of_the_image_as_it_was_read_is_judged_by_its_crops(secondary, judged):
+    image = datasets.load("channels")
+    e = simulate(image, (64, 64), SMALL, None, 2, secondary=secondary)
+    kinds = {check.kind for check in check_ensemble(e)}
+    assert ("patterns" in kinds) == ("variogram" in kinds) == ("geobodies" in kinds) == judged
+    several = secondary is not None and bool(secondary.images)
+    assert ("proportions" in kinds) == (not several)  # these do not change with an angle
+    assert describe_proportion(e, 1).count("TIs") == several
+
+
+def test_several_images_give_proportions_by_cells_weights_or_zones():
+    first = TrainingImage(np.tile([1, 2], (20, 10)))
+    other = TrainingImage(np.tile([2, 2, 2, 2, 1], (20, 16)), name="other")
+    zones = np.zeros((30, 40), int)
+    zones[:, :30] = 1
+    active = np.ones((30, 40), bool)
+    active[:, :20] = False
+    for given, share in [
+        ({}, (200 + 1280) / 2000),
+        ({"weights": (3, 1)}, 0.75 * 0.5 + 0.25 * 0.8),
+        ({"zones": zones}, 0.25 * 0.5 + 0.75 * 0.8),
+        ({"zones": zones, "active": active}, 0.5 * 0.5 + 0.5 * 0.8),
+    ]:
+        secondary = Secondary(images=[other], **given)
+        e = simulate(first, (30, 40), Parameters(10, 2, 0), None, 1, secondary=secondary)
+        assert e.image_proportions == pytest.approx([1 - share, share])
+    assert simulate(first, (30, 40), Parameters(10, 2, 0)).image_proportions.tolist() == [0.5, 0.5]
 
 
 def test_nothing_is_checked_where_the_image_is_too_small():

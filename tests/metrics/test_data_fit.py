@@ -204,20 +204,20 @@ class TestLeaveOut:
 
 @pytest.mark.slow
 def test_the_right_image_is_seldom_rejected():
-    """Test six reference fields of each generator; there are fewer of the larger sides."""
+    """Test one reference field of each size; 3 alarms in 10 would be found 9 times in 10."""
     found = [
         alarm
         for name in NAMES
-        for side, n in zip(SIDES, (3, 2, 1), strict=True)
-        for alarm in rejected(name, name, side, 400, 100, n)
+        for side in SIDES
+        for alarm in rejected(name, name, side, 400, 100, 1)
     ]
-    assert len(found) == 24
-    assert np.mean(found) <= 0.06
+    assert len(found) == 12
+    assert sum(found) <= 1
 
 
 @pytest.mark.slow
 def test_a_wrong_image_is_found():
-    assert np.mean(rejected("channels", "fractures", 512, 400, 100, 10)) >= 0.8
+    assert np.mean(rejected("channels", "fractures", 512, 400, 100, 5)) >= 0.8
 
 
 def test_images_that_the_data_do_not_tell_apart_have_no_winner():

@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 import streamlit as st
 
-from ccwsim import CCWSIMError, Grid, HardData, TrainingImage, datasets
+from ccwsim import CCWSIMError, Grid, HardData, Secondary, TrainingImage, datasets
 from ccwsim.figures import data_png
 from ccwsim.jobs.statistics import Failure, Fraction, StatisticsWorker
 from ccwsim.metrics import DataFit, fit_data
 from ccwsim.metrics.data_fit import MIN_PLACES
 from ccwsim.model.bounds import MAX_SAMPLED
+from ccwsim.model.numbers import minus
 from ccwsim.sharing.choices import Choices, DataChoice, DataSource, Upload, WellTables
 from ccwsim.ui.results.maps import colours_of, pretty
 from ccwsim.ui.session import resolve
@@ -26,8 +27,8 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.session.uploads import file_uploader
 from ccwsim.ui.study.image_step import IMPORT_PAGE, THUMB
 from ccwsim.ui.study.questions import ROLES_OF_WELLS, ask_data, say_open
-from ccwsim.ui.widgets.errors import problem_in
-from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
+from ccwsim.ui.widgets.errors import if_possible, problem_in
+from ccwsim.ui.widgets.fields import bound_to, button, field, menu, options_of
 from ccwsim.ui.widgets.text import page_labels, page_text, plain, step_note, step_title
 
 SOURCES = page_labels("sources_of_data")
@@ -46,8 +47,7 @@ def data_step(state: State) -> None:
             st.image(thumbnail(state, 2 * THUMB), width=THUMB, alt="Map of the hard data")
         with st.container(gap="small"):
             step_note(_summary(state.choices, problem))
-            with st.popover("Change", key="data_menu"):
-                _menu(state)
+            menu("Change", "data_menu", partial(_menu, state))
             volume = state.choices.grid.nz is not None
             page_link("pages/data.py", "Edit in the volume" if volume else "Edit on a map")
     if problem:
@@ -224,7 +224,7 @@ def bundled_data(state: State) -> tuple[str, ...]:
     if state.choices.grid.nz is None:
         return datasets.hard_data_names()
     image = state.choices.image.bundled
-    wells = datasets.wells_names()
+    wells = datasets.WELLS
     return tuple(sorted(wells, key=lambda name: datasets.hard_data_training_image(name) != image))
 
 
@@ -269,19 +269,15 @@ class DataFitState:
         self.worker = StatisticsWorker(shared_values())
 
 
-def is_judged(data: HardData, grid: Grid) -> bool:
-    """Return whether data are compared with the image automatically."""
-    return data.n >= MIN_PLACES and grid.n_cells <= MAX_CELLS
+def is_judged(data: HardData, grid: Grid, secondary: Secondary | None) -> bool:
+    """Return whether data are compared with the image, as it was read, automatically."""
+    other = secondary is not None and secondary.is_of_other_images
+    return data.n >= MIN_PLACES and grid.n_cells <= MAX_CELLS and not other
 
 
 def flagged(fit: DataFit) -> bool:
     """Return whether the verdict warns of a disagreement between the data and the image."""
     return fit.contradicts or fit.words.startswith("Your data")
-
-
-def minus(number: str) -> str:
-    """Return a number with a true minus sign."""
-    return number.replace("-", "−")
 
 
 def verdict(fit: DataFit) -> str:
@@ -305,7 +301,8 @@ def draw_data_fit(state: State) -> None:
     """Draw the verdict in the study column if no run is in progress and the verdict is known."""
     data, grid = resolve.data_of(state.choices), state.choices.grid
     image = resolve.image_of(state.choices.image)
-    if state.job is not None or not is_judged(data, grid):
+    secondary = if_possible(lambda: resolve.secondary_of(state.choices))
+    if state.job is not None or not is_judged(data, grid, secondary):
         return
     worker = state.page(DataFitState).worker
     task = data_fit(image, data, grid)

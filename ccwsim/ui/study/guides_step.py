@@ -10,7 +10,7 @@ import streamlit as st
 
 from ccwsim import Secondary, TrainingImage, datasets, io
 from ccwsim.figures import ENTROPY, ramp
-from ccwsim.metrics import local_direction, warn_of_probabilities
+from ccwsim.metrics import main_direction, warn_of_probabilities
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_AUXILIARY_WEIGHT, MAX_SCALE, MAX_SOFT_WEIGHT, MIN_SCALE
 from ccwsim.model.grid import Grid
@@ -26,6 +26,7 @@ from ccwsim.sharing.choices import (
     ImageChoice,
     Stroke,
     Upload,
+    ZoneLayers,
 )
 from ccwsim.ui.frontend.cells import CellMap, map_content, share_map
 from ccwsim.ui.frontend.component import draw_component
@@ -46,7 +47,6 @@ MAX_HEIGHT = 480  # maximum height of the map in pixels
 ACTIVE = "#9AA9B8"  # colour of active cells, if there are no other guides
 MAX_OTHERS = 3  # maximum number of further images that are chosen here
 THUMB = 44  # width of the picture of an image in pixels
-WIDE = 200.0  # width, in cells, over which the direction of the image is averaged
 N_ARROWS = 14  # number of arrows along the longer side of the map
 AZIMUTH: dict[str, Any] = {"min_value": -360.0, "max_value": 360.0, "step": 15.0, "format": "%g"}
 AZIMUTH["help"] = "From north, clockwise, in degrees."
@@ -57,8 +57,10 @@ def guides_step(state: State) -> None:
     """Draw the secondary information of the study in a frame that is closed until it is used."""
     guides = state.guides_draft or state.choices.guides
     change = partial(_change, state)
-    with st.expander("Guides", expanded=not guides.is_empty, key="guides"):
+    with st.expander("Guides", not guides.is_empty, key="guides", on_change="rerun") as place:
         _draw_problem(state)
+        if not place.open:
+            return
         if not guides.is_empty:
             _draw_board(state, guides)
         _draw_images(state, guides)
@@ -198,8 +200,8 @@ def _copies(state: State, guides: GuideChoice, change: Callable[..., None]) -> N
 
     def turn(angle: Any) -> None:
         if isinstance(angle, DrawnLines):  # at first, bodies of the image follow the lines
-            cells = middle_layer(image_of(state.choices.image).array)
-            angle = replace(angle, azimuth=float(round(local_direction(cells, width=WIDE)[0, 0])))
+            azimuth, _ = main_direction(image_of(state.choices.image))
+            angle = replace(angle, azimuth=float(round(azimuth)))
         change(angle=angle)
 
     _choice("Turned image", given, shapes, turn, "angle")
@@ -252,6 +254,9 @@ def _keep(state: State, kept: Sequence[int], *new: ImageChoice) -> None:
     images, zones = (*(guides.images[k] for k in kept), *new), guides.zones
     if isinstance(zones, tuple):
         zones = *(zones[k] for k in kept), *(frame(grid, 0.4, 0.6) for _ in new)
+    elif isinstance(zones, ZoneLayers):
+        above = min(zones.first[-1] + 1, (grid.nz or 1) - 1)
+        zones = ZoneLayers((*(zones.first[k] for k in kept), *(above for _ in new)))
     _change(state, images=images, zones=zones if images else None)
 
 
@@ -273,13 +278,30 @@ def _images(state: State, guides: GuideChoice, change: Callable[..., None]) -> N
     n = len(given) + 1
     outlines = tuple(frame(grid, (k + 0.1) / n, (k + 0.9) / n) for k in range(1, n))
     shapes = {"all for each patch": None, "a share of patches": 0.5, "inside outlines": outlines}
+    if grid.nz is not None:
+        shapes["by layer"] = ZoneLayers(tuple(k * grid.nz // n for k in range(1, n)))
     _choice("Use of the images", guides.zones, shapes, change, "zones")
     if isinstance(guides.zones, float):
         share = bound_to(guides, "zones", change, min_value=0.0, max_value=1.0, step=0.05)
         field(st.slider, "Share of further images", key="guides_share", **share)
+    if isinstance(guides.zones, ZoneLayers):
+        _zone_layers(guides.zones, grid.nz or 1, change)
     tip = "A grid with 0 for the training image, 1 for the next image …; or polygons in GeoJSON."
     take = {"take": lambda upload: change(zones=upload), "help": tip}
     file_uploader("or a grid of zones", key="guides_zones_file", **take)
+
+
+def _zone_layers(zones: ZoneLayers, nz: int, change: Callable[..., None]) -> None:
+    """Draw the number of the first layer of each further image."""
+
+    def write(k: int, layer: float) -> None:
+        change(zones=ZoneLayers((*zones.first[:k], int(layer), *zones.first[k + 1 :])))
+
+    for k, first in enumerate(zones.first):
+        layer: dict[str, Any] = {"value": first, "min_value": 0, "max_value": max(nz - 1, first)}
+        layer["help"] = "Layer 0 is the bottom layer. The image is used up to the next zone."
+        layer |= {"key": f"guides_layer_{k}", "write": partial(write, k)}
+        field(st.number_input, f"Image {k + 1} from layer", **layer)
 
 
 def _draw_board(state: State, guides: GuideChoice) -> None:

@@ -25,22 +25,24 @@ from ccwsim.metrics import (
     leave_out,
     rank_images,
     reliability,
+    warn_of_reliability,
 )
 from ccwsim.metrics.data_fit import MIN_PLACES, winner
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.ensemble import FORCED, WRONG
-from ccwsim.model.numbers import three_digits
+from ccwsim.model.numbers import minus, three_digits
 from ccwsim.model.study import Study
+from ccwsim.report.verdicts import Verdict
 from ccwsim.ui.frontend.cells import CellMap, draw_cells, facies_map, points_of, share_map
 from ccwsim.ui.results.charts import titled_chart
 from ccwsim.ui.results.maps import draw_given, given_map, pretty, with_data
 from ccwsim.ui.session.cached import as_task
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.data_step import data_fit, minus, numbers, verdict
+from ccwsim.ui.study.data_step import data_fit, numbers, verdict
 from ccwsim.ui.study.image_step import thumbnail
 from ccwsim.ui.validate import statistics
 from ccwsim.ui.validate.slices import slice_of, wells_on
-from ccwsim.ui.validate.statistics import Validation, panel
+from ccwsim.ui.validate.statistics import Validation, ZoneFit, panel
 from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.text import numbers_table, page_text, panel_title, scrolled, step_note
 from ccwsim.ui.widgets.theme import chart_theme
@@ -62,10 +64,8 @@ def draw_uncertainty(state: State, ensemble: Ensemble, colours: Sequence[str]) -
         task = statistics.direction_error(ensemble, state.facies)
         panel(state, "directions", task, lambda off: _draw_directions(off, ensemble, state.facies))
     if secondary.zones is not None:
-        names = [_name(image) for image in (ensemble.training_image, *secondary.images)]
-        facies = ensemble.training_image.facies_names[state.facies]
-        task = statistics.zones(ensemble, state.facies)
-        panel(state, "zones", task, lambda fits: _draw_zones(fits, names, facies))
+        task = statistics.zones(ensemble)
+        panel(state, "zones", task, lambda fits: _draw_zones(fits, ensemble, state.facies))
 
 
 def _draw_directions(off: NDArray[np.float64], ensemble: Ensemble, facies: int) -> None:
@@ -80,10 +80,11 @@ def _draw_directions(off: NDArray[np.float64], ensemble: Ensemble, facies: int) 
     draw_cells(shown, "directions", link="grid", name="directions", body=False, max_height=400)
 
 
-def _draw_zones(fits: Sequence[tuple[Any, ...]], names: Sequence[str], facies: str) -> None:
+def _draw_zones(fits: Sequence[ZoneFit], ensemble: Ensemble, facies: int) -> None:
     """Draw a table that compares each zone with its own image and with the nearest other."""
-    rows = []
-    for k, size, shares, (own,), far in fits:
+    rows, names = [], names_of_zones(ensemble)
+    for k, size, each, of_image, far in fits:
+        shares, own = each[:, facies], of_image[facies]
         other = min(set(range(len(names))) - {k}, key=lambda other: far[other])
         off = f"{round(100 * (shares.mean() - own), 1) + 0:+}\u00a0±\u00a0{100 * shares.std():.1f}"
         percent = [f"{100 * share:.1f}\u00a0%" for share in (size, shares.mean(), own)]
@@ -92,10 +93,29 @@ def _draw_zones(fits: Sequence[tuple[Any, ...]], names: Sequence[str], facies: s
             sign = "✓ " if far[k] < far[other] else "⚑ "
             row += [f"{sign}{far[k]:.3f}", f"{far[other]:.3f} ({names[other]})"]
         rows.append([escape(minus(cell)) for cell in row])
-    head = "zone", "cells", escape(facies), "its image", "difference", "patterns", "nearest other"
+    name = ensemble.training_image.facies_names[facies]
+    head = "zone", "cells", escape(name), "its image", "difference", "patterns", "nearest other"
     panel_title("Zones", "each compared with its own training image")
     st.html(scrolled(numbers_table(rows, head), "Zones"))
     step_note(page_text("Zones"))
+
+
+def names_of_zones(ensemble: Ensemble) -> list[str]:
+    """Return the names of the images of an ensemble with zones; empty without zones."""
+    secondary = ensemble.secondary
+    if secondary is None or secondary.zones is None:
+        return []
+    return [_name(image) for image in (ensemble.training_image, *secondary.images)]
+
+
+def describe_zones(fits: Sequence[ZoneFit], names: Sequence[str]) -> list[Verdict]:
+    """Return findings on zones: whether the patterns of each are nearest to those of its image."""
+    nearest = {k: int(np.argmin(far)) for k, *_, far in fits if isfinite(far[k])}
+    off = [(k, names[other]) for k, other in nearest.items() if other != k]
+    said = [f"zone {k}: patterns are nearer to {name}" for k, name in off]
+    if nearest and not off:
+        said = [f"patterns of all {len(nearest)} zones are nearest to their own images"]
+    return [Verdict(words, good=not off) for words in said]
 
 
 def _draw_reliability(state: State, ensemble: Ensemble, given: CellMap) -> None:
@@ -110,6 +130,8 @@ def _draw_reliability(state: State, ensemble: Ensemble, given: CellMap) -> None:
         chart = calibration_chart(*values, chart_theme(), given=True)
         alt = f"Share of {name} in the realizations, for each given probability"
         titled_chart("Reliability", f"share of {name} given and simulated", chart, "given", alt)
+        if note := warn_of_reliability(table, name):
+            step_note(f"{note[:1].upper()}{note[1:]}. A smaller template follows the map better.")
 
 
 def draw_e_type_maps(
@@ -311,7 +333,7 @@ Value = TypeVar("Value")
 @as_task
 def ranks(progress: Fraction, data: HardData, image: TrainingImage) -> tuple[ImageRank, ...]:
     """Rank the bundled images and the image of the study by the hard data."""
-    bundled = [datasets.load(name) for name in datasets.all_image_names()]
+    bundled = [datasets.load(name) for name in datasets.IMAGES]
     others = [one for one in bundled if one.n_dimensions == image.n_dimensions]
     return rank_images(
         [image, *(one for one in others if one.digest != image.digest)], data, progress
@@ -335,7 +357,10 @@ def draw_data_and_image(state: State, ensemble: Ensemble, colours: Sequence[str]
     left, middle, right = st.columns([1.2, 1.2, 1.0], gap="large")
     with left:
         panel_title("Fit", "of the data to this image")
-        panel(state, "data_fit", data_fit(image, data, ensemble.grid), _draw_fit)
+        if ensemble.is_of_other_images:
+            step_note(page_text("Other images"))
+        else:
+            panel(state, "data_fit", data_fit(image, data, ensemble.grid), _draw_fit)
     with middle:
         panel_title("Best image", "among the bundled images and yours")
         tip = "Nothing is simulated: each datum is predicted from its neighbours by each image."

@@ -27,10 +27,12 @@ from ccwsim.ui.study.data_step import data_fit, flagged, is_judged
 from ccwsim.ui.study.run import draw_news, run_button, start_run_if_needed
 from ccwsim.ui.validate import statistics
 from ccwsim.ui.validate.conditioning import (
+    describe_zones,
     draw_data,
     draw_data_and_image,
     draw_reference,
     draw_uncertainty,
+    names_of_zones,
 )
 from ccwsim.ui.validate.large_ensemble import draw_large_ensemble
 from ccwsim.ui.validate.reproduction import (
@@ -47,7 +49,7 @@ from ccwsim.ui.validate.reproduction import (
 )
 from ccwsim.ui.validate.slices import ShownSlice, draw_slice_fields, slice_of, wells_on
 from ccwsim.ui.widgets.fields import bound_to, field, options_of
-from ccwsim.ui.widgets.text import panel_title, verdict_html
+from ccwsim.ui.widgets.text import page_text, panel_title, verdict_html
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 MAP_HEIGHT = 392
@@ -228,32 +230,38 @@ def findings(state: State, ensemble: Ensemble) -> list[Verdict]:
     """Return the findings that follow from the statistics computed so far."""
     page_state = state.page(statistics.Validation)
     found = [of_data(ensemble)]
-    tasks: dict[str, Task[Any]] = {
-        "shares": statistics.proportions(ensemble),
-        "variety": statistics.variety(ensemble),
-        "checks": statistics.checks(ensemble),
-    }
-    if is_judged(ensemble.hard_data, ensemble.grid):
+    tasks: dict[str, Task[Any]] = {"variety": statistics.variety(ensemble)}
+    if zoned := names_of_zones(ensemble):  # each zone is judged by its own image
+        tasks["zones"] = statistics.zones(ensemble)
+    else:
+        tasks["shares"] = statistics.proportions(ensemble)
+    if not ensemble.is_of_other_images:
+        tasks["checks"] = statistics.checks(ensemble)
+    if is_judged(ensemble.hard_data, ensemble.grid, ensemble.secondary):
         image, data = ensemble.training_image, ensemble.hard_data
         tasks["data_fit"] = data_fit(image, data, ensemble.grid)
     for word, task in tasks.items():
         page_state.worker.ask(task)
         if page_state.worker.cache.get(task.key) is None:
             page_state.waiting[word] = task  # the finding is added when the page is drawn again
-    page_state.worker.wait_for(tasks["shares"], MOMENT_SECONDS)
-    known = {name: statistics.known(state, task) for name, task in tasks.items()}
+    page_state.worker.wait_for(tasks["zones" if zoned else "shares"], MOMENT_SECONDS)
+    known: dict[str, Any] = {k: statistics.known(state, task) for k, task in tasks.items()}
     agreement = known.get("data_fit")
     choices = state.ensemble_choices
     if choices is not None and (said := facies_by_code(choices)):
         found.append(Verdict(f"data: {said}", good=False))
     if agreement and flagged(agreement):
         found.insert(0, Verdict(agreement.words, good=False))
-    if known["checks"] is not None:
+    if known.get("zones") is not None:
+        found += describe_zones(known["zones"], zoned)
+    if ensemble.is_of_other_images:
+        found.append(Verdict(page_text("Other images"), good=None))
+    if known.get("checks") is not None:
         found += verdicts.describe_checks(known["checks"], ensemble.training_image.facies_names)
-    if known["shares"]:
+    if known.get("shares"):
         found += of_proportions(ensemble, known["shares"].fit)
     small = statistics.known(state, statistics.volume_patterns(ensemble))
-    if ensemble.grid.nz is not None and small:
+    if ensemble.grid.nz is not None and small and not zoned:
         found.append(Verdict(describe_unseen_of(small), good=None))
     if known["variety"] is not None and ensemble.n > 1:
         found.append(of_variety(ensemble, known["variety"]))
@@ -277,7 +285,9 @@ def of_data(ensemble: Ensemble) -> Verdict:
 def of_proportions(ensemble: Ensemble, fit: Fit | None) -> list[Verdict]:
     """Return findings on the proportions; deviations are marked as bad and include advice."""
     n = ensemble.training_image.n_facies
-    off = fit.outside if fit is not None else np.zeros(n, bool)
+    off = fit.outside.copy() if fit is not None else np.zeros(n, bool)
+    if (lost := verdicts.lost_at_edges(ensemble)) is not None:
+        off[lost] = True
     said = [k for k in range(1 if n == 2 else 0, n) if n <= MAX_LISTED or off[k]]
     good = [None if fit is None else not missed for missed in off]
     found = [Verdict(verdicts.describe_proportion(ensemble, k), good=good[k]) for k in said]

@@ -195,7 +195,7 @@ def draw_geobodies(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
 
     def draw_shares(found: statistics.Compared[NDArray[np.float64]]) -> None:
         chart = figures.proportions_chart(
-            names, image.proportions, found.value, colours, chart_theme()
+            names, ensemble.image_proportions, found.value, colours, chart_theme()
         )
         note = verdicts.describe_proportion(ensemble, k)
         alt = "Facies proportions of each realization and of the training image"

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 import streamlit as st
@@ -15,8 +15,9 @@ from ccwsim.jobs.job import PATIENCE
 from ccwsim.jobs.statistics import Failure, Fraction, StatisticsWorker, Task
 from ccwsim.metrics.bands import Statistic
 from ccwsim.metrics.lags import Direction, distinct_lags, max_lag
+from ccwsim.metrics.patterns import layers_of
 from ccwsim.metrics.reference_band import PATTERN_SIZES
-from ccwsim.metrics.stack import Stack
+from ccwsim.metrics.stack import Stack, as_image
 from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.missing import UNKNOWN
 from ccwsim.report.pictures import bundle_of, bundle_of_curves, layers_bundle
@@ -180,25 +181,43 @@ def direction_error(progress: Fraction, ensemble: Ensemble, facies: int) -> NDAr
     return metrics.direction_error(ensemble, code_of(ensemble, facies))
 
 
+class ZoneFit(NamedTuple):
+    """A zone compared with its own image and, by patterns, with all images."""
+
+    number: int
+    size: float  # share of the active cells
+    shares: NDArray[np.float64]  # share of each facies by realization, shape (n, n_facies)
+    of_image: NDArray[np.float64]  # share of each facies in the zone's image, shape (n_facies,)
+    far: list[float]  # mean distance of patterns by image; NaN if the zone is too small
+
+
 @as_task
-def zones(progress: Fraction, ensemble: Ensemble, facies: int) -> list[tuple[Any, ...]]:
-    """Compare zones with images, by a facies and by patterns that do not cross a border."""
+def zones(progress: Fraction, ensemble: Ensemble) -> list[ZoneFit]:
+    """Compare zones with images, by facies and by patterns that do not cross a border."""
     secondary, codes, found = ensemble.secondary, ensemble.training_image.codes, []
     assert secondary is not None
     images = ensemble.training_image, *secondary.images
+    layers = layers_of(*(as_image(i, codes) for i in images), Stack(ensemble.indices[:1], codes))
+    of_images = [_patterns(image, codes, layers)[0] for image in images]
     active = True if ensemble.active is None else ensemble.active
     for k, own in enumerate(images):
         if not (inside := active & (secondary.zones == k)).any():
             continue
         cells = np.where(inside, ensemble.indices, np.uint8(UNKNOWN))
-        some, far = Stack(cells[:MAX_OF_ZONES], codes), [np.nan] * len(images)
-        if len(metrics.pattern_histogram(Stack(cells[:1], codes)).codes):
-            far = [metrics.pattern_distance(some, i, codes, factors=[1]).mean() for i in images]
-        shares = (metrics.proportions(of, codes)[:, facies] for of in (Stack(cells, codes), own))
-        # number and share of the zone, shares of the facies in zone and image, pattern distances
-        found.append((k, inside.sum() / np.sum(active | inside), *shares, far))
+        far = np.full((1, len(images)), np.nan)
+        if len(_patterns(Stack(cells[:1], codes), codes, layers)[0].codes):
+            each = _patterns(Stack(cells[:MAX_OF_ZONES], codes), codes, layers)
+            far = np.array([[metrics.js_divergence(one, of) for of in of_images] for one in each])
+        shares, (of_image,) = (metrics.proportions(k, codes) for k in (Stack(cells, codes), own))
+        size = inside.sum() / np.sum(active | inside)
+        found.append(ZoneFit(k, size, shares, of_image, far.mean(axis=0).tolist()))
         progress((k + 1) / len(images))
     return found
+
+
+def _patterns(images: Any, codes: Any, layers: int) -> list[metrics.PatternHistogram]:
+    """Return the patterns of each image at full resolution."""
+    return [row[0] for row in metrics.pyramid_histograms(images, codes, factors=[1], layers=layers)]
 
 
 @as_task

@@ -22,6 +22,7 @@ from ccwsim.sharing.choices import (
     Shown,
     Stroke,
     Upload,
+    ZoneLayers,
 )
 from ccwsim.sharing.link import left_out, link_of, own_choices, read_link
 from ccwsim.sharing.project import project_as_bytes
@@ -30,6 +31,7 @@ from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.share.menu import open_project, project_of
 from ccwsim.ui.study.guides_step import problem_of_guides, take_drawing, use_guides
 from ccwsim.ui.study.run import collect, start_run
+from ccwsim.ui.validate.conditioning import describe_zones
 from ccwsim.ui.validate.statistics import Validation, zones
 from tests.ui.widgets import html, named, opened
 from tests.waiting import wait_until
@@ -156,6 +158,7 @@ def test_a_link_names_files_of_guides_and_a_reload_keeps_them():
         ZONED,
         GuideChoice(images=(ImageChoice("stone_wall"), ImageChoice("delta")), zones=0.25),
         GuideChoice(images=(ImageChoice("channels"),), angle=DrawnLines((), 90.0)),
+        GuideChoice(images=(ImageChoice("stone_wall"), WALL), zones=ZoneLayers((3, 11))),
     ],
 )
 def test_a_link_contains_shapes_that_guide(guides):
@@ -173,7 +176,8 @@ def test_a_link_contains_shapes_that_guide(guides):
         "circle_1", "stroke_2_1_1_1_1_0_0", "stroke_1_0_1_1_1_0_0",
         "stroke_1_1_1_1_1", "stroke_1_1_1_1_1_0", "along_0_90_1~", "polygon" + "_1" * 5000,
         "image", "image_lava", "zone_1_2", "line", "line_0_1", "line_0_1_2", "line_400_1_2_3_4",
-        "share_2", "share_0_1", "image_channels_1", "zone_nan_1_2_3_4_5",
+        "share_2", "share_0_1", "layers", "layers_-1", "layers_1.5", "layers_99999",
+        "image_channels_1", "zone_nan_1_2_3_4_5",
     ],
 )  # fmt: skip
 def test_other_words_guide_nothing_and_are_named(text):
@@ -331,6 +335,35 @@ def test_images_and_zones_are_chosen_on_the_page():
     assert not app.exception
 
 
+@pytest.mark.slow
+def test_zones_of_a_volume_are_chosen_by_layer():
+    volume = replace(
+        STUDY, image=ImageChoice("sinuous_channels"), data=DataChoice(), grid=Grid(24, 20, nz=12),
+        parameters=Parameters((4, 8, 8), (1, 2, 2), (0, 1, 1)),
+    )  # fmt: skip
+    app = opened("simulate", State(choices=volume)).run()
+    for _ in range(2):
+        named(app.selectbox, "guides_other").set_value("sinuous_channels").run()
+    assert not app.error
+    named(app.selectbox, "guides_zones").set_value("by layer").run()
+    assert app.session_state[KEY].choices.guides.zones == ZoneLayers((4, 8))
+    named(app.number_input, "guides_layer_1").set_value(6).run()
+    assert not app.exception
+    assert not app.error
+    choices = app.session_state[KEY].choices
+    zones = secondary_of(choices).zones
+    assert zones.shape == choices.grid.shape
+    assert zones[:, 0, 0].tolist() == [0] * 4 + [1] * 2 + [2] * 6
+    assert (zones == zones[:, :1, :1]).all()
+    named(app.button, "guides_drop_1").click().run()
+    assert app.session_state[KEY].choices.guides.zones == ZoneLayers((6,))
+
+
+def test_zones_by_layer_are_refused_for_a_map():
+    layers = GuideChoice(images=(WALL,), zones=ZoneLayers((3,)))
+    assert "need a volume" in problem_of_guides(replace(STUDY, guides=layers))
+
+
 def test_an_image_of_the_user_is_added_and_named_in_the_link():
     cells = np.indices((60, 60)).sum(0) // 6 % 2
     file = grid_file("diagonals.gslib", Grid(60, 60), facies=cells)
@@ -437,6 +470,19 @@ def test_a_link_names_an_uploaded_image():
     assert secondary_of(changed).digest != secondary_of(choices).digest
 
 
+def test_turned_realizations_are_not_judged_by_the_image_as_it_was_read():
+    grid, data = Grid(512, 512), DataChoice("bundled", "channels_60_wells")
+    choices = replace(STUDY, grid=grid, data=data, guides=GuideChoice(angle=90.0))
+    state = run(State(choices=choices))
+    state.page(Validation).seen = {"bodies", "fit"}
+    app = opened("validate", state).run()
+    wait_until(lambda: "realizations differ in" in html(app.run()), "the variety", every=0.1)
+    assert not app.exception
+    assert html(app).count("the first image as it was read") == 2  # one is about the data
+    assert "checks" not in html(app)
+    assert "Your data" not in html(app)
+
+
 def test_validate_compares_each_zone_with_its_own_image():
     state = run(State(choices=replace(STUDY, guides=ZONED)))
     state.page(Validation).seen = {"uncertainty"}
@@ -446,19 +492,26 @@ def test_validate_compares_each_zone_with_its_own_image():
     table = html(app).split("nearest other")[1].split("</table>")[0]
     assert "0 channels" in table
     assert "1 stone wall" in table
-    found = zones(state.ensemble, 1).work(lambda share: None)
-    assert [k for k, *_ in found] == [0, 1]
-    for k, size, shares, (own,), far in found:
+    assert "zone 0: patterns are nearer to stone wall" in html(app)
+    assert "the first image as it was read" in html(app)
+    assert "checks fit" not in html(app)
+    found = zones(state.ensemble).work(lambda share: None)
+    assert [fit.number for fit in found] == [0, 1]
+    for k, size, shares, of_image, far in found:
         inside = secondary_of(state.choices).zones == k
         assert size == pytest.approx(inside.mean())
         cells = state.ensemble.indices[:, inside]
-        np.testing.assert_allclose(shares, (cells == 1).mean(axis=1))
+        np.testing.assert_allclose(shares[:, 1], (cells == 1).mean(axis=1))
         image = (
             study_of(state.choices).secondary.images[0]
             if k
             else study_of(state.choices).training_image
         )
-        assert own == pytest.approx(image.proportions[1])
+        np.testing.assert_allclose(of_image, image.proportions)
         assert len(far) == 2
+    near = [found[0]._replace(far=found[1].far[::-1]), found[1]]
+    (verdict,) = describe_zones(near, ["channels", "stone wall"])
+    assert verdict.good
+    assert verdict.words == "patterns of all 2 zones are nearest to their own images"
     plain = found[0][-1], found[1][-1]
     assert plain[1][1] < plain[1][0]  # the wall is nearest to the wall
