@@ -85,7 +85,7 @@ def image_of(name: str) -> TrainingImage:
 def wells_of(image: TrainingImage, grid: tuple[int, int, int]) -> HardData:
     """Return ten vertical wells: the bundled ones, or wells sampled from a corner of the image."""
     if image.name in datasets.volume_names():
-        return datasets.load_wells(image.name)
+        return datasets.load_hard_data(f"{image.name}_10_wells")
     return wells_through(np.asarray(image.array), grid, seed=6)
 
 

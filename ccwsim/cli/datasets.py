@@ -21,7 +21,7 @@ def command(name: str | None, output: str | None) -> None:
 
     images = {name: datasets.describe(name) for name in datasets.names()}
     volumes = {name: datasets.describe(name) for name in datasets.volume_names()}
-    data = {name: datasets.describe_hard_data(name) for name in datasets.all_hard_data_names()}
+    data = {name: datasets.describe_hard_data(name) for name in datasets.HARD_DATA}
     described = images | volumes | data
     if name is None:
         if output is not None:
@@ -44,7 +44,7 @@ def _write(name: str, output: str) -> None:
     from ccwsim import datasets
     from ccwsim.io import write_hard_data, write_training_image
 
-    if name in datasets.all_image_names():
+    if name in datasets.IMAGES:
         write_training_image(output, datasets.load(name))
     else:
         write_hard_data(output, datasets.load_hard_data(name))

@@ -5,8 +5,9 @@ therefore reproducible and free to use. All functions that take a name raise `CC
 name is unknown or a file is missing.
 """
 
-from ccwsim.datasets.catalogue import all_hard_data_names as all_hard_data_names
-from ccwsim.datasets.catalogue import all_image_names as all_image_names
+from ccwsim.datasets.catalogue import HARD_DATA as HARD_DATA
+from ccwsim.datasets.catalogue import IMAGES as IMAGES
+from ccwsim.datasets.catalogue import WELLS as WELLS
 from ccwsim.datasets.catalogue import describe as describe
 from ccwsim.datasets.catalogue import describe_hard_data as describe_hard_data
 from ccwsim.datasets.catalogue import hard_data_grid_shape as hard_data_grid_shape
@@ -15,7 +16,5 @@ from ccwsim.datasets.catalogue import hard_data_training_image as hard_data_trai
 from ccwsim.datasets.catalogue import load as load
 from ccwsim.datasets.catalogue import load_hard_data as load_hard_data
 from ccwsim.datasets.catalogue import load_reference_field as load_reference_field
-from ccwsim.datasets.catalogue import load_wells as load_wells
 from ccwsim.datasets.catalogue import names as names
 from ccwsim.datasets.catalogue import volume_names as volume_names
-from ccwsim.datasets.catalogue import wells_names as wells_names

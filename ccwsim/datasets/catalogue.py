@@ -56,12 +56,14 @@ DATASETS = _rows(Dataset, "images")
 VOLUMES = _rows(Dataset, "volumes")
 """Bundled volumes; ten vertical wells for each volume were sampled from a similar volume."""
 IMAGES = DATASETS | VOLUMES
+"""Descriptions of the bundled training images, maps and volumes, by name."""
 WELLS_SHAPE = (48, 100, 100)  # shape of the simulation grid for the bundled wells
 
 SURVEYS = _rows(Survey, "surveys")
 WELLS = {f"{name}_10_wells": Survey(name, WELLS_SHAPE, "10 vertical wells") for name in VOLUMES}
 """Descriptions of the bundled wells, by name of the hard data."""
 HARD_DATA = SURVEYS | WELLS
+"""Descriptions of all bundled hard data, by name."""
 
 FIELD_SIDES = {"channels": (256, 512), "stone_wall": (512,), "barchans": (512, 1000)}
 """Sides in cells of each image's square reference fields, generated with another seed."""
@@ -91,7 +93,7 @@ def volume_names() -> tuple[str, ...]:
 
 @cache
 def load(name: str) -> TrainingImage:
-    """Read a bundled training image, one of `all_image_names()`.
+    """Read a bundled training image, one of `IMAGES`.
 
     Examples
     --------
@@ -106,19 +108,6 @@ def load(name: str) -> TrainingImage:
     else:
         array = read_image(path)
     return TrainingImage(array, name=name, facies_names=facies_names)
-
-
-def load_wells(name: str) -> HardData:
-    """Read the ten vertical wells of a bundled volume, on a grid of 100 × 100 × 48 cells.
-
-    Examples
-    --------
-    >>> load_wells("sinuous_channels")
-    HardData(n=480)
-    """
-    if name not in VOLUMES:
-        raise CCWSIMError(f"volume {shown(name)} is unknown; there are {', '.join(VOLUMES)}")
-    return load_hard_data(f"{name}_10_wells")
 
 
 def describe(name: str) -> str:
@@ -144,39 +133,6 @@ def hard_data_names() -> tuple[str, ...]:
     True
     """
     return tuple(SURVEYS)
-
-
-def all_image_names() -> tuple[str, ...]:
-    """Return the names of all training images (maps and volumes) that `load` accepts.
-
-    Examples
-    --------
-    >>> all_image_names() == (*names(), *volume_names())
-    True
-    """
-    return tuple(IMAGES)
-
-
-def all_hard_data_names() -> tuple[str, ...]:
-    """Return the names of all hard data (for maps and volumes) that `load_hard_data` accepts.
-
-    Examples
-    --------
-    >>> all_hard_data_names() == (*hard_data_names(), *wells_names())
-    True
-    """
-    return tuple(HARD_DATA)
-
-
-def wells_names() -> tuple[str, ...]:
-    """Return the names of the bundled volumes' wells, which `load_hard_data` accepts.
-
-    Examples
-    --------
-    >>> wells_names()[0]
-    'sinuous_channels_10_wells'
-    """
-    return tuple(WELLS)
 
 
 @cache

@@ -26,14 +26,14 @@ def test_the_generator_makes_the_bundled_volume_and_its_wells(name):
     made, bundled = tools.generate_volume(name), datasets.load(name)
     assert made.facies_names == bundled.facies_names
     assert np.mean(made.array == bundled.array) >= 0.999
-    wells = datasets.load_wells(name)
+    wells = datasets.load_hard_data(f"{name}_10_wells")
     assert np.mean(tools.generate_wells(name).facies == wells.facies) >= 0.99
     assert image_path(name).stat().st_size < 1_000_000
 
 
 @pytest.mark.parametrize("name", datasets.volume_names())
 def test_shares_wells_and_what_is_said_of_them(name):
-    volume, wells = datasets.load(name), datasets.load_wells(name)
+    volume, wells = datasets.load(name), datasets.load_hard_data(f"{name}_10_wells")
     for share, (low, high) in zip(volume.proportions, SHARES[name], strict=True):
         assert low <= share <= high
     assert "160 × 160 × 48 cells" in datasets.describe(name)
@@ -69,7 +69,7 @@ def test_beds_are_thin_and_go_far():
 
 
 def test_an_unknown_volume_is_refused_in_words():
-    with pytest.raises(CCWSIMError, match="sinuous_channels, stacked_lenses"):
-        datasets.load_wells("channels")
+    with pytest.raises(CCWSIMError, match="sinuous_channels_10_wells, stacked_lenses_10_wells"):
+        datasets.load_hard_data("channels_10_wells")
     with pytest.raises(CCWSIMError, match="folded_layers"):
         datasets.load("nowhere")

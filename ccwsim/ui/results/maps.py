@@ -66,7 +66,7 @@ def colours_of(state: State) -> list[str]:
 
 def pretty(name: str) -> str:
     """Return the name of a bundled data set in words; return the name of a file unchanged."""
-    bundled = {*datasets.all_image_names(), *datasets.all_hard_data_names()}
+    bundled = {*datasets.IMAGES, *datasets.HARD_DATA}
     return name.replace("_", " ") if name in bundled else name or "unnamed"
 
 

@@ -252,7 +252,10 @@ def test_nothing_is_steered_by_data_that_contradict_the_image():
 @pytest.mark.slow
 def test_volumes_with_wells_have_the_proportions_of_the_image():
     """Test that sand between wells is biased by over 4 points only with the published method."""
-    image, wells = datasets.load("sinuous_channels"), datasets.load_wells("sinuous_channels")
+    image, wells = (
+        datasets.load("sinuous_channels"),
+        datasets.load_hard_data("sinuous_channels_10_wells"),
+    )
     lengths = {"template_size": (16, 32, 32), "overlap_size": (4, 8, 8), "wavelet_level": (1, 2, 2)}
     off = {}
     for published in (False, True):

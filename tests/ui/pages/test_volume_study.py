@@ -39,7 +39,7 @@ from ccwsim.ui.study.image_step import import_image, thumbnail, use_image
 from ccwsim.ui.study.run import collect, demand_of_run, estimated_seconds, problem_of, start_run
 from tests.some import some
 from tests.ui.widgets import PAGES as FOLDER
-from tests.ui.widgets import html, named, opened, texts
+from tests.ui.widgets import html, named, open_menus, opened, texts
 
 SIZES = Parameters((8, 16, 16), (2, 4, 4), (1, 1, 1))
 VOLUME = Choices(
@@ -234,7 +234,9 @@ def test_a_link_opens_the_same_study() -> None:
 
 
 def test_data_of_a_volume_are_carried_by_a_link() -> None:
-    data = replace(DataChoice("placed"), placed=datasets.load_wells("sinuous_channels"))
+    data = replace(
+        DataChoice("placed"), placed=datasets.load_hard_data("sinuous_channels_10_wells")
+    )
     few = replace(data, placed=type(data.placed)(data.placed.cells[:40], data.placed.facies[:40]))
     choices = replace(VOLUME, data=few)
     again, _, notes = read_link(link_of(choices))
@@ -345,7 +347,7 @@ def test_every_page_takes_a_volume_calmly(path: str, ran: State) -> None:
     state = State(
         choices=VOLUME, ensemble=ran.ensemble, ensemble_choices=VOLUME, last_attempt=VOLUME
     )
-    app = AppTest.from_file(str(FOLDER.parent / path), default_timeout=180)
+    app = open_menus(AppTest.from_file(str(FOLDER.parent / path), default_timeout=180))
     app.session_state[KEY] = state
     app.run()
     assert not app.exception
