@@ -77,7 +77,6 @@ def curves_chart(
     same `y_range`. `judged` has the lags and the means of crops and of pieces, which a verdict
     compares; both means are dotted.
     """
-    chart = blank_chart(theme, height=height, x_title=x_title, y_title=y_title)
     if isinstance(bundles, Bundle):
         first = bundles
         traces = [_band(first, "5–95 %", theme.band), _threads(first, theme)]
@@ -95,15 +94,19 @@ def curves_chart(
     image = line(
         "training image", first.lags, first.reference, theme.reference, 2, hovertemplate="%{y:.3g}"
     )
-    chart.add_traces([*traces, image])
+    traces.append(image)
     if judged is not None:
         at, *means = judged
         marked = ("crops of the TI", theme.reference), ("pieces", theme.ink)
         for (name, colour), values in zip(marked, means, strict=True):
             dotted: dict[str, Any] = {"dash": "dot", "hovertemplate": "%{y:.3g}"}
-            chart.add_trace(line(name, at, values, colour, 1.5, **dotted))
-    chart.update_xaxes(range=[0, max(float(first.lags[-1]), 1.0)])
-    return chart.update_yaxes(range=y_range)
+            traces.append(line(name, at, values, colour, 1.5, **dotted))
+    axes = {
+        "x": {"range": [0, max(float(first.lags[-1]), 1.0)]},
+        "y": {"range": y_range and list(y_range)},
+    }
+    titles = {"x_title": x_title, "y_title": y_title}
+    return blank_chart(theme, height=height, traces=traces, **titles, **axes)
 
 
 def lines_chart(

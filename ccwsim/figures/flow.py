@@ -1,6 +1,7 @@
 """Charts of flow through realizations: effective conductivity and breakthrough."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
@@ -26,7 +27,7 @@ def conductivity_chart(
     >>> [t.name for t in conductivity_chart(np.ones(3), marks, LIGHT, **options).data]
     ['realizations', 'image']
     """
-    titles = {"x_title": f"effective K ({unit})", "y_title": "realizations"}
+    titles: dict[str, Any] = {"x_title": f"effective K ({unit})", "y_title": "realizations"}
     chart = blank_chart(theme, height=height, **titles)
     low, high = np.log10(each.min()) - 0.02, np.log10(each.max()) + 0.02
     counts, edges = np.histogram(np.log10(each), N_BINS, (low, high))
@@ -68,7 +69,7 @@ def breakthrough_chart(
     >>> [trace.name for trace in chart.data]
     ['realizations', 'realization 2']
     """
-    titles = {"x_title": "travel time (days)", "y_title": "arrived (%)"}
+    titles: dict[str, Any] = {"x_title": "travel time (days)", "y_title": "arrived (%)"}
     chart = blank_chart(theme, height=height, **titles)
     shares = 100 * (np.arange(days.shape[1]) + 0.5) / days.shape[1]
     known = np.where(np.isfinite(days), days, np.nan)

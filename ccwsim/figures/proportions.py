@@ -1,11 +1,12 @@
 """Charts of the facies proportions of realizations and of the training image."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
 
-from ccwsim.figures.style import SYMBOLS, Theme, as_written, blank_chart, dots, line, name_rows
+from ccwsim.figures.style import SYMBOLS, Theme, as_written, blank_chart, dots, line, rows_axis
 from ccwsim.model.arrays import Floats
 
 LINE = 18  # height in pixels of a line of dots
@@ -24,21 +25,20 @@ def proportions_chart(
     Shares of cells are from 0 to 1. `reference`, shape (n_facies,), has the training image's
     shares; `each`, shape (n, n_facies), has the shares of each realization.
     """
-    height = proportions_height(len(names))
-    chart = blank_chart(theme, height=height, x_title="share of cells (%)", y_title="")
-    for k, name in enumerate(names):
-        trace = dots(name, 100 * each[:, k], [k] * len(each), colours[k], 11, cliponaxis=False)
-        trace.update(marker={"opacity": 0.75, "line": {"width": 0.8, "color": theme.quiet}})
-        chart.add_trace(trace.update(hovertemplate=f"{trace.name}: %{{x:.1f}} %<extra></extra>"))
-    stroke = {"width": 2.5, "color": theme.reference}
+    traces, fixed = [], {"cliponaxis": False}
+    edge = {"opacity": 0.75, "line": {"width": 0.8, "color": theme.quiet}}
+    for k, name in enumerate(as_written(names)):
+        hover = {"hovertemplate": f"{name}: %{{x:.1f}} %<extra></extra>", "marker": edge, **fixed}
+        traces.append(dots(names[k], 100 * each[:, k], [k] * len(each), colours[k], 11, **hover))
+    stroke = {"symbol": "line-ns", "line": {"width": 2.5, "color": theme.reference}}
+    hover = {"hovertemplate": "training image: %{x:.1f} %<extra></extra>", "marker": stroke}
     rows = np.arange(len(names))
-    image = dots("training image", 100 * reference, rows, None, 20, cliponaxis=False)
-    image.update(marker={"symbol": "line-ns", "line": stroke})
-    chart.add_trace(image.update(hovertemplate="training image: %{x:.1f} %<extra></extra>"))
-    name_rows(chart, theme, as_written(names), (len(names) - 0.4, -0.6))
+    traces.append(dots("training image", 100 * reference, rows, None, 20, **hover, **fixed))
     largest = 100 * min(1.0, 1.15 * float(max(reference.max(), each.max())))
-    chart.update_xaxes(range=[-0.08 * largest, largest])
-    return chart.update_layout(hovermode="closest")
+    x, y = {"range": [-0.08 * largest, largest]}, (len(names) - 0.4, -0.6)
+    look: dict[str, Any] = {"x": x, "y": rows_axis(theme, as_written(names), y)}
+    look |= {"height": proportions_height(len(names)), "x_title": "share of cells (%)"}
+    return blank_chart(theme, y_title="", traces=traces, hovermode="closest", **look)
 
 
 def compared_proportions_chart(
@@ -66,7 +66,7 @@ def compared_proportions_chart(
         f"{f}<br>{100 * share:.1f} %" for f, share in zip(as_written(names), reference, strict=True)
     ]
     middle = starts + (len(settings) - 1) / 2
-    name_rows(chart, theme, labels, (n * block - 1, -1), middle)
+    chart.update_yaxes(**rows_axis(theme, labels, (n * block - 1, -1), middle))
     off = [float(np.abs(shares - reference).max()) for shares in settings.values()]
     reach = 115 * max(*off, 0.002)
     chart.update_xaxes(range=[-reach, reach], nticks=5)

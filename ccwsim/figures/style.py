@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cache
 from html import escape
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import plotly.colors
@@ -116,8 +117,21 @@ def as_written(texts: Iterable[str]) -> list[str]:
     return [written(text) for text in texts]
 
 
-def blank_chart(theme: Theme, *, height: int, x_title: str, y_title: str) -> go.Figure:
-    """Return an empty chart with a transparent background; titles are shown as written."""
+def blank_chart(
+    theme: Theme,
+    *,
+    height: int,
+    x_title: str,
+    y_title: str,
+    traces: Sequence[Any] = (),
+    x: Mapping[str, Any] = MappingProxyType({}),
+    y: Mapping[str, Any] = MappingProxyType({}),
+    **more: Any,
+) -> go.Figure:
+    """Return a chart with a transparent background; titles are shown as written.
+
+    `traces`, options `x` and `y` of the axes and `more` of the layout are not validated.
+    """
     quiet = {"size": 12, "color": theme.quiet}
     axis = {**_LOOK["axis"], "linecolor": theme.quiet, "tickcolor": theme.quiet, "tickfont": quiet}
     titles = ({"text": written(t), "font": quiet, "standoff": 6} for t in (x_title, y_title))
@@ -129,11 +143,12 @@ def blank_chart(theme: Theme, *, height: int, x_title: str, y_title: str) -> go.
         "font": {"family": FONT, "size": 13, "color": theme.ink},
         "modebar": {"bgcolor": CLEAR, "color": theme.quiet, "activecolor": theme.ink},
         "hoverlabel": {"font": {"size": 13}, "bgcolor": theme.paper, "bordercolor": theme.hairline},
-        "xaxis": x_axis,
-        "yaxis": {**y_axis, "nticks": 5},
+        "xaxis": {**x_axis, **x},
+        "yaxis": {**y_axis, "nticks": 5, **y},
+        **more,
     }
     # skip plotly's validation, which would take ten times as long as the chart itself
-    return go.Figure(layout=layout, _validate=False)
+    return go.Figure(list(traces), layout, _validate=False)
 
 
 def line(name: str, x: ArrayLike, y: ArrayLike, colour: str, width: float, **more: Any) -> Any:
@@ -141,29 +156,39 @@ def line(name: str, x: ArrayLike, y: ArrayLike, colour: str, width: float, **mor
     more = {"mode": "lines", "hoverinfo": "skip", **more}
     if "hovertemplate" in more:
         del more["hoverinfo"]
-    style = {"color": colour, "width": width, "dash": more.pop("dash", None)}
-    return go.Scatter(name=written(name), x=x, y=y, line=style, **more)
+    style = {"color": colour, "width": width}
+    if dash := more.pop("dash", None):
+        style["dash"] = dash
+    return _scatter(name=written(name), x=x, y=y, line=style, **more)
 
 
 def dots(name: str, x: ArrayLike, y: ArrayLike, colour: Any, size: Any, **more: Any) -> Any:
     """Return a plotly trace of points with an escaped name; `more` is passed to plotly."""
-    return go.Scatter(
-        name=written(name), x=x, y=y, mode="markers", marker_color=colour, marker_size=size, **more
-    )
+    marker = {"size": size, **more.pop("marker", {})}
+    if colour is not None:
+        marker["color"] = colour
+    return _scatter(name=written(name), x=x, y=y, mode="markers", marker=marker, **more)
 
 
-def name_rows(
-    chart: go.Figure, theme: Theme, names: Sequence[str], ends: tuple[float, float], at: Any = None
-) -> None:
-    """Write the names of the rows of a chart on its y axis, without an axis line."""
-    chart.update_yaxes(
-        tickvals=list(range(len(names))) if at is None else at,
-        ticktext=list(names),
-        range=ends,
-        showline=False,
-        ticks="",
-        tickfont={"size": 13, "color": theme.ink},
-    )
+def _scatter(**options: Any) -> Any:
+    """Return a trace; only later changes of the trace are validated."""
+    trace = go.Scatter(_validate=False, **options)
+    trace._validate = True
+    return trace
+
+
+def rows_axis(
+    theme: Theme, names: Sequence[str], ends: tuple[float, float], at: Any = None
+) -> dict[str, Any]:
+    """Return the options of a y axis with the names of rows, without an axis line."""
+    return {
+        "tickvals": list(range(len(names))) if at is None else at,
+        "ticktext": list(names),
+        "range": list(ends),
+        "showline": False,
+        "ticks": "",
+        "tickfont": {"size": 13, "color": theme.ink},
+    }
 
 
 def figure_json(figure: go.Figure) -> str:

@@ -16,7 +16,7 @@ from ccwsim.figures.style import (
     blank_chart,
     dots,
     line,
-    name_rows,
+    rows_axis,
     written,
 )
 from ccwsim.model.arrays import Floats
@@ -129,7 +129,7 @@ def divergence_chart(
         trace.update(hovertemplate=f"{name}: %{{x:.3g}} bits<extra></extra>")
         chart.add_trace(trace.update(textfont={"size": 12, "color": colour}))
     names = ["full resolution" if f == 1 else f"1 / {f} resolution" for f in factors]
-    name_rows(chart, theme, names, (len(rows) - 0.5, -0.5))
+    chart.update_yaxes(**rows_axis(theme, names, (len(rows) - 0.5, -0.5)))
     values = np.concatenate([between, within])
     top = float(np.nanmax(values)) if (~np.isnan(values)).any() else 1.0
     chart.update_xaxes(range=[0, 1.12 * top or 1.0])

@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from html import escape
 from typing import Any
-from weakref import WeakKeyDictionary
 
 import numpy as np
 import streamlit as st
@@ -21,7 +20,7 @@ from ccwsim.model.numbers import seconds
 from ccwsim.report import verdicts
 from ccwsim.report.pictures import bundle_of_curves, layers_bundle, layers_chart
 from ccwsim.ui.frontend.component import draw_component
-from ccwsim.ui.session.cached import cached
+from ccwsim.ui.session.cached import cached, kept_with
 from ccwsim.ui.widgets.errors import catch_callback_errors
 from ccwsim.ui.widgets.text import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
@@ -35,9 +34,9 @@ def draw_caption(text: str) -> None:
     st.html(f'<p class="chart-caption">{escape(text)}</p>')
 
 
-def draw_chart(chart: Any, key: str, alt: str) -> None:
-    """Draw a plotly figure that already has a style."""
-    st.plotly_chart(chart, key=f"chart_{key}", theme=None, alt=alt, config=SAVE_BUTTON)
+def draw_chart(chart: Any, key: str, alt: str, **select: Any) -> None:
+    """Draw a plotly figure that already has a style; `select` are options of clicks."""
+    st.plotly_chart(chart, key=f"chart_{key}", theme=None, alt=alt, config=SAVE_BUTTON, **select)
 
 
 def draw_clickable_chart(
@@ -51,9 +50,7 @@ def draw_clickable_chart(
         if numbers:
             choose(int(numbers[0]))
 
-    select: Any = {"on_select": catch_callback_errors(clicked), "selection_mode": "points"}
-    shown: Any = {"theme": None, "alt": alt, "config": SAVE_BUTTON}
-    st.plotly_chart(chart, key=f"chart_{key}", **shown, **select)
+    draw_chart(chart, key, alt, on_select=catch_callback_errors(clicked), selection_mode="points")
 
 
 def titled_chart(
@@ -85,8 +82,7 @@ KINDS: dict[Statistic, tuple[str, str]] = {
     "connectivity": ("Connectivity function", "connection"),
 }
 """Description of a statistic for screen readers, and beginning of the keys of its charts."""
-_large: WeakKeyDictionary[Ensemble, EType] = WeakKeyDictionary()
-_e_type = cached(max_entries=8)(etype)
+_e_type, _large_e_type = cached(max_entries=8)(etype), kept_with(etype)
 vertical_proportions_bundle = cached(max_entries=64)(layers_bundle)
 
 
@@ -121,11 +117,8 @@ def fit_of(
 
 def e_type_of(ensemble: Ensemble) -> EType:
     """Return the E-type, computed once: a small one for all sessions, a large one per ensemble."""
-    if ensemble.grid.n_cells * ensemble.training_image.n_facies <= SMALL_SHARES:
-        return _e_type(ensemble)
-    if ensemble not in _large:
-        _large[ensemble] = etype(ensemble)
-    return _large[ensemble]
+    small = ensemble.grid.n_cells * ensemble.training_image.n_facies <= SMALL_SHARES
+    return (_e_type if small else _large_e_type)(ensemble)
 
 
 def draw_curves(ensemble: Ensemble, facies: int, colours: Sequence[str] | None = None) -> None:
@@ -234,7 +227,7 @@ def draw_layers(
 def draw_proportions(ensemble: Ensemble, colours: Sequence[str]) -> None:
     """Draw the facies proportions of the realizations and of the training image."""
     names = ensemble.training_image.facies_names  # they are not part of an ensemble's content
-    shares = ensemble.training_image.proportions, ensemble.proportions
+    shares = ensemble.image_proportions, ensemble.proportions
     content = proportions_chart, names, *shares, tuple(colours), chart_theme()
     alt = "Facies proportions of the realizations and the image"
     titled_chart("Proportions", "", content, "proportions", alt, _draw_once)
