@@ -1,9 +1,11 @@
 """Cost of a change of the study on the server: ``python -m benchmarks.rerun``.
 
-A session without a browser changes the seed and the level on the page Simulate, with Live on. The
-study has 12 realizations of 256 × 256 cells. The table has the processor time of the server, with
-the simulation, until the page is at rest (median, minimum), and the bytes that the server sends.
-With --against DIR, two checkouts are measured alternately.
+A session without a browser changes the seed and the level on the page Simulate, with Live on, and
+then draws data on the page Hard data. The study has 12 realizations of 256 × 256 cells. The table
+has the processor time of the server (median, minimum), and the bytes that the server sends. A
+changed seed or level includes the simulation, until the page is at rest. A datum includes the local
+re-simulation of all realizations, until these are drawn. With --against DIR, two checkouts are
+measured alternately.
 """
 
 from __future__ import annotations
@@ -32,7 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--changes", type=int, default=9, metavar="N", help="default: %(default)s")
     options = parser.parse_args(arguments)
     roots = {"this": ROOT, **({"other": options.against.resolve()} if options.against else {})}
-    kinds = {"seed": new_seed, "level": new_level}
+    kinds = {"seed": new_seed, "level": new_level, "datum": new_datum}
     with ExitStack() as stack:
         servers = {name: stack.enter_context(started(root)) for name, root in roots.items()}
         print(HEADER, flush=True)
@@ -43,6 +45,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         for tab in tabs.values():
             tab.change(live=True)
         for kind, change in kinds.items():
+            if kind == "datum":
+                for tab in tabs.values():
+                    tab.open("data")
             rows: dict[str, list[tuple[float, float]]] = {name: [] for name in servers}
             for k in range(options.changes + WARM_UP):
                 for name, server in servers.items():
@@ -59,7 +64,9 @@ def cost(
     """Return processor seconds of the server and bytes sent for the change number k."""
     before, tab.received = cpu_seconds(server.process.pid), []
     change(tab, k)
-    return cpu_seconds(server.process.pid) - before, sum(map(len, tab.received))
+    spent = cpu_seconds(server.process.pid) - before, sum(map(len, tab.received))
+    tab.settle()  # after a datum, a run with all data
+    return spent
 
 
 def new_seed(tab: Session, k: int) -> None:
@@ -70,6 +77,12 @@ def new_seed(tab: Session, k: int) -> None:
 def new_level(tab: Session, k: int) -> None:
     """Change the wavelet level, with a seed whose results are not kept yet."""
     tab.change(wavelet_level=str(1 + k % 3), seed=1000 + k)
+
+
+def new_datum(tab: Session, k: int) -> None:
+    """Draw a datum in a new cell, as the canvas does."""
+    edit = {"seq": tab.part("editor")["ack"] + 1, "set": [[19 * k % 256, 101 * k % 256, k % 2]]}
+    tab.report("editor", "edits", [edit])
 
 
 if __name__ == "__main__":

@@ -74,7 +74,7 @@ def _draw_page(title: str, body: Callable[[State], None]) -> None:
     # because the theme is read, Streamlit redraws the page when the user switches the theme
     draw_component("theme", "theme", {"theme": theme_name()}, "theme")
     if title != "Hard data":  # its canvas has its own undo
-        draw_component("undo", "undo", {}, "undo", lambda _: session_state().undo())
+        draw_component("undo", "undo_key", {}, "undo", lambda _: session_state().undo())
     settle_server()
     bound_uploads()
     first = KEY not in st.session_state

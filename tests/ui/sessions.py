@@ -16,12 +16,14 @@ from dataclasses import dataclass, field
 from typing import Any
 from urllib.parse import urlsplit
 
+from streamlit.components.v2.bidi_component.constants import EVENT_DELIM
 from streamlit.proto.BackMsg_pb2 import BackMsg
 from streamlit.proto.ClientState_pb2 import ClientState
 from streamlit.proto.Element_pb2 import Element
 from streamlit.proto.ForwardMsg_pb2 import ForwardMsg
 from streamlit.proto.Selectbox_pb2 import Selectbox
 from streamlit.proto.WidgetStates_pb2 import WidgetState
+from streamlit.runtime.state.session_state import STREAMLIT_INTERNAL_KEY_PREFIX
 from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
@@ -79,6 +81,8 @@ class Session:
         self._socket = self._opened.enter_context(connection)
         self._states: dict[str, WidgetState] = {}
         self._repeats: dict[str, float] = {}
+        self._menus: dict[str, str] = {}
+        self._fragments: dict[str, str] = {}  # fragment in which a component is drawn, by its id
         self._script, self._id, self._running = "", "", False
         return self
 
@@ -106,8 +110,20 @@ class Session:
         """Press a button."""
         return self.change(**{name: "pressed"})
 
+    def report(self, name: str, event: str, value: object) -> Session:
+        """Let a component report a value, as a canvas does, and wait until that is drawn."""
+        widget = self.widget(name)
+        state = WidgetState(id=f"{STREAMLIT_INTERNAL_KEY_PREFIX}_{widget.id}{EVENT_DELIM}events")
+        state.json_trigger_value = json.dumps([{"event": event, "value": value}])
+        self._states[state.id] = state
+        self._ask(fragment=self._fragments.get(widget.id, ""))
+        del self._states[state.id]
+        self._finish()
+        return self
+
     def upload(self, name: str, file_name: str, content: bytes) -> Session:
-        """Upload a file to an uploader."""
+        """Upload a file to an uploader, whose menu is opened first."""
+        self._open_menu(f"{name.removesuffix('_file')}_menu")
         widget = self.widget(name)
         urls = self.send(file_name, content)
         state = WidgetState(id=widget.id)
@@ -139,7 +155,7 @@ class Session:
             name, interval = min(self._repeats.items(), key=lambda pair: pair[1])
             self._take_until(time.monotonic() + interval)
             if name in self._repeats:
-                self._ask(fragment=name)
+                self._ask(fragment=name, repeats=True)
             self._finish()
         return self
 
@@ -174,7 +190,7 @@ class Session:
 
     # messages
 
-    def _ask(self, fragment: str = "") -> None:
+    def _ask(self, fragment: str = "", repeats: bool = False) -> None:
         message = BackMsg()
         state: ClientState = message.rerun_script
         state.query_string = self.query
@@ -183,11 +199,20 @@ class Session:
         else:
             state.page_name = self.page
         state.fragment_id = fragment
-        state.is_auto_rerun = bool(fragment)
+        state.is_auto_rerun = repeats
         state.context_info.url = f"{self.address}/{self.page}"
         state.widget_states.widgets.extend(self._states.values())
         self._running = True
         self._socket.send(message.SerializeToString())
+
+    def _open_menu(self, name: str) -> None:
+        """Open a menu whose fields are drawn only while it is open."""
+        if name in self._menus:
+            state = WidgetState(id=self._menus[name], bool_value=True)
+            self._states[state.id] = state
+            for _ in range(2):  # the first may lead through app.py, which forgets what is open
+                self._ask()
+                self.settle()
 
     def _set(self, name: str, value: object) -> None:
         widget = self.widget(name)
@@ -259,7 +284,8 @@ class Session:
     def _begin(self, message: ForwardMsg) -> None:
         self._running = True
         new = message.new_session
-        self._script = new.page_script_hash
+        pages = {each.url_pathname: each.page_script_hash for each in new.app_pages}
+        self._script = pages.get(self.page, new.page_script_hash)
         self._id = new.initialize.session_id or self._id
         if not message.metadata.run.fragment_ids:
             self.elements.clear()
@@ -271,8 +297,13 @@ class Session:
         for other in [p for p in self.elements if p[: len(place)] == place]:
             if kind == "new_element" or other == place:
                 del self.elements[other]
+        if kind == "add_block" and message.delta.add_block.HasField("popover"):
+            menu = message.delta.add_block.popover
+            self._menus[_key(menu)] = menu.id
         if kind == "new_element":
-            self.elements[place] = message.delta.new_element
+            element = self.elements[place] = message.delta.new_element
+            if element.HasField("bidi_component"):
+                self._fragments[element.bidi_component.id] = message.delta.fragment_id
             if message.delta.new_element.HasField("exception"):
                 self.errors.append(message.delta.new_element.exception.message)
 

@@ -18,7 +18,7 @@ from ccwsim.ui.page import show_page
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.run import collect, start_run
 from ccwsim.ui.widgets.errors import catch_callback_errors
-from tests.ui.widgets import named
+from tests.ui.widgets import named, open_menus
 
 ROOT = Path(__file__).parents[2]
 SMALL = Choices(
@@ -41,7 +41,7 @@ def finished() -> State:
 
 
 def launched(page: str, finished: State) -> AppTest:
-    app = AppTest.from_file(str(ROOT / "pages" / f"{page}.py"), default_timeout=120)
+    app = open_menus(AppTest.from_file(str(ROOT / "pages" / f"{page}.py"), default_timeout=120))
     app.session_state[KEY] = State(
         choices=SMALL, last_attempt=SMALL, ensemble_choices=SMALL, ensemble=finished.ensemble
     )

@@ -215,7 +215,7 @@ def simulated(choices: Choices) -> State:
 
 
 @pytest.mark.parametrize("case", IMAGES, ids=lambda case: case.name)
-def test_an_image_reaches_a_simulation(case):
+def test_an_image_becomes_that_of_the_study(case):
     app = opened("import", State(choices=STUDY)).run()
     app.file_uploader(key="import_image_file").upload(case.name, case.content(), "text/plain").run()
     assert not app.error
@@ -240,6 +240,8 @@ def test_an_image_reaches_a_simulation(case):
         assert sorted(order) == list(range(image.n_facies))
         found = order[found]
     assert (found == wanted).mean() >= (0.97 if case.name.endswith("jpg") else 1.0)
+    if case.name not in SIMULATED:
+        return
     ensemble = simulated(state.choices).ensemble
     assert ensemble.training_image.digest == image.digest
     layers = wanted.shape[:-2]  # a volume gets a usual grid
@@ -339,6 +341,14 @@ DATA = [
 ]  # fmt: skip
 
 
+SIMULATED = {
+    "grid.sgems", "volume.npy", "layer.sgems", "two.mat", "colours.jpg", "elevation.tif",
+    "places.csv", "far.csv", "rock.csv", "gaps.npy", "points.gpkg",
+}  # fmt: skip
+"""Files whose study is run: one of each kind of answer, facies, shape and coordinates. For the
+rest, the image or the data of the study are compared with the file."""
+
+
 def named_rows_of(*names: str) -> list[tuple[float, float, str]]:
     return [(x, y, names[int(code)]) for x, y, code in WORLD.tolist()]
 
@@ -356,7 +366,7 @@ def with_data(case: Case, choices: Choices) -> AppTest:
 
 
 @pytest.mark.parametrize("case", DATA, ids=lambda case: case.name)
-def test_boreholes_are_honoured_by_a_simulation(case):
+def test_boreholes_become_the_data_of_the_study(case):
     study = Choices(**{**vars(STUDY), "image": ImageChoice(names=("mud", "sand"))})
     choices = with_data(case, study).session_state[KEY].choices
     data, wanted = data_of(choices), BOREHOLES
@@ -365,6 +375,8 @@ def test_boreholes_are_honoured_by_a_simulation(case):
         wanted = np.column_stack([choices.grid.cells_of(x, y), facies]).astype(int)
         assert choices.grid.holds(wanted[:, :2]).all()
     assert data.triples == tuple(sorted(map(tuple, wanted.tolist())))
+    if case.name not in SIMULATED:
+        return
     ensemble = simulated(choices).ensemble
     assert ensemble.hard_data.triples == data.triples
     assert not ensemble.n_mismatched.any()

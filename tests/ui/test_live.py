@@ -20,6 +20,8 @@ from ccwsim.ui.simulate.results import go_back, place_of
 from ccwsim.ui.study.changes import changes_between, study_name
 from ccwsim.ui.study.run import (
     collect,
+    describe_levels,
+    describe_price,
     first_part,
     in_parts,
     is_live,
@@ -28,7 +30,7 @@ from ccwsim.ui.study.run import (
     start_run,
 )
 from tests.ui.test_pages import ROOT, SMALL, html, launched, settled, texts
-from tests.ui.widgets import named
+from tests.ui.widgets import named, open_menus
 
 SIX = replace(SMALL, n_realizations=6)
 
@@ -330,7 +332,7 @@ def test_what_changed_is_said_in_few_words():
 
 def test_the_page_launches_with_a_history_of_many_runs():
     ensemble = one_run(SMALL)
-    app = AppTest.from_file(str(ROOT / "app.py"), default_timeout=120)
+    app = open_menus(AppTest.from_file(str(ROOT / "app.py"), default_timeout=120))
     state = State(choices=SMALL)
     for seed in range(14):
         state.runs.remember(PastRun(replace(SMALL, seed=seed), ensemble))
@@ -366,3 +368,33 @@ def test_undo_keeps_no_files_that_neither_the_study_nor_the_one_before_uses():
         state.choices = Choices(ImageChoice(upload=file))
         state.note_drawn()
     assert [choices.image.upload for choices in state.earlier] == [files[1]]
+
+
+def test_sliders_change_the_method_while_live_is_on():
+    app = launched()
+    assert not app.select_slider
+    app.session_state[KEY].live = True
+    settled(app.run())
+    for name, slider, new in (
+        ("template_size", "template_size_slider", 20),
+        ("n_candidates", "n_candidates_slider", 5),
+    ):
+        named(app.select_slider, slider).set_value(new)
+        settled(app.run())
+        assert getattr(app.session_state[KEY].choices.parameters, name) == new
+        widgets = app.selectbox if name == "template_size" else app.number_input
+        assert named(widgets, name).value == new
+    named(app.number_input, "n_candidates").set_value(7).run()
+    assert named(app.select_slider, "n_candidates_slider").value == 7
+
+
+def test_the_method_says_the_times_of_the_levels_beside_the_present_one():
+    study = Choices(grid=Grid(256, 256), data=DataChoice())
+    one, three = describe_levels(study).splitlines()
+    assert one.startswith("Level 1: about")
+    assert three.startswith("Level 3: about")
+    assert one.endswith(describe_price(study, wavelet_level=1).split(", ")[1])
+    coarse = replace(study, parameters=Parameters(template_size=32, wavelet_level=0))
+    assert describe_levels(coarse).startswith("Level 1: ")
+    assert "\n" not in describe_levels(coarse)
+    assert not describe_levels(replace(study, parameters=Parameters(method="ccsim")))

@@ -43,7 +43,7 @@ from ccwsim.ui.study.image_step import IMPORT_PAGE
 from ccwsim.ui.study.run import collect, part_of, start_run
 from ccwsim.ui.widgets.facts import facts_of
 from tests.some import some
-from tests.ui.widgets import html, named, opened, texts
+from tests.ui.widgets import html, named, open_menus, opened, texts
 
 ROOT = Path(__file__).parents[2]
 PARAMETERS = Parameters(template_size=16, overlap_size=4)
@@ -52,7 +52,7 @@ SMALL = Choices(data=DataChoice(), grid=Grid(48, 64), parameters=PARAMETERS, n_r
 
 def launched(choices: Choices = SMALL, path: str = "app.py") -> AppTest:
     """Return a page with a small study and its results; changes do not start runs."""
-    app = AppTest.from_file(str(ROOT / path), default_timeout=120)
+    app = open_menus(AppTest.from_file(str(ROOT / path), default_timeout=120))
     app.session_state[KEY] = State(choices=choices, live=False)
     return settled(app.run())
 
@@ -108,7 +108,7 @@ def test_every_page_file_is_in_the_menu_but_the_one_that_a_step_leads_to():
 
 
 def test_the_first_screen_has_results_without_a_choice():
-    app = AppTest.from_file(str(ROOT / "app.py"), default_timeout=120).run()
+    app = open_menus(AppTest.from_file(str(ROOT / "app.py"), default_timeout=120).run())
     ensemble = settled(app).session_state[KEY].ensemble
     assert ensemble.n == Choices().n_realizations
     assert ensemble.n_mismatched.max() == 0
@@ -134,6 +134,22 @@ def test_live_runs_after_each_change():
     app.toggle(key="live").set_value(True).run()
     settled(app.number_input(key="n_realizations").set_value(3).run())
     assert app.session_state[KEY].ensemble.n == 3
+
+
+def test_a_closed_menu_has_no_fields_and_the_study_keeps_their_values():
+    app = launched()
+
+    def sizes(opened: bool) -> list[float]:
+        app.session_state["grid_menu"] = opened
+        boxes = app.run().number_input
+        return [box.value for box in boxes if (box.key or "").startswith("grid_cell_size_x")]
+
+    assert sizes(opened=False) == []
+    assert sizes(opened=True) == [1.0]
+    named(app.number_input, "grid_cell_size_x").set_value(25.0).run()
+    assert sizes(opened=False) == []
+    assert app.session_state[KEY].choices.grid.cell_size == (25.0, 1.0)
+    assert sizes(opened=True) == [25.0]
 
 
 def test_only_legal_sizes_are_on_offer_and_sizes_follow_the_level():
@@ -196,7 +212,7 @@ def test_bundled_data_grow_the_grid_to_where_they_lie(name):
 
 def test_a_grid_too_small_for_the_data_is_said_and_can_be_corrected():
     study = replace(SMALL, data=DataChoice("bundled", "channels_60_wells"))
-    app = AppTest.from_file(str(ROOT / "app.py"), default_timeout=120)
+    app = open_menus(AppTest.from_file(str(ROOT / "app.py"), default_timeout=120))
     app.session_state[KEY] = State(choices=study)
     app.run()
     assert "outside the grid" in texts(app)
@@ -308,7 +324,7 @@ def test_sampled_data_come_from_a_realization_of_the_study():
 def test_the_state_is_kept_when_a_page_is_left():
     app = launched()
     app.number_input(key="seed").set_value(5).run()
-    other = AppTest.from_file(str(ROOT / "app.py"), default_timeout=120)
+    other = open_menus(AppTest.from_file(str(ROOT / "app.py"), default_timeout=120))
     other.session_state[KEY] = app.session_state[KEY]  # a change of the page keeps only this
     other.run()
     assert other.number_input(key="seed").value == 5
@@ -418,7 +434,9 @@ def test_facts_say_when_data_are_not_honoured():
 
 def test_downloads_hold_what_is_shown():
     app = launched()
-    names = {element.proto.label for element in app.get("download_button")}
+    assert not app.get("download_button")  # files are offered when the menu is opened
+    app.session_state["downloads"] = True
+    names = {element.proto.label for element in app.run().get("download_button")}
     assert any("NumPy" in name for name in names)
     from ccwsim.io import realizations_as_bytes
 

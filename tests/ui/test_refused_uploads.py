@@ -18,7 +18,7 @@ from tests.fuzz.builders import npy_header, packed_mat, pickled, png_of_remarks
 from tests.fuzz.evil import EVIL
 from tests.fuzz.mutations import zipped
 from tests.io import sample_files as sample
-from tests.ui.widgets import named
+from tests.ui.widgets import named, open_menus
 
 ROOT = Path(__file__).parents[2]
 STUDY = Choices(
@@ -40,7 +40,7 @@ BAD = {
 
 
 def launched(path: str = "app.py") -> AppTest:
-    app = AppTest.from_file(str(ROOT / path), default_timeout=120)
+    app = open_menus(AppTest.from_file(str(ROOT / path), default_timeout=120))
     app.session_state[KEY] = State(choices=STUDY)
     app.run()
     return app

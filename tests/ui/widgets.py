@@ -12,13 +12,28 @@ from streamlit.testing.v1 import AppTest
 from ccwsim.ui.session.state import KEY, State
 
 PAGES = Path(__file__).parents[2] / "pages"
+MENUS = (
+    *("guides", *(f"{step}_menu" for step in ("image", "data", "grid", "method"))),
+    *(f"{action}_menu" for action in ("import", "tables", "sample", "export")),
+)
+"""Keys of menus in the study column and on the page Hard data."""
 
 
 def opened(name: str, state: State | None = None) -> AppTest:
-    """Return a page of the dashboard before its first run; without a state its session is new."""
-    app = AppTest.from_file(str(PAGES / f"{name}.py"), default_timeout=180)
+    """Return a page of the dashboard before its first run; without a state its session is new.
+
+    The menus of the study and of hard data are open, as closed menus have no fields.
+    """
+    app = open_menus(AppTest.from_file(str(PAGES / f"{name}.py"), default_timeout=180))
     if state is not None:
         app.session_state[KEY] = state
+    return app
+
+
+def open_menus(app: AppTest) -> AppTest:
+    """Open the menus whose fields are drawn only while they are open; return the page."""
+    for menu in MENUS:
+        app.session_state[menu] = True
     return app
 
 

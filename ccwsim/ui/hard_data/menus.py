@@ -1,4 +1,4 @@
-"""The menus Import, Sample and Export of hard data."""
+"""The contents of the menus Import, Sample and Export of hard data."""
 
 from dataclasses import replace
 from functools import partial
@@ -31,25 +31,23 @@ EXPORTS = {"csv": "CSV: x, y, facies", "gslib": "GSLIB points"}
 
 
 def draw_import(state: State) -> None:
-    """Draw a menu to open a file of hard data and to answer questions about the file."""
-    with st.popover("Import", key="import_menu"):
-        use = partial(use_file, state)
-        data_step.data_uploader("import_file", lambda file: use(DataChoice("file", upload=file)))
-        draft = state.data_draft or state.choices.data
-        if draft.source == "file" and draft.upload is not None and draft.tables is None:
-            _report(state, draft)
+    """Draw the menu to open a file of hard data and to answer questions about the file."""
+    use = partial(use_file, state)
+    data_step.data_uploader("import_file", lambda file: use(DataChoice("file", upload=file)))
+    draft = state.data_draft or state.choices.data
+    if draft.source == "file" and draft.upload is not None and draft.tables is None:
+        _report(state, draft)
 
 
 def draw_tables(state: State) -> None:
-    """Draw a menu to open wells in two or three tables, as exported by drill-hole databases."""
-    with st.popover("Wells in tables", key="tables_menu"):
-        draft = state.data_draft or state.choices.data
-        data_step.draw_table_uploaders("table", draft, lambda choice: use_file(state, choice))
-        if draft.source != "file" or draft.tables is None or draft.waits:
-            st.caption("Collars and intervals are required. Depths are measured along the well.")
-            data_step.keep_data_button(state, "tables_drop")
-        else:
-            _report(state, draft)
+    """Draw the menu to open wells in tables, as exported by drill-hole databases."""
+    draft = state.data_draft or state.choices.data
+    data_step.draw_table_uploaders("table", draft, lambda choice: use_file(state, choice))
+    if draft.source != "file" or draft.tables is None or draft.waits:
+        st.caption("Collars and intervals are required. Depths are measured along the well.")
+        data_step.keep_data_button(state, "tables_drop")
+    else:
+        _report(state, draft)
 
 
 def draw_problem(state: State, problem: str) -> None:
@@ -65,14 +63,13 @@ def draw_problem(state: State, problem: str) -> None:
 
 
 def draw_export(state: State, data: HardData) -> None:
-    """Draw a menu of file formats in which the hard data can be saved."""
+    """Draw file formats in which the hard data can be saved."""
     grid = state.choices.grid
     name = f"{grid_part(image_of(state.choices.image), grid)}_hard_data"
-    with st.popover("Export", key="export_menu", disabled=not data.n):
-        for kind, label in EXPORTS.items():
-            label = label if grid.nz is None else label.replace("y,", "y, z,")
-            content = partial(hard_data_as_bytes, data, kind, grid)
-            download(label, content, f"{name}.{kind}", key=f"export_{kind}", width="stretch")
+    for kind, label in EXPORTS.items():
+        label = label if grid.nz is None else label.replace("y,", "y, z,")
+        content = partial(hard_data_as_bytes, data, kind, grid)
+        download(label, content, f"{name}.{kind}", key=f"export_{kind}", width="stretch")
 
 
 def use_file(state: State, choice: DataChoice, grid: Grid | None = None) -> None:
@@ -102,21 +99,20 @@ def _report(state: State, draft: DataChoice) -> None:
 
 
 def draw_sampling(state: State) -> None:
-    """Draw a menu to sample data, which replace the data of the study."""
+    """Draw the menu to sample data, which replace the data of the study."""
     page_state, volume = state.page(Editor), state.choices.grid.nz is not None
 
     def read_from(a_file: bool) -> None:
         page_state.reference_choice = ImageChoice() if a_file else None
 
-    with st.popover("Sample", key="sample_menu"):
-        st.caption(page_text("Sampling"))
-        choice = page_state.reference_choice
-        origin = {"value": choice is not None, "write": read_from, **options_of(ORIGINS)}
-        field(st.selectbox, "Read from", key="sample_from", **origin)
-        if choice is not None:
-            _ask_reference(page_state, choice, volume)
-        _ask_way(page_state, volume)
-        button("Take these data", key="sample_take", on_click=sample, args=(state,))
+    st.caption(page_text("Sampling"))
+    choice = page_state.reference_choice
+    origin = {"value": choice is not None, "write": read_from, **options_of(ORIGINS)}
+    field(st.selectbox, "Read from", key="sample_from", **origin)
+    if choice is not None:
+        _ask_reference(page_state, choice, volume)
+    _ask_way(page_state, volume)
+    button("Take these data", key="sample_take", on_click=sample, args=(state,))
 
 
 def sample(state: State) -> None:

@@ -2,6 +2,7 @@
 
 from contextlib import nullcontext
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,7 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_step import problem_of_data
 from ccwsim.ui.study.run import draw_news, start_run_if_needed
 from ccwsim.ui.widgets.facts import draw_facts
-from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
+from ccwsim.ui.widgets.fields import bound_to, button, field, menu, options_of
 from ccwsim.ui.widgets.text import page_text, panel_title, plain, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
@@ -108,11 +109,12 @@ def _draw_actions(state: State, data: HardData) -> None:
     """Draw the menus; buttons for undo and redo are drawn only for volumes."""
     page_state, volume = state.page(Editor), state.choices.grid.nz is not None
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="editor_top"):
-        menus.draw_import(state)
+        menu("Import", "import_menu", partial(menus.draw_import, state))
         if volume:
-            menus.draw_tables(state)
-        menus.draw_sampling(state)
-        menus.draw_export(state, data)
+            menu("Wells in tables", "tables_menu", partial(menus.draw_tables, state))
+        menu("Sample", "sample_menu", partial(menus.draw_sampling, state))
+        export = partial(menus.draw_export, state, data)
+        menu("Export", "export_menu", export, disabled=not data.n)
         if volume:
             past, future = page_state.history.past, page_state.history.future
             button("Undo", key="undo", on_click=undo, args=(state,), disabled=not past)

@@ -4,24 +4,41 @@ from collections.abc import Callable
 from functools import partial, wraps
 from types import FunctionType
 from typing import Any, Concatenate, ParamSpec, TypeVar
+from weakref import WeakKeyDictionary
 
 import streamlit as st
 
 from ccwsim import Ensemble, Grid, HardData, Parameters, Secondary, TrainingImage
 from ccwsim.jobs.statistics import Fraction, Task
+from ccwsim.model.arrays import digest
 from ccwsim.sharing.choices import DataChoice, GuideChoice, ImageChoice, Upload, WellTables
 from ccwsim.system.lru_cache import LruCache
 
 MAX_KEPT, MAX_KEPT_BYTES = 96, 256 * 10**6
 MIN_KEPT = 24  # number of values that stay cached even if they are large; a page shows fewer values
+Key = TypeVar("Key")
 Value = TypeVar("Value")
 Given = ParamSpec("Given")
 
 
-def _of_ensemble(e: Ensemble) -> tuple[object, ...]:
-    run = e.parameters.digest, e.hard_data.digest, e.seed, e.sources is None
+def kept_with(read: Callable[[Key], Value]) -> Callable[[Key], Value]:
+    """Return `read`, whose value is kept with its argument: no key of the shared cache is made."""
+    known: WeakKeyDictionary[Key, Value] = WeakKeyDictionary()
+
+    @wraps(read)
+    def look(owner: Key) -> Value:
+        if (value := known.get(owner)) is None:
+            value = known[owner] = read(owner)
+        return value
+
+    return look
+
+
+@kept_with
+def _of_ensemble(e: Ensemble) -> str:
     guides = e.secondary and e.secondary.digest
-    return e.digest, e.training_image.digest, repr(e.grid), guides, *run
+    run = guides, e.parameters.digest, e.hard_data.digest, e.seed, e.sources is None
+    return digest(e.digest, e.training_image.digest, e.grid, *run)
 
 
 CONTENT: dict[str | type[Any], Callable[[Any], Any]] = {
@@ -30,7 +47,7 @@ CONTENT: dict[str | type[Any], Callable[[Any], Any]] = {
     DataChoice: lambda choice: [choice.upload, choice.tables, choice.answers],
     GuideChoice: lambda choice: choice.digest,
     WellTables: vars,
-    TrainingImage: lambda image: (image.digest, image.facies_names),
+    TrainingImage: lambda image: repr((image.digest, image.facies_names)),
     Grid: repr,
     HardData: lambda data: data.digest,
     Parameters: lambda parameters: parameters.digest,

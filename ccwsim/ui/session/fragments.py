@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
 import streamlit as st
+from streamlit.runtime.scriptrunner import get_script_run_ctx
 
 from ccwsim.jobs.job import POLL_SECONDS, Job
 from ccwsim.jobs.statistics import StatisticsWorker, Task
@@ -25,7 +26,8 @@ def error_boundary(whole: bool = False, way_back: bool = False) -> Iterator[None
     """Show errors as messages, keep the session state, and write changes into the address.
 
     Use this context for the body of a page or fragment. If a `whole` page or a part with `way_back`
-    fails, a button is drawn that returns to the last study that was drawn without an error.
+    fails, a button is drawn that returns to the last study that was drawn without an error. The
+    address is written once: by the `whole` page, or by a fragment that is drawn without its page.
     """
     if whole:
         st.session_state.pop(FAILED, None)
@@ -48,7 +50,9 @@ def error_boundary(whole: bool = False, way_back: bool = False) -> Iterator[None
                     back = {"key": "way_back", "type": "primary", "args": (state.drawn,)}
                     button("Back to the study before", on_click=state.go_back, **back)
                 button("Start afresh", key="afresh_now", on_click=start_afresh)
-    if KEY in st.session_state:
+    context = get_script_run_ctx(suppress_warning=True)
+    of_fragment = context is not None and context.fragment_ids_this_run and not way_back
+    if KEY in st.session_state and (whole or of_fragment):
         try:
             follow_study(session_state())
         except Exception as error:  # the page is complete, but the address is not updated

@@ -65,7 +65,7 @@ def _share(state: State) -> None:
             st.error(plain(f"{error}. Correct the study before you share it."))
             return
         _title("Link to this study")
-        st.code(page_link_of(state.choices, shown_of(state)), language=None, wrap_lines=False)
+        st.code(page_link_of(state.choices, shown_of(state)), language=None, wrap_lines=True)
         if missing := left_out(state.choices):
             step_note(f"The link cannot contain {' and '.join(missing)}. Save a project instead.")
         if state.ensemble is not None and not is_current(state):
@@ -125,11 +125,11 @@ def report_of(state: State):
 
 def _recipe(how: Recipe) -> None:
     with st.expander("This study in Python"):
-        st.code(how.python.rstrip(), language="python")
+        st.code(how.python.rstrip(), language="python", wrap_lines=True)
         if how.python_needs_project:
             step_note("The script reads the project file. Save both in the same folder.")
     with st.expander("This study on the command line"):
-        st.code(how.command, language="bash")
+        st.code(how.command, language="bash", wrap_lines=True)
         if how.command_needs_project:
             step_note("The command reads the project file. Save the file in the current folder.")
 

@@ -19,6 +19,7 @@ from ccwsim.ui.flow.solving import FlowState, model_downloads
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results import charts, maps
 from ccwsim.ui.results.maps import MAP_WIDTHS, SMALLEST_IMAGE
+from ccwsim.ui.session.cached import kept_with
 from ccwsim.ui.session.file_names import study_part
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import PastRun, State
@@ -107,9 +108,13 @@ def room_below_image(ensemble: Ensemble) -> bool:
     return left * USUAL_WIDTH > PROPORTIONS_TITLE + proportions_height(image.n_facies)
 
 
+@st.fragment
 def draw_downloads(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
     """Draw a menu of files; a file is created when the user chooses it."""
-    with st.popover("Download", key="downloads"):
+    menu = st.popover("Download", key="downloads", on_change="rerun")
+    if not menu.open:
+        return
+    with error_boundary(), menu:
         if not is_current(state):
             step_note(OLD_FILES)
         groups = download_groups(ensemble, colours, state.shown, state.facies)
@@ -248,14 +253,20 @@ def entry(runs: list[PastRun], k: int) -> dict[str, Any]:
     ensemble = run.ensemble
     changes = changes_between(runs[k + 1].choices, run.choices) if k + 1 < len(runs) else []
     width, height = tile_size(ensemble.grid.shape[-2:], LONGEST)
-    colours = facies_colours(ensemble.training_image, dict(run.choices.image.colours))
     missing = run.choices.n_realizations - ensemble.n
     stopped = f"{ensemble.n} of {run.choices.n_realizations} · " if missing else ""
     return {
         "key": run.key,
-        "png": maps.sheet(ensemble, tuple(colours), 2 * LONGEST, 1)[0],
+        "png": _picture(run),
         "width": width,
         "height": height,
         "label": " · ".join(changes) or study_name(run.choices),
         "note": f"{stopped}{run.at:%H:%M:%S} · {seconds(ensemble.wall_seconds)}",
     }
+
+
+@kept_with
+def _picture(run: PastRun) -> str:
+    """Return a picture of the first realization of a run, which does not change."""
+    colours = facies_colours(run.ensemble.training_image, dict(run.choices.image.colours))
+    return maps.sheet(run.ensemble, tuple(colours), 2 * LONGEST, 1)[0]

@@ -9,7 +9,7 @@ from typing import Any
 
 import streamlit as st
 
-from ccwsim import Cancelled, CCWSIMError, Ensemble, concatenate, simulate
+from ccwsim import Cancelled, CCWSIMError, Ensemble, Parameters, concatenate, simulate
 from ccwsim.datasets.default_study import stored_ensemble
 from ccwsim.engine.realization import is_ready
 from ccwsim.experiments.timing import typical_seconds
@@ -161,21 +161,35 @@ def question_of(state: State) -> str:
 
 def estimated_seconds(choices: Choices) -> float:
     """Return the estimated seconds of a run that shares the cores with the runs of others."""
+    n, cores = choices.n_realizations, n_cores() / (1 + server_queue().n_of_others)
+    return n * _seconds_of_one(choices, choices.parameters) / min(cores, n)
+
+
+def _seconds_of_one(choices: Choices, parameters: Parameters) -> float:
+    """Return the estimated seconds of one realization of a study with other parameters."""
     data = if_possible(lambda: resolve.data_of(choices))
     image, n_data = resolve.image_of(choices.image), data.n if data else 0
     sizes = image.shape, choices.grid.shape, image.n_facies, n_data
-    each = typical_seconds(choices.parameters, *sizes, disorder=image.disorder)
-    cores = n_cores() / (1 + server_queue().n_of_others)
-    return choices.n_realizations * each / min(cores, choices.n_realizations)
+    return typical_seconds(parameters, *sizes, disorder=image.disorder)
 
 
 def describe_price(choices: Choices, **changes: Any) -> str:
     """Return the estimated time of a realization after changes of parameters, and its ratio."""
     image = resolve.image_of(choices.image)
-    one = replace(resolve.fitted_to_image(choices, image), n_realizations=1)
+    one = resolve.fitted_to_image(choices, image)
     changed = resolve.fitted(one.parameters, image.shape, **changes)
-    each, now = map(estimated_seconds, (replace(one, parameters=changed), one))
+    each, now = (_seconds_of_one(one, parameters) for parameters in (changed, one.parameters))
     return f"about {in_seconds(float(f'{each:.2g}'))} a realization, {each / now:.2g} × today's"
+
+
+def describe_levels(choices: Choices) -> str:
+    """Return the prices of the levels one lower and one higher than in a study."""
+    shape, now = resolve.image_of(choices.image).shape, choices.parameters
+    z, _, level = now.along(shape).level
+    near = [k for k in resolve.levels(shape) if abs(k - level) == 1 and now.method != "ccsim"]
+    levels = [(k, (z, k, k) if len(shape) == 3 else k) for k in near]
+    prices = [f"Level {k}: {describe_price(choices, wavelet_level=one)}" for k, one in levels]
+    return "\n".join(prices)
 
 
 def _is_changed(state: State) -> bool:

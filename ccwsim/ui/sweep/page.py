@@ -19,7 +19,7 @@ from ccwsim.figures import contact_sheet, sweep_chart, tile_size
 from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.metrics import Quality
 from ccwsim.model.bounds import MAX_REALIZATIONS_OF_SWEEP
-from ccwsim.model.numbers import plural, seconds, three_digits
+from ccwsim.model.numbers import minus, plural, seconds, three_digits
 from ccwsim.model.parameters import PER_AXIS
 from ccwsim.report.settings import describe_inputs
 from ccwsim.ui.frontend.cells import draw_cells, facies_map
@@ -31,7 +31,6 @@ from ccwsim.ui.session.file_names import grid_part
 from ccwsim.ui.session.fragments import error_boundary, follow
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.data_step import minus
 from ccwsim.ui.study.run import draw_out_of_date
 from ccwsim.ui.sweep import planning
 from ccwsim.ui.sweep.planning import SweepRun, SweepState

@@ -56,7 +56,7 @@ def _time(ensemble: Ensemble) -> str:
 def _proportions(ensemble: Ensemble) -> list[str]:
     image = ensemble.training_image
     if image.n_facies > SMALL:
-        off = abs(ensemble.proportions.mean(axis=0) / image.proportions - 1)
+        off = abs(ensemble.proportions.mean(axis=0) / ensemble.image_proportions - 1)
         worst = describe_proportion(ensemble, int(off.argmax()))
         facts = [f"proportion farthest from the TI: {worst}"]
     else:

@@ -20,6 +20,13 @@ def button(
     return st.button(label, key=key, on_click=catch_callback_errors(on_click), **options)
 
 
+def menu(label: str, key: str, draw: Callable[[], object], **options: Any) -> None:
+    """Draw a menu; its content is drawn by `draw`, only while the menu is open."""
+    with st.popover(label, key=key, on_change="rerun", **options) as place:
+        if place.open:
+            draw()
+
+
 def download(
     label: str, content: bytes | Callable[[], bytes], name: str, *, key: str, **options: Any
 ) -> None:

@@ -256,11 +256,11 @@ def test_a_difference_is_more_than_two_standard_errors():
     sure = PairRatio(*ratios, errors=(0.01, 0.01, 0.01))
     assert sure.grades == (1, 1, 1)
     assert describe_ratio(sure) == (
-        "B against A: 30% more varied, 10% farther from the training image; better by ANODI"
+        "B against A: 30 % more varied, 10 % farther from the training image; better by ANODI"
     )
     some = PairRatio(*ratios, errors=(0.01, 0.2, 0.2))
     assert some.grades == (1, 0, 0)
-    assert "30% more varied, as near to the training image; as good" in describe_ratio(some)
+    assert "30 % more varied, as near to the training image; as good" in describe_ratio(some)
     assert "no difference in patterns" in describe_ratio(PairRatio(*ratios, errors=(0.2, 0.1, 0.1)))
     few = PairRatio(*ratios, errors=(np.nan,) * 3)
     assert few.grades == (0, 0, 0)

@@ -38,6 +38,7 @@ from ccwsim.ui.hard_data.table import data_of_rows, edited_rows, painted, rows_o
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.run import is_current
+from tests.ui.widgets import open_menus
 
 ROOT = Path(__file__).parents[3]
 GRID = Grid(48, 64, cell_size=(10.0, 20.0), origin=(500.0, -40.0))
@@ -188,7 +189,7 @@ def test_data_that_lie_outside_a_smaller_grid_are_not_answered_but_said():
     state = studied()
     edit(state, (40, 60, 1))
     state.change(grid=Grid(32, 32))
-    app = AppTest.from_file(str(ROOT / "pages/data.py"), default_timeout=120)
+    app = open_menus(AppTest.from_file(str(ROOT / "pages/data.py"), default_timeout=120))
     app.session_state[KEY] = state
     app.run()
     assert not app.exception
@@ -322,7 +323,7 @@ def _npy(array) -> bytes:
 
 
 def opened(state: State) -> AppTest:
-    app = AppTest.from_file(str(ROOT / "pages/data.py"), default_timeout=120)
+    app = open_menus(AppTest.from_file(str(ROOT / "pages/data.py"), default_timeout=120))
     app.session_state[KEY] = state
     app.run()
     assert not app.exception
@@ -405,7 +406,7 @@ def test_a_file_with_collisions_waits_for_an_answer_and_can_be_undone():
 def test_placed_data_are_the_studys_on_simulate_too():
     state = studied()
     take_data(state, HardData([[7, 8]], [1]))
-    app = AppTest.from_file(str(ROOT / "pages/simulate.py"), default_timeout=120)
+    app = open_menus(AppTest.from_file(str(ROOT / "pages/simulate.py"), default_timeout=120))
     app.session_state[KEY] = state
     app.run()
     assert not app.exception

@@ -228,6 +228,9 @@ def test_models_for_other_programs_name_and_have_the_values_of_the_page(page):
     state.last_attempt = state.choices
     state.page(FlowState).conductivity = {"mud": 2e-9, "sand": 3e-5}
     app = opened(page, state).run()
+    if page == "simulate":
+        app.session_state["downloads"] = True
+        app.run()
     assert not app.exception
     labels = {element.proto.label for element in app.get("download_button")}
     assert {"GRDECL with permeability", "MODFLOW 6, realization 1"} <= labels

@@ -20,7 +20,7 @@ from ccwsim.ui.share.menu import file_name, open_project, project_of, report_of
 from ccwsim.ui.study.run import collect, start_run
 from ccwsim.ui.widgets.text import plain
 from tests.ui.test_pages import ROOT, SMALL, launched, settled, texts
-from tests.ui.widgets import named
+from tests.ui.widgets import named, open_menus
 
 QUERY = {"ti": "dunes", "data": "none", "grid": "64x48", "template": "16", "overlap": "4"}
 QUERY |= {"realizations": "2", "seed": "7", "show": "2"}
@@ -30,7 +30,7 @@ ADDRESSED = Choices(ImageChoice("dunes"), DataChoice(), Grid(48, 64), PARAMETERS
 
 def addressed(path: str = "pages/simulate.py", **query: str | list[str]) -> AppTest:
     """Return a page opened in a new session by its address."""
-    app = AppTest.from_file(str(ROOT / path), default_timeout=120)
+    app = open_menus(AppTest.from_file(str(ROOT / path), default_timeout=120))
     app.query_params.update({**QUERY, **query})
     return app.run()
 
