@@ -20,6 +20,7 @@ from tests.browser.hands import GLANCE, until
 from tests.browser.served import browser, served
 
 SIZES = {1440: 900, 1024: 768, 390: 844}
+PHONE = 640  # maximum width at which the study is a sheet over the page
 SLOW = 180_000
 VOLUME = {
     "ti": "sinuous_channels", "data": "sinuous_channels_10_wells", "grid": "100x100x48",
@@ -98,10 +99,15 @@ def fill_with_flow(page) -> None:
             lambda: None if page.locator(well).count() else canvas.click(timeout=GLANCE),
             lambda wait: page.locator(well).first.wait_for(state="attached", timeout=wait),
         )
+    is_narrow = page.viewport_size["width"] <= PHONE
+    if is_narrow:  # the button is in the sheet with the study
+        page.locator("[data-testid=stExpandSidebarButton]").first.click(timeout=SLOW)
     press(
         page, ".st-key-flow_all button:not([disabled])", ".st-key-flow_cancel, .st-key-flow_below"
     )
     page.wait_for_selector(".st-key-flow_below", timeout=SLOW)
+    if is_narrow:
+        page.locator("[data-testid=stSidebarCollapseButton] button").click(timeout=SLOW)
 
 
 FILLED = {
@@ -152,7 +158,7 @@ def take_all(out: Path, names: Sequence[str] = (), volume: bool = False) -> None
         for (title, path), width, theme in product(pages, SIZES, ("light", "dark")):
             context = chromium.new_context(
                 viewport={"width": width, "height": SIZES[width]}, color_scheme=theme,
-                device_scale_factor=1 if width > 640 else 2,
+                device_scale_factor=1 if width > PHONE else 2,
             )  # fmt: skip
             page = context.new_page()
             study = f"?{urlencode(VOLUME)}" if volume else ""

@@ -19,6 +19,7 @@ ARGUMENTS = [
     "--headless",
     "--no-sandbox",
     "--disable-gpu",
+    "--disable-gpu-watchdog",  # which ends drawing by software on a loaded machine
     "--disable-quic",
     "--no-first-run",
     "--disable-background-networking",

@@ -165,6 +165,8 @@ def test_a_direction_turns_the_trend_of_an_image(tab, address):
 
 
 def test_a_second_image_fills_a_drawn_zone_along_a_drawn_line(page):
+    from playwright.sync_api import expect
+
     unfold(page)
     box = page.locator(".st-key-guides_other input").first
     wall = page.get_by_role("option", name="stone wall", exact=True)
@@ -196,7 +198,7 @@ def test_a_second_image_fills_a_drawn_zone_along_a_drawn_line(page):
     page.locator("#uncertainty").scroll_into_view_if_needed(timeout=SLOW)
     row.wait_for(timeout=SLOW)
     assert "channels" in row.inner_text()
-    assert page.get_by_text("Difference from the given angles").count() == 1
+    expect(page.get_by_text("Difference from the given angles")).to_have_count(1, timeout=SLOW)
 
 
 def test_guides_are_drawn_on_a_phone(phone, address):

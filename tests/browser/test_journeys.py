@@ -3,22 +3,15 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
-import numpy as np
 import pytest
 
-from ccwsim import Parameters, datasets, read_hard_data, read_training_image, simulate
-from ccwsim.io import write_training_image
-from ccwsim.model.grid import Grid
 from tests.browser.hands import (
     GLANCE,
     SLOW,
     SOON,
     at_rest,
-    choose,
     close_menu,
-    downloaded,
     fill,
     menu,
     run,
@@ -26,14 +19,11 @@ from tests.browser.hands import (
     soon,
     switch_on,
     until,
-    upload,
 )
 from tests.browser.served import CHROMIUM, served
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}")
-
-SIDE, N = 256, 16  # at level 0, the run takes long enough to show its progress
 
 
 @pytest.fixture
@@ -61,32 +51,6 @@ def sees(locator, timeout=SOON):
     from playwright.sync_api import expect
 
     expect(locator.first).to_be_visible(timeout=timeout)
-
-
-@pytest.fixture
-def image_file(request, tmp_path) -> Path:
-    """Return a published training image, or a bundled image in the same format."""
-    folder = Path(__file__).resolve().parents[3] / "shared" / "data"
-    try:
-        folder = request.getfixturevalue("data_dir")
-    except (pytest.FixtureLookupError, pytest.skip.Exception):
-        folder = tmp_path / "nowhere"
-    file = folder / "formats" / "ti_strebelle_250_250_1.dat"
-    if not file.exists():
-        file = tmp_path / "from_a_file.dat"
-        write_training_image(file, datasets.load("channels"), format="sgems")
-    return file
-
-
-@pytest.fixture
-def data_file(tmp_path) -> Path:
-    """Return a file of sixty wells on `SIDE` × `SIDE` cells."""
-    rng = np.random.default_rng(5)
-    cells = rng.choice(SIDE * SIDE, 60, replace=False)
-    rows = [f"{c // SIDE},{c % SIDE},{rng.integers(2)}" for c in cells]
-    file = tmp_path / "wells.csv"
-    file.write_text("\n".join(["row,col,facies", *rows]))
-    return file
 
 
 @pytest.mark.slow
@@ -118,59 +82,6 @@ def test_the_first_page_introduces_the_program_until_it_is_used(chromium, addres
     context.close()
 
 
-def test_own_image_and_data_to_realizations_and_back_home(page, address, image_file, data_file):
-    opened(page, address, f"/simulate?grid={SIDE}x{SIDE}&data=none")
-    upload(page, "image", image_file, note=image_file.stem)
-    upload(page, "data", data_file, note="60 data")
-    page.evaluate(
-        """() => {
-          window.seen = [];
-          new MutationObserver(() => {
-            const bar = document.querySelector('.st-key-progress');
-            if (bar) window.seen.push(bar.innerText);
-          }).observe(document.body, {subtree: true, childList: true, characterData: true});
-        }"""
-    )
-    fill(page, "n_realizations", N)
-    fill(page, "seed", 42)
-    choose(page, "wavelet_level", "0")
-    run(page)
-    facts(page, f"60 of 60 data honoured.*{N} realizations in .* CPU each")
-    assert any(f"{N} realizations" in text for text in page.evaluate("window.seen"))
-
-    tiles = page.get_by_role("button", name=re.compile(r"^Realization \d+$"))
-    from playwright.sync_api import expect
-
-    expect(tiles).to_have_count(N, timeout=SOON)  # the old tiles remain for a moment
-    until(
-        lambda: tiles.nth(2).click(timeout=GLANCE),
-        lambda wait: sees(page.get_by_text(f"Realization 3 of {N}"), wait),
-    )
-    fourth = page.get_by_text(f"Realization 4 of {N}")
-    until(
-        lambda: None if fourth.count() else page.keyboard.press("ArrowRight"),
-        lambda wait: sees(fourth, wait),
-    )
-    sees(page.locator(".st-key-map_e_type canvas"))
-    sees(page.locator(".st-key-chart_times .js-plotly-plot"))
-
-    at_rest(page)
-    saved = np.load(downloaded(page, "realizations_npz").path())
-    assert int(saved["seed"]) == 42
-    assert '"wavelet_level": 0' in str(saved["parameters"])
-    image = read_training_image(image_file)
-    own = simulate(
-        image, (SIDE, SIDE), Parameters(wavelet_level=0), n_realizations=N, seed=42,
-        hard_data=read_hard_data(data_file, Grid(SIDE, SIDE), image),
-    )  # fmt: skip
-    assert np.array_equal(saved["realizations"], own.realizations)
-
-    page.reload()
-    sees(page.locator(".st-key-image_row .note", has_text=image_file.stem))
-    sees(page.locator(".st-key-data_row .note", has_text="60 data"))
-    assert not page.locator("[data-testid=stAlert]").count()
-
-
 @pytest.mark.slow
 def test_a_big_run_shows_progress_and_can_be_cancelled(page, address):
     opened(page, address, "/simulate")
@@ -197,6 +108,7 @@ def test_a_big_run_shows_progress_and_can_be_cancelled(page, address):
 def test_a_broken_file_is_said_and_nothing_is_lost(page, address, tmp_path):
     opened(page, address)
     fill(page, "seed", 7)
+    run(page)
     before = page.locator(".facts").inner_text()
     broken = tmp_path / "broken.dat"
     broken.write_text("250 250 1\n1\nfacies\n0\n1\nnot a number\n")
@@ -212,6 +124,7 @@ def test_a_broken_file_is_said_and_nothing_is_lost(page, address, tmp_path):
         assert page.locator(".facts").inner_text() == before
 
     soon(nothing_is_lost)
+    fill(page, "seed", 8)
     run(page)
     facts(page, "12 realizations in")
 
@@ -237,6 +150,31 @@ def test_a_menu_opens_with_what_the_study_says_and_changes_nothing(page, address
     switch_on(page, "live")
     fill(page, "n_realizations", 4)
     facts(page, "400 of 400 data honoured.*4 realizations in")
+
+
+@pytest.mark.slow
+def test_a_number_typed_in_a_menu_is_kept_when_a_click_beside_the_menu_closes_it(page, address):
+    from playwright.sync_api import expect
+
+    opened(page, address)
+    sidebar = page.get_by_test_id("stSidebarUserContent")  # a run is named after what changed, too
+    button = sidebar.get_by_role("button", name="World coordinates")
+    box = page.locator(".st-key-grid_cell_size_x input")
+
+    def unfold() -> None:
+        at_rest(page)
+        until(
+            lambda: None if box.count() else button.click(timeout=GLANCE),
+            lambda wait: box.wait_for(timeout=wait),
+        )
+
+    unfold()
+    expect(box).to_have_value("1", timeout=SOON)
+    box.fill("25")
+    page.locator(".facts").click(timeout=SOON)
+    expect(box).to_have_count(0, timeout=SOON)
+    unfold()
+    expect(box).to_have_value("25", timeout=SOON)
 
 
 @pytest.mark.slow

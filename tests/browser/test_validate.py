@@ -268,14 +268,14 @@ def test_a_large_ensemble_settles_on_the_page(judged):
     show(judged, "Large ensemble")
     number = judged.locator(".st-key-n_long input")
     number.wait_for(timeout=SLOW)
-    fill(judged, "n_long", 200)
+    fill(judged, "n_long", 60)
     start = judged.get_by_role("button", name="Start")
-    begun = judged.locator(".st-key-long_progress", has_text="of 200 realizations")
+    begun = judged.locator(".st-key-long_progress", has_text="of 60 realizations")
     until(
         lambda: start.click(timeout=SOON) if start.count() else None,
         lambda wait: begun.wait_for(timeout=wait),
     )
-    judged.locator(".note", has_text="After 200 realizations").wait_for(timeout=SLOW)
+    judged.locator(".note", has_text="After 60 realizations").wait_for(timeout=SLOW)
 
     def converges() -> None:
         assert drawn(judged, "convergence")["standard error"] >= 1

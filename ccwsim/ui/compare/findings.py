@@ -84,7 +84,7 @@ def describe_grades(row: PairRatio) -> str:
     between, within, ratio = row.grades
     if not (between or within or ratio):
         return "no difference in patterns beyond two standard errors"
-    percent = [f"{abs(value - 1):.0%}" for value in (row.between, row.within)]
+    percent = [f"{100 * abs(value - 1):.0f} %" for value in (row.between, row.within)]
     varied = _graded(between, f"{percent[0]} less varied", "as varied", f"{percent[0]} more varied")
     near = _graded(within, f"{percent[1]} nearer to", "as near to", f"{percent[1]} farther from")
     verdict = _graded(ratio, "worse", "as good", "better")

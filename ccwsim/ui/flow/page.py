@@ -18,7 +18,7 @@ from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.jobs.statistics import Failure
 from ccwsim.model.bounds import MAX_CONDUCTIVITY, MIN_CONDUCTIVITY
 from ccwsim.model.facies_property import cell_values
-from ccwsim.model.numbers import plural, three_digits
+from ccwsim.model.numbers import minus, plural, three_digits
 from ccwsim.report.settings import caption_of
 from ccwsim.system.log import reason
 from ccwsim.ui.flow import solving
@@ -202,7 +202,7 @@ def _draw_flow(state: State, ensemble: Ensemble, found: Solution, settings: Flow
         k = flow.effective_k * solving.UNITS[page_state.unit]
         facts.insert(0, f"effective K {k:.3g} {page_state.unit}")
     facts.append(f"half of the water needs more than {solving.duration(median)}")
-    facts.append(f"balance {flow.balance:.0e}, {plural(flow.iterations, 'iteration')}")
+    facts.append(f"balance {minus(f'{flow.balance:.0e}')}, {plural(flow.iterations, 'iteration')}")
     with st.container(**ROW, key="flow_tools"):
         write_facts(facts)
         _draw_downloads(state, ensemble, found, settings)

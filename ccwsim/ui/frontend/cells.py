@@ -4,6 +4,7 @@ import zlib
 from base64 import b64encode
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from hashlib import blake2b
 from typing import Any
 
@@ -17,6 +18,7 @@ from ccwsim.model.missing import UNKNOWN
 from ccwsim.sharing.choices import CellsOfWells
 from ccwsim.ui.frontend.component import draw_component
 
+_ramp = cache(ramp)
 N_STEPS = 200
 """Number of colour steps of a probability map; shares of 200 realizations are not rounded."""
 MAX_NAMES = 30
@@ -67,7 +69,7 @@ def share_map(
     point_colours: Sequence[str] = (),
 ) -> CellMap:
     """Return a map or volume of numbers from 0 to 1, such as probabilities."""
-    steps = ramp(colours, N_STEPS + 1)
+    steps = _ramp(tuple(colours), N_STEPS + 1)
     labels = [f"{name} {k / N_STEPS:.2f}" for k in range(N_STEPS + 1)]
     known = ~np.isnan(shares)  # inactive cells have no colour
     indices = np.full(shares.shape, UNKNOWN, np.uint8)

@@ -347,11 +347,14 @@ def _draw_map(state: State, tried: Choices) -> None:
     except CCWSIMError:  # the error is reported above
         return
     panel_title(title, f"grid of {questions.described(tried.grid)}")
-    step = max(1, -(-placed.points.n // MAX_DRAWN))
-    colours = _colours(state, tried, placed)[::step]
-    above = placed.cells[::step, -2:]  # the map shows the data of a volume from above
+    drawn = np.arange(n)
+    if dict(tried.data.answers).get("on_outside") == "drop" and n_out < n:
+        drawn = np.delete(drawn, placed.outside)  # distant data would make the grid a dot
+    drawn = drawn[:: max(1, -(-len(drawn) // MAX_DRAWN))]
+    colours = np.array(_colours(state, tried, placed), object)[drawn].tolist()
+    above = placed.cells[drawn, -2:]  # the map shows the data of a volume from above
     wells: dict[str, list[int]] = {}
-    for k, line in enumerate(placed.points.lines[::step].tolist()):
+    for k, line in enumerate(placed.points.lines[drawn].tolist()):
         if name := placed.points.wells.get(line):
             wells.setdefault(name, []).append(k)
     wells = wells if len(wells) <= MAX_NAMES else {}

@@ -18,6 +18,9 @@ pytestmark = [
     pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}"),
 ]
 PAGES = sorted(path.stem for path in (ROOT / "pages").glob("*.py"))
+FIRST = ("", "import", "validate")
+"""Addresses opened in a browser; test_accessibility.py reads the console on the way to others."""
+SMALL = "grid=96x64&data=none&template=16&overlap=4&realizations=2"
 LOGGED = re.compile(r"^(?:\d{4}-\d\d-\d\d (?!.*server started)|Traceback|\w+Error).*", re.M)
 """Log lines, except the greeting of a server that starts."""
 BASE = re.compile(r"/\w+/_stcore/(health|host-config)$")
@@ -29,8 +32,6 @@ app."""
 def server(tmp_path_factory) -> Iterator[tuple[str, Path]]:
     log = tmp_path_factory.mktemp("console") / "server.log"
     with started(log=log) as own:
-        with Session(own.address) as first:  # waits longer for kernels than a browser does
-            first.open("simulate")
         yield own.address, log
 
 
@@ -42,7 +43,7 @@ def said(chromium, server) -> dict[str, list[tuple[str, str]]]:
     not loaded again. The pages are open side by side, because their timers need seconds.
     """
     address, _ = server
-    found: dict[str, list[tuple[str, str]]] = {page: [] for page in ("", *PAGES)}
+    found: dict[str, list[tuple[str, str]]] = {page: [] for page in FIRST}
     with closing(chromium.new_context()) as profile:
         profile.add_init_script("localStorage.clear(); sessionStorage.clear()")
         tabs = []
@@ -60,13 +61,18 @@ def said(chromium, server) -> dict[str, list[tuple[str, str]]]:
     return found
 
 
-@pytest.mark.parametrize("page", ["", *PAGES])
+@pytest.mark.parametrize("page", FIRST)
 def test_a_first_visit_leaves_the_console_of_the_browser_empty(said, page):
     assert [(text, url) for text, url in said[page] if not BASE.search(url)] == []
 
 
 def test_first_visits_leave_the_log_of_the_server_empty(said, server):
-    assert LOGGED.findall(server[1].read_text()) == []
+    address, log = server
+    for page in PAGES:
+        with Session(address, query=SMALL) as session:
+            session.open(page)
+            assert session.errors == []
+    assert LOGGED.findall(log.read_text()) == []
 
 
 def test_a_late_tick_of_a_timer_is_not_logged(server):

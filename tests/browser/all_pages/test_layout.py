@@ -91,6 +91,8 @@ DIMMEST = """() => {
   };
   look();
 }"""
+SHIMMERING = """() => document.getAnimations().filter((one) => one.animationName)
+  .filter((one) => one.effect.target.matches('[data-testid=stSkeleton]')).length"""
 HEIGHTS = """() => {
   window.heights = {};
   const look = () => requestAnimationFrame(() => setTimeout(() => {
@@ -350,3 +352,33 @@ def test_a_study_column_with_nothing_in_it_takes_no_room(tab, address):
         ".replaceChildren()"
     )
     soon(room_for_nothing)
+
+
+def test_placeholders_of_charts_are_still(tab, address):
+    held = []
+    tab.route("**/PlotlyChart*", lambda route: held.append(route))
+    with tab.expect_request("**/PlotlyChart*", timeout=SLOW):
+        tab.goto(f"{address}/simulate?{urlencode(link_of(SMALL), doseq=True)}")
+    at_rest(tab)
+    assert tab.locator("[data-testid=stSkeleton]").count()
+
+    def still() -> None:
+        assert not tab.evaluate(SHIMMERING)
+
+    soon(still)  # the style of pages arrives after the first placeholders
+    held[0].continue_()
+    tab.wait_for_selector(".js-plotly-plot", timeout=SLOW)
+
+
+def test_downloads_end_at_the_right_edge_and_leave_room_for_the_facts(tab, address):
+    opened(tab, address, "simulate")
+
+    def beside() -> None:
+        row, facts = box(tab, ".st-key-facts_row"), box(tab, ".st-key-facts_row .facts")
+        button = box(tab, ".st-key-facts_row [data-testid=stPopoverButton]")
+        assert button["right"] == pytest.approx(row["right"], abs=2)
+        assert facts["width"] + button["width"] > 0.9 * row["width"]
+
+    for width in (1440, 1024):
+        tab.set_viewport_size({"width": width, "height": 900})
+        soon(beside)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,15 +13,19 @@ from tests.browser.hands import GLANCE, SLOW, SOON, at_rest, soon, until
 from tests.browser.screenshots import SIZES
 
 FORMS = {"desktop": (1440, "light"), "phone": (390, "dark")}
+if os.environ.get("CCWSIM_FILMS") == "all":
+    FORMS |= {"desktop-dark": (1440, "dark"), "phone-light": (390, "light")}
 CALM = "[data-testid=stException], [data-testid=stAlertContentError]"
-DONE = "() => !document.querySelector('.st-key-progress')"
+DONE = """() => [...document.querySelectorAll('.st-key-progress, [data-testid=stSkeleton]')].every(
+  (e) => !e.getClientRects().length || e.getBoundingClientRect().top > innerHeight)"""
 OF_DRIVER = "GL Driver Message"  # that a picture was saved, where there is no graphics card
 
 
 class Film:
     """A window whose screen is taken after each step, in the folder of the test.
 
-    ``pytest --basetemp=DIR tests/browser/films -m slow`` keeps the pictures in DIR.
+    ``pytest --basetemp=DIR tests/browser/films -m slow`` keeps the pictures in DIR; with
+    ``CCWSIM_FILMS=all`` in the environment, each film has all widths and themes.
     """
 
     def __init__(self, page, address: str, folder: Path) -> None:
@@ -67,7 +72,12 @@ class Film:
 
 @pytest.fixture(params=FORMS)
 def film(request, chromium, address, tmp_path) -> Iterator[Film]:
-    """Yield a film in a new window of each form; at its end, the console must be empty."""
+    """Yield a film in a new window of each form; its last screen must be accessible.
+
+    The console must be empty at the end.
+    """
+    from tests.browser.all_pages.test_accessibility import findings  # skips if axe is missing
+
     width, theme = FORMS[request.param]
     context = chromium.new_context(
         viewport={"width": width, "height": SIZES[width]},
@@ -78,6 +88,11 @@ def film(request, chromium, address, tmp_path) -> Iterator[Film]:
     page.on("console", lambda m: said.append((m.text, m.location["url"])))
     page.on("pageerror", lambda error: said.append((str(error), "")))
     yield Film(page, address, tmp_path)
+
+    def accessible() -> None:
+        assert findings(page) == []
+
+    soon(accessible, SOON)
     context.close()
     ours = [text for text, url in said if not BASE.search(url) and OF_DRIVER not in text]
     assert ours == []

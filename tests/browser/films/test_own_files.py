@@ -6,13 +6,13 @@ import re
 
 import numpy as np
 import pytest
-from scipy.ndimage import gaussian_filter
 
 from ccwsim import Grid
 from ccwsim.io import maps_as_bytes
 from tests.browser.hands import SLOW, at_rest, choose, downloaded, to_page
 from tests.browser.served import CHROMIUM
 from tests.browser.test_import import bring_wells
+from tests.small_images import facies_at_edges
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = [
@@ -20,9 +20,7 @@ pytestmark = [
     pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}"),
 ]
 PLACE = {"cell_size": (25.0, 25.0), "origin": (413000.0, 5294000.0), "crs": "EPSG:32632"}
-CODES = np.digitize(
-    gaussian_filter(np.random.default_rng(6).normal(size=(72, 96)), 4), [-0.05, 0.05]
-)
+CODES = facies_at_edges()
 FAR = "500000,5294100,1"  # a well with a wrong easting
 
 
@@ -51,7 +49,7 @@ def test_own_image_and_wells_become_maps_in_the_coordinates_of_the_image(film, f
     film.press(page.get_by_role("button", name="Bring a picture"), chooser)
     film.take("bring-a-picture")
     chooser.locator("input[type=file]").set_input_files(image, timeout=SLOW)
-    page.wait_for_selector(".st-key-map_import canvas", timeout=SLOW)
+    film.see("96 × 72 cells, 3 facies")
     film.take("image")
     bring_wells(page, wells)
     film.see("1 of 41 data outside the grid")

@@ -44,7 +44,7 @@ def test_a_volume_is_stepped_through(tab, address):
     trace = Trace(Study(image, *own))
     tab.goto(f"{address}/how_it_works?{urlencode(QUERY)}")
     tab.locator(".st-key-volume_how_cut canvas").first.wait_for(timeout=SLOW)
-    tab.locator(".st-key-volume_how_repair_after canvas").first.wait_for(timeout=SLOW)
+    tab.locator(".st-key-volume_how_repair_after [data-panel=z] canvas").wait_for(timeout=SLOW)
     at_rest(tab)
     where, n = tab.locator(".st-key-how_player .where"), len(trace.patches)
     first = int(re.findall(r"Patch (\d+) of", where.inner_text())[0]) - 1

@@ -576,6 +576,22 @@ def test_without_webgl2_the_slices_remain(tab):
     all_slices_show(tab, CELLS, 2, 9, 4)
 
 
+def test_a_volume_is_drawn_once_webgl2_is_back(tab):
+    tab.set_viewport_size(SIZE)
+    begin(tab, "volume", volume_content(VOLUME, "volume"))
+    tab.evaluate(
+        """() => { const own = OffscreenCanvas.prototype.getContext;
+          OffscreenCanvas.prototype.getContext = function (name, ...more) {
+            return window.refused || !name.startsWith('webgl') ? own.call(this, name, ...more)
+              : (window.refused = true, null); };
+          call(); }"""
+    )
+    drawn(tab)
+    canvas(tab, "body").wait_for(timeout=SOON)
+    assert tab.evaluate("refused")
+    assert tab.get_by_text("this browser has no WebGL2").is_hidden()
+
+
 @pytest.mark.parametrize(("width", "columns"), [(1000, 2), (390, 1)])
 def test_a_phone_has_one_column(tab, width, columns):
     show(tab, grid=Grid(NY, NX, (25.0, 25.0, 5.0), (500_000.0, 4_100_000.0, -1500.0), nz=NZ))

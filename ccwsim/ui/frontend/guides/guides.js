@@ -39,12 +39,24 @@ class GuideBoard extends CellMap {
     this.tools = ['pan', ...(data.strokes ? ['brush'] : []), ...(data.flow ? ['line'] : []),
       ...Object.keys(data.outlines)];
     if (this.tools.length === 1) this.tools = [];
+    for (const tool of this.tools)
+      if (!this.root.querySelector(`[data-tool="${tool}"]`)) this.addZone(tool);
     const news = this.tools.filter((tool) => !before.includes(tool) && tool !== 'pan');
     if (news.length && !matchMedia('(pointer: coarse)').matches) this.tool = news.at(-1);
     if (!this.tools.includes(this.tool)) this.tool = 'pan';
     this.canvas.setAttribute('role', this.tools.length ? 'application' : 'img');
     super.show(data);
     this.bars();
+  }
+
+  // Add the button of a zone, which is like that of the outline of the active cells.
+  addZone(tool) {
+    const like = this.root.querySelector('[data-tool="outline"]'), button = like.cloneNode(true);
+    const number = tool.replace('zone', '');
+    button.dataset.tool = tool;
+    button.title = like.title.replace('the active cells', `the cells of image ${number}`);
+    button.lastChild.data = `zone ${number}`;
+    like.parentElement.append(button);
   }
 
   // Replace the drawing; it is sent again until the page has applied it.

@@ -10,6 +10,7 @@ const OPAQUE = 0.9, BEHIND = 0.25; // minimum opacity of a cell that hides lines
 const FIRST_LOOK = { turn: 0.6, tilt: 0.5, zoom: 1 };
 const QUICK = 35; // target milliseconds per frame in motion; slower machines draw coarser frames
 const AT_REST = 180; // milliseconds without motion before a coarse frame is replaced by a fine frame
+const PAUSE = 1000, MOST_REFUSALS = 9; // milliseconds, doubled each time, before WebGL2 is asked for again, and how often
 const KEPT = 4; // number of volumes in graphics memory
 const BITS = 3, BRICK = 1 << BITS; // cells along an axis of a brick; rays cross an empty brick in one step
 
@@ -114,7 +115,6 @@ class Painter {
     this.canvas = new OffscreenCanvas(1, 1);
     const gl = this.gl = this.canvas.getContext('webgl2', { antialias: false, depth: false });
     if (!gl) throw new Error('no WebGL2');
-    this.canvas.addEventListener('webglcontextlost', () => { this.lost = true; });
     this.textures = new Map(); // textures by volume; the most recently drawn texture is last
     this.program = gl.createProgram();
     for (const [kind, text] of [[gl.VERTEX_SHADER, CORNERS], [gl.FRAGMENT_SHADER, RAYS]]) {
@@ -275,15 +275,17 @@ class Body {
     sizeCanvas(this.canvas, wide, high, dots);
   }
 
+  // Return the painter of the page, or undefined without WebGL2. A busy browser may refuse it for a
+  // moment or lose it, or for two minutes after its drawing process has ended, so that it is asked for again.
   painter() {
     const { page } = this.view;
-    if (page.painter?.lost) page.painter = null;
-    if (page.painter === undefined || page.painter === null) {
-      try {
-        page.painter = new Painter();
-      } catch {
-        page.painter = false;
-      }
+    if (page.painter?.gl.isContextLost()) page.painter = undefined;
+    if (page.painter || performance.now() < page.askAgain) return page.painter;
+    try {
+      page.painter = new Painter();
+    } catch {
+      page.refusals = (page.refusals ?? 0) + 1;
+      page.askAgain = page.refusals < MOST_REFUSALS ? performance.now() + PAUSE * 2 ** (page.refusals - 1) : Infinity;
     }
     return page.painter;
   }
@@ -313,6 +315,8 @@ class Body {
     canvas.hidden = this.mode.hidden = Boolean(text);
     if (text) {
       this.sliders.replaceChildren();
+      const { painter, askAgain } = view.page;
+      if (!painter && askAgain < Infinity) setTimeout(() => view.ask('body'), Math.max(0, askAgain - performance.now()));
       return;
     }
     canvas.setAttribute('aria-label', `${data.alt}, ${this.mode.selectedOptions[0].text}, seen from ${compass(look)}`);
