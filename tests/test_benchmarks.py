@@ -108,12 +108,13 @@ def test_refined_places_are_those_of_the_kernel(seed, level, sides):
 
 
 @pytest.mark.slow
-def test_the_reference_makes_realizations_as_good_as_the_kernels():
-    ti, p, shape = datasets.load("channels"), Parameters(wavelet_level=2), (256, 200)
-    theirs = simulate(ti, shape, p, n_realizations=6)
-    own = np.stack([reference.simulate_reference(ti, shape, p, seed)[0] for seed in range(6)])
+def test_the_reference_makes_realizations_as_good_as_the_kernels_of_the_published_method():
+    ti, shape, n = datasets.load("channels"), (256, 200), 16
+    p = Parameters(wavelet_level=2, repair_seams=False, published_draw=True)
+    theirs = simulate(ti, shape, p, n_realizations=n)
+    own = np.stack([reference.simulate_reference(ti, shape, p, seed)[0] for seed in range(n)])
     distances = [pattern_distance(r, ti).mean(axis=0) for r in (own, theirs)]
-    np.testing.assert_allclose(distances[0], distances[1], rtol=0.5)
+    np.testing.assert_allclose(distances[0], distances[1], rtol=0.4)  # about 4 standard errors
 
 
 def test_a_constant_image_gives_a_constant_reference():

@@ -149,6 +149,7 @@ IMAGES: dict[str, Act] = {
     "feature_spacing.image": lambda of: m.feature_spacing(some(of)),
     "geobody_statistics.images": lambda of: m.geobody_statistics(some(of), 1),
     "local_direction.images": lambda of: m.local_direction(some(of), 1),
+    "main_direction.image": lambda of: m.main_direction(some(of)),
     "granulometry.image": lambda of: m.granulometry(some(of), 1),
     "pattern_distance.images": lambda of: m.pattern_distance(some(of), SQUARES),
     "pattern_distance.training_image": lambda of: m.pattern_distance(SQUARES, some(of)),

@@ -138,6 +138,8 @@ SAID = {
 }
 """Messages for files that are read as a training image."""
 
+USUAL = ("inspect", "image", "points")
+"""Ways in which every evil file is read."""
 
 READ = {
     "jpeg of camera data": (1, 3, 4),
@@ -182,6 +184,8 @@ def test_an_evil_file_does_no_harm(reader, name, tmp_path, monkeypatch):
     monkeypatch.setenv("CCWSIM_MAX_UPLOAD_SECONDS", "5")
     content = EVIL[name]()
     acts = dict(uploads(content, f"../{name}"))
+    if name not in WORST.values():  # `python -m tests.fuzz` reads each file in every way
+        acts = {word: act for word, act in acts.items() if word in (*USUAL, reader)}
     outcome = measured(name, iter(acts.items()))
     assert outcome.faults == []
     assert outcome.megabytes < MEGABYTES
