@@ -172,7 +172,7 @@ def rows_of_copies() -> Iterator[str]:
                     secondary=secondary,
                 )
                 found.setdefault(case, e)
-                # the first realization on each of the 8 orientations of a path prepares the copies
+                # the first realization on each orientation of a path prepares the copies
                 seconds[case] += np.sort(e.cpu_seconds)[:12].tolist() if turn else []
         took = {case: float(np.median(each)) for case, each in seconds.items()}
         for case, e in found.items():

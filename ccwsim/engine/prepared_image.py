@@ -22,17 +22,11 @@ from ccwsim.engine.corrections.seam_repair import Repair, prepare_repair
 from ccwsim.engine.corrections.trend_of_data import Trend, trend_of_data, trend_of_map
 from ccwsim.engine.corrections.unseen_patterns import Patterns, known_patterns, mean_thickness
 from ccwsim.engine.lengths import ScaledLengths, lengths_of
+from ccwsim.engine.stages import similarity
 from ccwsim.engine.stages.bits import to_bits, to_square_bits
 from ccwsim.engine.stages.conditioning import legal_splits
 from ccwsim.engine.stages.path import FROM_ABOVE, Triple, in_layers, in_three, to_path
 from ccwsim.engine.stages.pyramid import Pyramid, build_pyramid, upgrid
-from ccwsim.engine.stages.similarity import (
-    legal_spans,
-    running_squares,
-    running_sums,
-    score_type,
-    summed_up,
-)
 from ccwsim.jobs.workers import check_stop
 from ccwsim.model.study import Study
 from ccwsim.system.lru_cache import LruCache
@@ -76,12 +70,13 @@ def orient_image(
     copies: Copies | None,
     lengths: ScaledLengths,
     may_split: bool,
+    other: OrientedImage | None = None,
 ) -> OrientedImage:
     """Return the prepared `image`, which is in path coordinates at the coarsest scale.
 
     `known` are the known cells of the image at the finest scale, or None if all are known.
     `lengths` are along the axes of the path; `may_split` is true if tiles may be split. The layers
-    of `copies` must be in the order of the path.
+    of `copies` must be in the order of the path. Margins are those of an `other` orientation.
     """
     p = study.parameters
     template, overlap, level = lengths.template, lengths.overlap, lengths.level
@@ -92,13 +87,13 @@ def orient_image(
         blocks = np.broadcast_to(upgrid(pyramid.image, lengths.block), pyramid.phases.shape)
         pyramid = pyramid._replace(phases=np.ascontiguousarray(blocks))
     guided = score_bound(study, lengths, len(pyramid.sums))
-    kind = score_type(level, template, overlap, correlation, guided, known is not None)
+    kind = similarity.score_type(level, template, overlap, correlation, guided, known is not None)
     splits = legal_splits(template, overlap, lengths.volume) if may_split else [(1, 1, 1)]
     check_stop()
-    squares = running_squares(pyramid.sums, kind)
+    squares = similarity.running_squares(pyramid.sums, kind)
     if correlation:
         squares[:] = 0
-    running = running_sums(pyramid.sums, level, template)
+    running = similarity.running_sums(pyramid.sums, level, template)
     size = tuple(t >> n for t, n in zip(template, level, strict=True))
     places = tuple(n - t + 1 for n, t in zip(pyramid.sums.shape[1:], size, strict=True))
     proportions = np.array(study.training_image.proportions)  # kernels need a writable array
@@ -111,7 +106,9 @@ def orient_image(
     if known is not None:
         illegal = illegal_places(known, lengths, places)  # type: ignore[arg-type]
     margin, factors = np.zeros(kinds.shape), np.ones(len(proportions))
-    if steers(study):
+    if other is not None:
+        margin, factors = other.margin, other.gain_factors
+    elif steers(study):
         shares = [
             patch_shares(
                 pyramid.sums[:, first : first + n + size[0] - 1],
@@ -122,7 +119,7 @@ def orient_image(
         margin = np.stack([margin_weights(*each) for each in zip(shares, kinds, strict=True)])
         factors = gain_factors(np.concatenate(shares), proportions)
     sums, steering = (squares, running, places), (proportions, margin, factors)
-    legal = illegal, legal_spans(illegal), layers
+    legal = illegal, similarity.legal_spans(illegal), layers
     oriented = OrientedImage(pyramid, np.array(splits), *sums, *steering, *legal)  # type: ignore[arg-type]
     if copies is not None:
         check_pieces(copies, oriented.n_places, template)
@@ -195,7 +192,8 @@ class PreparedImage:
                 first, n = copies.layers.T
                 layers = np.column_stack([len(copies.indices) - first - n, n])
                 copies = copies._replace(layers=layers)
-            return orient_image(study, image, known, copies, lengths, may_split)
+            other = self.oriented(0, template) if copies and orientation else None
+            return orient_image(study, image, known, copies, lengths, may_split, other)
 
         return self.part(("oriented", orientation, template), make)
 
@@ -245,7 +243,7 @@ class PreparedImage:
         def make() -> NDArray[np.int64]:
             if self._known is None:
                 return np.zeros((0, 0, 0), np.int64)
-            return summed_up(~to_path(self._known, orientation))
+            return similarity.summed_up(~to_path(self._known, orientation))
 
         return self.part(("unknown", orientation), make)
 

@@ -104,6 +104,8 @@ def make_plan(
     volume = len(study.grid.shape) == 3
     drawn = int(rng.integers(48 if volume else N_ORIENTATIONS)) if p.random_path else 0
     order, orientation = divmod(drawn, 2 * FROM_ABOVE)
+    if image.copies:  # the four turns suffice, and each orientation of the copies takes long
+        orientation ^= orientation.bit_count() & 1
     oriented = image.oriented(orientation, template)
     lengths = lengths_of(p, study.grid.shape, template, orientation)
     offset = _offset(p, lengths, rng)
