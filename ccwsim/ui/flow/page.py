@@ -275,10 +275,15 @@ def _draw_heads(
     bands = np.clip((heads - low) / span * N_BANDS, 0, N_BANDS - 1)
     bands = np.where(np.isnan(heads), N_BANDS, bands).astype(np.uint8)
     middles = low + (np.arange(N_BANDS) + 0.5) / N_BANDS * span
-    labels = [f"head {m:.3g} m" for m in middles]
-    labels[0] += f" or less, down to {lowest:.3g} m" if lowest < low else ""
-    labels[-1] += f" or more, up to {highest:.3g} m" if highest > high else ""
-    strip = {"colours": list(figures.CIVIDIS), "low": f"{low:.3g}", "high": f"{high:.3g} m"}
+    decimals = 2 - int(np.floor(np.log10(span)))  # the difference has three digits
+
+    def said(head: float) -> str:
+        return minus(f"{round(float(head), decimals) + 0.0:.9g} m")
+
+    labels = [f"head {said(middle)}" for middle in middles]
+    labels[0] += f" or less, down to {said(lowest)}" if lowest < low else ""
+    labels[-1] += f" or more, up to {said(highest)}" if highest > high else ""
+    strip = {"colours": list(figures.CIVIDIS), "low": said(low), "high": said(high)}
     colours = [*figures.ramp(figures.CIVIDIS, N_BANDS), "#8A8F96"]
     shown = CellMap(bands, colours, [*labels, "inactive"], "Map of heads", strip=strip)
     shown = with_tracks(shown, found, settings, 0)

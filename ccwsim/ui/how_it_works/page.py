@@ -138,8 +138,7 @@ def _draw_player(how: How, trace: Trace) -> None:
     ]
     if patch.split:
         facts.append(f"part {patch.part + 1} of a tile that is full of data ({words.OURS})")
-    dot = ' <span class="dot">·</span> '
-    position = dot.join(f'<span class="fact">{fact}</span>' for fact in facts)
+    position = " ".join(f'<span class="fact">{fact}</span>' for fact in facts)
     st.html(f'<p class="facts where">{position}</p>')
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="how_row"):
         ends = {"icon": ":material/chevron_left:", "disabled": how.patch == 0}

@@ -91,8 +91,7 @@ def _draw_validation(state: State, ensemble: Ensemble) -> None:
     with top:
         first, *others = findings(state, ensemble)
         first = first._replace(words=first.words[:1].upper() + first.words[1:])
-        dot = ' <span class="dot">·</span> '
-        said = dot.join(verdict_html(verdict, "fact") for verdict in (first, *others))
+        said = " ".join(verdict_html(verdict, "fact") for verdict in (first, *others))
         st.html(f'<p class="facts judged" role="status">{said}</p>')
     _draw_sections(state, ensemble, colours)
     draw_component("steady", "steady", {"parts": STEADY})

@@ -24,10 +24,8 @@ def draw_facts(ensemble: Ensemble) -> None:
 
 
 def write_facts(facts: Iterable[str]) -> None:
-    """Write facts in one line, which breaks only between facts."""
-    joined = ' <span class="dot">·</span> '.join(
-        f'<span class="fact">{escape(fact)}</span>' for fact in facts
-    )
+    """Write facts in one line, which breaks only between facts; the style adds the dots."""
+    joined = " ".join(f'<span class="fact">{escape(fact)}</span>' for fact in facts)
     st.html(f'<p class="facts">{joined}</p>')
 
 
