@@ -188,10 +188,17 @@ def test_two_maps_have_one_top_and_one_size_and_no_tool_covers_them(tab, address
         assert found["tools"] >= 2
         assert found["covered"] == []
 
+    def end_together() -> None:
+        first, second = box(tab, left), box(tab, ".st-key-map_e_type canvas")
+        assert second["y"] > first["bottom"]
+        assert second["right"] == pytest.approx(first["right"], abs=1)
+
     soon(alike)
     soon(cover_nothing)
     tab.set_viewport_size(NARROW)
     soon(alike)
+    tab.set_viewport_size({"width": 390, "height": 844})
+    soon(end_together)
 
 
 @pytest.mark.parametrize("path", ["simulate", "validate", "data"])
@@ -368,6 +375,28 @@ def test_placeholders_of_charts_are_still(tab, address):
     soon(still)  # the style of pages arrives after the first placeholders
     held[0].continue_()
     tab.wait_for_selector(".js-plotly-plot", timeout=SLOW)
+
+
+def test_no_dot_is_drawn_before_the_first_fact_of_a_line(tab, address):
+    opened(tab, address, "validate")
+    tab.wait_for_selector(".facts.judged .fact", timeout=SLOW)
+    shown = """() => { const row = document.querySelector('.facts.judged').getBoundingClientRect();
+      return [...document.querySelectorAll('.facts.judged .fact')].map((fact) => {
+        const left = fact.getBoundingClientRect().x + parseFloat(
+          getComputedStyle(fact, '::before').left);
+        return [fact.getBoundingClientRect().y, left >= row.x]; }); }"""
+
+    def only_between() -> None:
+        rows = tab.evaluate(shown)
+        lines = sorted({y for y, _ in rows})
+        assert len(rows) > len(lines) > 1
+        for y in lines:
+            first, *others = [dot for at, dot in rows if at == y]
+            assert not first
+            assert all(others)
+
+    tab.set_viewport_size({"width": 1300, "height": 900})
+    soon(only_between)
 
 
 def test_downloads_end_at_the_right_edge_and_leave_room_for_the_facts(tab, address):

@@ -127,6 +127,10 @@ class CellMap {
     this.dots = window.devicePixelRatio || 1;
     const [wide, high] = [this.wide + this.left + this.right, this.high + this.top + this.bottom];
     sizeCanvas(this.canvas, wide, high, this.dots);
+    // below a map with coordinates, the cells begin at the same pixel
+    const west = (map) => map.root.getBoundingClientRect().left;
+    const above = [...(groups.get(this.data.scale) || [])].find((map) => map.data.axes && west(map) === west(this));
+    this.canvas.style.marginLeft = above && !this.data.axes ? `${above.left - this.left}px` : '';
     this.draw();
   }
 
