@@ -37,7 +37,7 @@ def proportions_chart(
     largest = 100 * min(1.0, 1.15 * float(max(reference.max(), each.max())))
     x, y = {"range": [-0.08 * largest, largest]}, (len(names) - 0.4, -0.6)
     look: dict[str, Any] = {"x": x, "y": rows_axis(theme, as_written(names), y)}
-    look |= {"height": proportions_height(len(names)), "x_title": "share of cells (%)"}
+    look |= {"height": proportions_height(len(names)), "x_title": "cells (%)"}
     return blank_chart(theme, y_title="", traces=traces, hovermode="closest", **look)
 
 

@@ -2,6 +2,7 @@
 // [row from the south, column]; grey values of the picture are indices into `lut` and `labels`.
 const LINK = 'ccwsim-map';
 const HIGHEST_MAP = 620; // maximum height of a map in pixels, by default
+const NARROW = 280; // minimum width in pixels of the line below a map
 const ZOOMED = 8; // number of cells along an edge of a strongly zoomed map
 // Maps that share zoom and scale, stored in the window because each component has a copy of this module.
 const groups = (window[Symbol.for(LINK)] ??= new Map());
@@ -17,6 +18,7 @@ class CellMap {
   constructor(root) {
     this.root = root;
     this.canvas = root.querySelector('canvas');
+    this.below = root.querySelector('.below');
     this.legend = root.querySelector('.legend');
     this.readout = root.querySelector('.readout');
     this.dataShown = true;
@@ -130,7 +132,9 @@ class CellMap {
     // below a map with coordinates, the cells begin at the same pixel
     const west = (map) => map.root.getBoundingClientRect().left;
     const above = [...(groups.get(this.data.scale) || [])].find((map) => map.data.axes && west(map) === west(this));
-    this.canvas.style.marginLeft = above && !this.data.axes ? `${above.left - this.left}px` : '';
+    const margin = above && !this.data.axes ? above.left - this.left : 0;
+    this.canvas.style.marginLeft = `${margin}px`;
+    this.below.style.maxWidth = `${Math.max(wide + margin, NARROW)}px`;
     this.draw();
   }
 
