@@ -241,18 +241,16 @@ def _turned(
     Each cell of the copy has the nearest cell of the image. All cells of the image are kept, as
     cropping would change proportions.
     """
-    copy, forward = np.flip(numbers, flipped), _forward(turn, cell_size)
-    if (forward != np.eye(3)).any():
-        from scipy.ndimage import affine_transform  # slow to import
-
-        shape, inverse = _shape_of(forward, numbers.shape), np.linalg.inv(forward)  # type: ignore[arg-type]
-        offset = (np.array(copy.shape) - 1) / 2 - inverse @ ((np.array(shape) - 1) / 2)
-        options = {"order": 0, "mode": "grid-constant", "cval": -1}
-        whole = not (forward - np.eye(3))[0].any() and not forward[1:, 0].any()
-        below, steps = (copy[:1], copy[:, :1, :1] - copy[0, 0, 0]) if whole else (copy, 0)
-        shape = (1, *shape[1:]) if whole else shape  # all layers are turned alike
-        turned = np.asarray(affine_transform(below, inverse, offset, shape, **options))  # type: ignore[arg-type]
-        copy = np.where(turned < 0, -1, turned + steps).astype(np.int32)
+    forward = _forward(turn, cell_size)
+    shape, inverse = _shape_of(forward, numbers.shape), np.linalg.inv(forward)  # type: ignore[arg-type]
+    middle, axes = (np.array(shape) - 1) / 2, np.ogrid[tuple(map(slice, shape))]
+    copy, inside, size = numbers[:1, :1, :1], np.array(True), np.int32(numbers.size)
+    for axis, n in enumerate(numbers.shape):
+        terms = [f * (k - m) for f, k, m in zip(inverse[axis], axes, middle, strict=True) if f]
+        nearest = np.floor(sum(terms, n / 2)).astype(np.int32)
+        inside, size = inside & (nearest >= 0) & (nearest < n), size // np.int32(n)
+        copy = copy + size * (n - 1 - nearest if axis in flipped else nearest)
+    copy = np.broadcast_to(np.where(inside, copy, np.int32(-1)), shape)
     if len(numbers) > 1:  # refinement must not shift a patch into the next copy
         copy = np.pad(copy, [(0, gap - len(copy) % gap), (0, 0), (0, 0)], constant_values=-1)
     return copy

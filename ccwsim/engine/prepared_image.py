@@ -237,13 +237,13 @@ class PreparedImage:
 
         return self.part(("scaled", orientation, scale), make)
 
-    def unknown(self, orientation: int = 0) -> NDArray[np.int64]:
+    def unknown(self, orientation: int = 0) -> NDArray[np.int32]:
         """Return the running numbers of unknown cells of the image; empty if all are known."""
 
-        def make() -> NDArray[np.int64]:
+        def make() -> NDArray[np.int32]:
             if self._known is None:
-                return np.zeros((0, 0, 0), np.int64)
-            return similarity.summed_up(~to_path(self._known, orientation))
+                return np.zeros((0, 0, 0), np.int32)
+            return similarity.summed_up(~to_path(self._known, orientation), np.int32)
 
         return self.part(("unknown", orientation), make)
 

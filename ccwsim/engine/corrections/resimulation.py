@@ -85,7 +85,7 @@ class Target(NamedTuple):
     # False, one location out of each group of a few is compared
     by_chance: bool = False
     # shape (mz + 1, my + 1, mx + 1): running numbers of unknown cells of the image; empty if none
-    unknown: NDArray[np.int64] = np.zeros((0, 0, 0), np.int64)
+    unknown: NDArray[np.int32] = np.zeros((0, 0, 0), np.int32)
     # shape (n_kinds, 2): first layer and number of layers of each kind of copies (see `Copies`)
     layers: NDArray[np.int64] = np.zeros((0, 2), np.int64)
     kinds: NDArray[np.uint8] = np.zeros((0, 0, 0), np.uint8)  # shape of the grid; empty without

@@ -42,7 +42,7 @@ class Patterns(NamedTuple):
     shift: int  # right shift of the number of a pattern
 
 
-NO_UNKNOWN = np.zeros((0, 0, 0), np.int64)
+NO_UNKNOWN = np.zeros((0, 0, 0), np.int32)
 NO_PATTERNS = Patterns(
     *(np.empty(0, np.uint8), (1, 1, 1), 1, (0, 0, 0)),
     *(np.empty(0, np.uint32), np.uint32(0), np.uint32(0), 0),
@@ -72,7 +72,7 @@ def known_patterns(
     image: NDArray[np.uint8],
     spacing: int | None = None,
     volume: bool | None = None,
-    unknown: NDArray[np.int64] = NO_UNKNOWN,
+    unknown: NDArray[np.int32] = NO_UNKNOWN,
 ) -> Patterns:
     """Return the patterns of an image of shape (nz, ny, nx).
 

@@ -90,9 +90,9 @@ def summed_squares(sums: NDArray[np.number[Any]]) -> NDArray[np.int64]:
     return summed_up(squares)
 
 
-def summed_up(values: NDArray[Any]) -> NDArray[Any]:
+def summed_up(values: NDArray[Any], kind: type[np.number[Any]] = np.int64) -> NDArray[Any]:
     """Return running sums of values along three axes, shape (nz + 1, ny + 1, nx + 1)."""
-    table = np.zeros([n + 1 for n in values.shape], np.result_type(values, np.int64))
+    table = np.zeros([n + 1 for n in values.shape], np.result_type(values, kind))
     inner = table[1:, 1:, 1:]
     inner[...] = values
     for axis, n in enumerate(values.shape):
