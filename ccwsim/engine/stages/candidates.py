@@ -23,8 +23,8 @@ COUNTED = 2**14
 class Ranking(NamedTuple):
     """Workspace to select the K best of at most n scores."""
 
-    minima: NDArray[np.number[Any]]  # shape (n_segments(n),), in the type of the scores
-    segments: NDArray[np.int64]  # shape (n_segments(n),): segments with good scores
+    minima: NDArray[np.number[Any]]  # shape (n_segments,), in the type of the scores
+    segments: NDArray[np.int64]  # shape (n_segments,): segments with good scores
     good: NDArray[np.int64]  # shape (n,): numbers of the locations with good scores
     values: NDArray[np.number[Any]]  # shape (n,): scores of these locations
     places: NDArray[np.int64]  # shape (K,): numbers of the K best locations
@@ -32,14 +32,9 @@ class Ranking(NamedTuple):
 
 def make_ranking(n: int, k: int, kind: Any) -> Ranking:
     """Return the workspace to select the k best of n scores of a type."""
-    segments = np.zeros(n_segments(n), np.int64)
+    segments = np.zeros(-(-n // SEGMENT), np.int64)
     good, places = np.zeros(n, np.int64), np.zeros(k, np.int64)
     return Ranking(segments.astype(kind), segments, good, good.astype(kind), places)
-
-
-def n_segments(n: int) -> int:
-    """Return the number of segments of n scores."""
-    return -(-n // SEGMENT)
 
 
 @part_of_kernel

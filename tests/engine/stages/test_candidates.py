@@ -14,7 +14,6 @@ from ccwsim.engine.stages.candidates import (
     keep_within,
     kth_smallest,
     make_ranking,
-    n_segments,
     n_up_to,
     place_of,
     rule_out_continuations,
@@ -68,7 +67,7 @@ def test_the_kth_best_is_that_of_a_full_sort(scores, data):
 @settings(deadline=None)
 @given(scores_of_any_size, st.integers(-31, 31))
 def test_segments_have_their_smallest_score(scores, limit):
-    minima = np.empty(n_segments(scores.size), scores.dtype)
+    minima = make_ranking(scores.size, 1, scores.dtype).minima
     segment_minima(scores, minima)
     parts = [scores[i :: len(minima)] for i in range(len(minima))]
     assert max(map(len, parts)) <= SEGMENT
