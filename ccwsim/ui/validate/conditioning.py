@@ -11,22 +11,9 @@ import numpy as np
 import streamlit as st
 from numpy.typing import NDArray
 
-from ccwsim import CCWSIMError, Ensemble, HardData, TrainingImage, datasets
+from ccwsim import CCWSIMError, Ensemble, HardData, TrainingImage, datasets, metrics
 from ccwsim.figures import ENTROPY, calibration_chart, data_status_chart, facies_colours, ramp
 from ccwsim.jobs.statistics import Fraction, Task
-from ccwsim.metrics import (
-    Calibration,
-    DataFit,
-    EType,
-    ImageRank,
-    LeaveOut,
-    ReferenceScores,
-    data_match,
-    leave_out,
-    rank_images,
-    reliability,
-    warn_of_reliability,
-)
 from ccwsim.metrics.data_fit import MIN_PLACES, winner
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.ensemble import FORCED, WRONG
@@ -125,17 +112,17 @@ def _draw_reliability(state: State, ensemble: Ensemble, given: CellMap) -> None:
     with left:
         draw_given(given, name, scale="three", body=False, max_height=400)
     with right:
-        table = reliability(ensemble, int(image.codes[state.facies]))
+        table = metrics.reliability(ensemble, int(image.codes[state.facies]))
         values = table.forecast, table.observed, table.count
         chart = calibration_chart(*values, chart_theme(), given=True)
         alt = f"Share of {name} in the realizations, for each given probability"
         titled_chart("Reliability", f"share of {name} given and simulated", chart, "given", alt)
-        if note := warn_of_reliability(table, name):
+        if note := metrics.warn_of_reliability(table, name):
             step_note(f"{note[:1].upper()}{note[1:]}. A smaller template follows the map better.")
 
 
 def draw_e_type_maps(
-    found: EType, state: State, ensemble: Ensemble, colours: Sequence[str], prefix: str = ""
+    found: metrics.EType, state: State, ensemble: Ensemble, colours: Sequence[str], prefix: str = ""
 ) -> None:
     """Draw the three linked maps side by side; their keys start with `prefix`."""
     image, data = ensemble.training_image, ensemble.hard_data
@@ -202,7 +189,7 @@ def data_status_shares(ensemble: Ensemble) -> tuple[list[str], NDArray[np.float6
 
 def describe_match(ensemble: Ensemble) -> str:
     """Return a text that states whether realizations honour all data."""
-    match = data_match(ensemble.realizations, ensemble.hard_data)
+    match = metrics.data_match(ensemble.realizations, ensemble.hard_data)
     n = ensemble.hard_data.n
     if not match.n_wrong.any():
         return f"all {n} honoured in all {ensemble.n} realizations"
@@ -250,7 +237,7 @@ def draw_data_list(ensemble: Ensemble) -> None:
 
 def troubled_data(ensemble: Ensemble) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return data not honoured in the raster pass, worst first, and counts of shape (3, n_data)."""
-    wrong = data_match(ensemble.realizations, ensemble.hard_data).times_wrong
+    wrong = metrics.data_match(ensemble.realizations, ensemble.hard_data).times_wrong
     forced = (ensemble.data_status == FORCED).sum(axis=0)
     resimulated = (ensemble.data_status > 0).sum(axis=0)
     times = np.stack([wrong, forced, resimulated])
@@ -260,7 +247,7 @@ def troubled_data(ensemble: Ensemble) -> tuple[NDArray[np.int64], NDArray[np.int
 
 def wrong_points(ensemble: Ensemble) -> list[list[int]]:
     """Return the data that are wrong in at least one realization, as points of a map."""
-    match = data_match(ensemble.realizations, ensemble.hard_data)
+    match = metrics.data_match(ensemble.realizations, ensemble.hard_data)
     points = points_of(ensemble.hard_data, ensemble.training_image)
     return [[*points[k][:3], 1] for k in np.flatnonzero(match.times_wrong)]
 
@@ -278,7 +265,7 @@ def draw_reference(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
     shown = here.ensemble(ensemble)
     field = np.searchsorted(image.codes, here.of(reference.array)).astype(np.uint8)
 
-    def draw(found: tuple[ReferenceScores, Calibration]) -> None:
+    def draw(found: tuple[metrics.ReferenceScores, metrics.Calibration]) -> None:
         scores, table = found
         st.html(f'<p class="facts">{describe_scores(scores)}</p>')
         *places, right = st.columns([1.0, 1.0, 1.2], gap="medium")
@@ -311,14 +298,14 @@ def problem_of(reference: TrainingImage, ensemble: Ensemble) -> str:
     return ""
 
 
-def describe_scores(scores: ReferenceScores) -> str:
+def describe_scores(scores: metrics.ReferenceScores) -> str:
     """Return the scores as text; cells with data are excluded from the scores."""
     brier, log_score = three_digits(scores.brier), three_digits(scores.log_score)
     values = {"share": 100 * scores.accuracy, "n": scores.n_cells}
     return page_text("Scores of a reference field", brier=brier, log_score=log_score, **values)
 
 
-def wrong_map(scores: ReferenceScores, colours: Sequence[str]) -> CellMap:
+def wrong_map(scores: metrics.ReferenceScores, colours: Sequence[str]) -> CellMap:
     """Return a map of the cells whose most likely facies differs from the true facies."""
     labels, alt = ["right", "wrong"], "Cells whose most likely facies differs from the true facies"
     keys = list(zip(labels, RIGHT_AND_WRONG, strict=True))
@@ -331,21 +318,23 @@ Value = TypeVar("Value")
 
 
 @as_task
-def ranks(progress: Fraction, data: HardData, image: TrainingImage) -> tuple[ImageRank, ...]:
+def ranks(
+    progress: Fraction, data: HardData, image: TrainingImage
+) -> tuple[metrics.ImageRank, ...]:
     """Rank the bundled images and the image of the study by the hard data."""
     bundled = [datasets.load(name) for name in datasets.IMAGES]
     others = [one for one in bundled if one.n_dimensions == image.n_dimensions]
-    return rank_images(
+    return metrics.rank_images(
         [image, *(one for one in others if one.digest != image.digest)], data, progress
     )
 
 
 @as_task
-def left_out(progress: Fraction, ensemble: Ensemble, by_well: bool) -> LeaveOut:
+def left_out(progress: Fraction, ensemble: Ensemble, by_well: bool) -> metrics.LeaveOut:
     """Predict each fifth of the hard data, or of the wells, from the other data."""
     e = ensemble
     study = Study(e.training_image, e.grid, e.parameters, e.hard_data, e.seed, e.secondary)
-    return leave_out(study, by="well" if by_well else "datum", progress=progress)
+    return metrics.leave_out(study, by="well" if by_well else "datum", progress=progress)
 
 
 def draw_data_and_image(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
@@ -383,7 +372,7 @@ def _draw_on_demand(
         button(label, key=f"ask_{name}", on_click=asked.add, args=(task.key,), help=tip)
 
 
-def _draw_fit(fit: DataFit) -> None:
+def _draw_fit(fit: metrics.DataFit) -> None:
     st.html(verdict(fit))
     families = sorted(fit.families.items(), key=lambda item: -item[1])
     rows = [(escape(name), f"{value:.1f}") for name, value in families]
@@ -391,7 +380,7 @@ def _draw_fit(fit: DataFit) -> None:
     step_note(numbers(fit))
 
 
-def _draw_ranks(found: Sequence[ImageRank]) -> None:
+def _draw_ranks(found: Sequence[metrics.ImageRank]) -> None:
     best = winner(found)
     if best is None:
         st.html('<p class="note">· Data cannot tell these images apart</p>')
@@ -417,7 +406,7 @@ def _name(image: TrainingImage) -> str:
     return pretty(image.name or "your image")
 
 
-def _draw_left_out(found: LeaveOut) -> None:
+def _draw_left_out(found: metrics.LeaveOut) -> None:
     step_note(f"{found.words}.")
     table = found.reliability
     chart = calibration_chart(table.forecast, table.observed, table.count, chart_theme())
