@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
 import streamlit as st
-from streamlit.runtime.scriptrunner import get_script_run_ctx
+from streamlit.runtime.scriptrunner import RerunData, ScriptRunner, get_script_run_ctx
 
 from ccwsim.jobs.job import POLL_SECONDS, Job
 from ccwsim.jobs.statistics import StatisticsWorker, Task
@@ -19,6 +19,21 @@ from ccwsim.ui.widgets.fields import button
 FAILED = "ccwsim_failed"  # session key that is present while a part of the page cannot be drawn
 DRAW_SECONDS = 0.5  # seconds between two checks of a job whose partial results are drawn
 TOGETHER = 1.0  # maximum seconds to wait for further values before finished values are drawn
+_run = ScriptRunner._run_script
+
+
+def run_if_there(runner: ScriptRunner, asked: RerunData) -> None:
+    """Run a page, or those of its fragments that are asked for unless all of them are gone.
+
+    A timer of the page before may still ask for its fragment. Streamlit would then announce a run
+    of that page, at which the browser removes the present one.
+    """
+    fragments = asked.fragment_id_queue
+    if not fragments or any(map(runner._fragment_storage.contains, fragments)):
+        _run(runner, asked)
+
+
+ScriptRunner._run_script = run_if_there
 
 
 @contextmanager

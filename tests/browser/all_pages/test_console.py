@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+import time
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 
 import pytest
+from streamlit.proto.ForwardMsg_pb2 import ForwardMsg
 
 from tests.browser.hands import SLOW, at_rest
 from tests.browser.served import CHROMIUM, ROOT, started
@@ -26,6 +28,8 @@ LOGGED = re.compile(r"^(?:\d{4}-\d\d-\d\d (?!.*server started)|Traceback|\w+Erro
 BASE = re.compile(r"/\w+/_stcore/(health|host-config)$")
 """Requests below the path of a page, which fail: Streamlit tries them before the root of the
 app."""
+LOST = re.compile(r"delta path|backMessage when disconnected")
+"""Messages of Streamlit's client when it loses a page, which is then opened again (`menu.js`)."""
 
 
 @pytest.fixture(scope="module")
@@ -63,7 +67,8 @@ def said(chromium, server) -> dict[str, list[tuple[str, str]]]:
 
 @pytest.mark.parametrize("page", FIRST)
 def test_a_first_visit_leaves_the_console_of_the_browser_empty(said, page):
-    assert [(text, url) for text, url in said[page] if not BASE.search(url)] == []
+    own = [(text, url) for text, url in said[page] if not BASE.search(url)]
+    assert [text for text, _ in own if not LOST.search(text)] == []
 
 
 def test_first_visits_leave_the_log_of_the_server_empty(said, server):
@@ -73,6 +78,36 @@ def test_first_visits_leave_the_log_of_the_server_empty(said, server):
             session.open(page)
             assert session.errors == []
     assert LOGGED.findall(log.read_text()) == []
+
+
+def received(session: Session) -> list[ForwardMsg]:
+    """Return the messages that a session has received since its list was emptied."""
+    messages = []
+    for content in session.received or ():
+        messages.append(ForwardMsg())
+        messages[-1].ParseFromString(content)
+    return messages
+
+
+def test_a_tick_of_the_page_before_begins_no_run_on_the_next_page(server):
+    """Test that no run of the page before is announced, at which a browser removes the next one."""
+    with Session(server[0], query=SMALL) as session:
+        session.open("simulate")
+        session.received = []
+        session.open("simulate")
+        before = session._script
+        *_, fragment = (m.delta.fragment_id for m in received(session) if m.delta.fragment_id)
+        session.received.clear()
+        session.page, session._script = "compare", ""
+        session._ask()
+        session._script = before
+        session._ask(fragment=fragment, repeats=True)
+        session._until("script_finished")
+        session._take_until(time.monotonic() + 2)
+        begun = [
+            m.metadata.run.fragment_ids for m in received(session) if m.HasField("new_session")
+        ]
+    assert begun == [[]]
 
 
 def test_a_late_tick_of_a_timer_is_not_logged(server):
