@@ -21,3 +21,16 @@
     part.scrollIntoView();
   });
 })();
+
+// The client of Streamlit removes the whole page if it gets an element whose predecessors are lost ("Bad delta
+// path"). The address contains the study, so the page is opened again, but not twice within some seconds.
+(() => {
+  const KEY = 'openedAgain', PAUSE = 10000;
+  if (window[KEY]) return;
+  window[KEY] = true;
+  window.addEventListener('error', ({ message }) => {
+    if (!message.includes('delta path') || Date.now() - sessionStorage.getItem(KEY) < PAUSE) return;
+    sessionStorage.setItem(KEY, Date.now());
+    location.reload();
+  });
+})();

@@ -1,4 +1,4 @@
-"""Test that a link restores the study after the server dies during a run."""
+"""Test that the study returns after the server dies during a run, or the client loses the page."""
 
 from __future__ import annotations
 
@@ -51,3 +51,21 @@ def test_a_server_killed_in_mid_run_and_started_again_shows_the_same_picture(chr
         page.wait_for_function(SAME, arg=before, timeout=SLOW)
         assert page.url == link
     context.close()
+
+
+def test_a_page_that_the_client_has_lost_is_opened_again_once(tab, address):
+    study = f"{address}/simulate?grid=96x64&data=none&template=16&overlap=4&realizations=3"
+    tab.goto(f"{study}&seed=8")
+    large(tab, 1, 3)
+    before = picture(tab)
+    lose = """() => {
+      window.lost = true;
+      setTimeout(() => { throw Error('Bad delta path index 6 (should be between [0, 1])'); });
+    }"""
+    tab.evaluate(lose)
+    tab.wait_for_function("() => !window.lost", timeout=SLOW)
+    large(tab, 1, 3)
+    tab.wait_for_function(SAME, arg=before, timeout=SLOW)
+    tab.evaluate(lose)
+    tab.wait_for_timeout(1000)
+    assert tab.evaluate("window.lost")  # no endless loop
