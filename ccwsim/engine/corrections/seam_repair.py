@@ -123,7 +123,7 @@ def window_lengths(template: Triple, room: Triple) -> tuple[Triple, Triple, Trip
 
 
 def prepare_repair(
-    image: Bytes, template: Triple, room: Triple, n_facies: int, volume: bool, unknown: Ints
+    image: Bytes, template: Triple, room: Triple, n_facies: int, volume: bool, unknown: NDArray
 ) -> Repair:
     """Return the inputs of seam repair; `image`, shape (nz, ny, nx), is in grid coordinates.
 

@@ -22,15 +22,15 @@ TOGETHER = 1.0  # maximum seconds to wait for further values before finished val
 _run = ScriptRunner._run_script
 
 
-def run_if_there(runner: ScriptRunner, asked: RerunData) -> None:
+def run_if_there(self: ScriptRunner, rerun_data: RerunData) -> None:
     """Run a page, or those of its fragments that are asked for unless all of them are gone.
 
     A timer of the page before may still ask for its fragment. Streamlit would then announce a run
     of that page, at which the browser removes the present one.
     """
-    fragments = asked.fragment_id_queue
-    if not fragments or any(map(runner._fragment_storage.contains, fragments)):
-        _run(runner, asked)
+    fragments = rerun_data.fragment_id_queue
+    if not fragments or any(map(self._fragment_storage.contains, fragments)):
+        _run(self, rerun_data)
 
 
 ScriptRunner._run_script = run_if_there
