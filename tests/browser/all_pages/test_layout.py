@@ -396,7 +396,7 @@ def test_no_dot_is_drawn_before_the_first_fact_of_a_line(tab, address):
             assert all(others)
 
     tab.set_viewport_size({"width": 1300, "height": 900})
-    soon(only_between)
+    soon(only_between, SLOW)  # findings come with the statistics
 
 
 def test_downloads_end_at_the_right_edge_and_leave_room_for_the_facts(tab, address):
