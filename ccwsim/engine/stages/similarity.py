@@ -91,7 +91,7 @@ def summed_squares(sums: NDArray[np.number[Any]]) -> NDArray[np.int64]:
 
 
 def summed_up(values: NDArray[Any], kind: type[np.number[Any]] = np.int64) -> NDArray[Any]:
-    """Return running sums of values along three axes, shape (nz + 1, ny + 1, nx + 1)."""
+    """Return running sums, shape (nz + 1, ny + 1, nx + 1), in the type `kind` or a wider one."""
     table = np.zeros([n + 1 for n in values.shape], np.result_type(values, kind))
     inner = table[1:, 1:, 1:]
     inner[...] = values

@@ -1,4 +1,4 @@
-"""Fragments of pages: errors are shown as messages, and running jobs are followed."""
+"""Fragments of pages: errors are shown, jobs are followed, fragments of a page left do not run."""
 
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -19,7 +19,7 @@ from ccwsim.ui.widgets.fields import button
 FAILED = "ccwsim_failed"  # session key that is present while a part of the page cannot be drawn
 DRAW_SECONDS = 0.5  # seconds between two checks of a job whose partial results are drawn
 TOGETHER = 1.0  # maximum seconds to wait for further values before finished values are drawn
-_run = ScriptRunner._run_script
+_run_script = ScriptRunner._run_script
 
 
 def run_if_there(self: ScriptRunner, rerun_data: RerunData) -> None:
@@ -30,7 +30,7 @@ def run_if_there(self: ScriptRunner, rerun_data: RerunData) -> None:
     """
     fragments = rerun_data.fragment_id_queue
     if not fragments or any(map(self._fragment_storage.contains, fragments)):
-        _run(self, rerun_data)
+        _run_script(self, rerun_data)
 
 
 ScriptRunner._run_script = run_if_there
