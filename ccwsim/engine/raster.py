@@ -277,9 +277,9 @@ def _steering(
         mean = trend.proportions.mean(axis=(0, 1))
         target = np.clip(mean + SOFT_SPREAD * (target - oriented.proportions), 0.0, 1.0)
     elif study.hard_data.n:
-        residual = trend.residual if trend else 1.0
+        known = (trend.residual, trend.between) if trend else ()
         data = image.proportions_of_data()
-        target = draw_between(target, oriented.proportions, data, rng, residual)
+        target = draw_between(target, oriented.proportions, data, rng, *known)
         if target is None:
             return unsteered
     targets = target[None]

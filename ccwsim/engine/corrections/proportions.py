@@ -175,6 +175,7 @@ def draw_between(
     data: DataProportions,
     rng: np.random.Generator,
     residual: float = 1.0,
+    between: float = 0.0,
 ) -> Floats | None:
     """Return a weighted mean of the random `target` and the proportions of hard data.
 
@@ -182,19 +183,22 @@ def draw_between(
     of data. Columns are resampled with replacement, so that the target reflects the uncertainty of
     data; `residual` is the share of their variance that a trend does not explain. Return None if
     data contradict the image, for example because wells were preferentially drilled into one
-    facies.
+    facies, and the variance `between` places along a trend does not explain the difference.
     """
     n = len(data.weights)
     mean = data.weights @ data.shares
     single = 1 - proportions @ proportions  # variance of one cell
     spread = FEW * single + np.square(data.shares - mean).sum()
     error = np.square(data.weights).sum() * spread * residual / (FEW + n - 1)
-    if np.square(mean - proportions).sum() > CONTRADICTED * (data.natural + error):
+    off, natural = np.square(mean - proportions).sum() / CONTRADICTED, data.natural
+    if off > natural + error:
+        natural += between
+    if off > natural + error:
         return None
     again = rng.integers(n, size=n)
     seen = data.weights[again] @ data.shares[again] / data.weights[again].sum()
     seen = mean + np.sqrt(residual) * (seen - mean)
-    certain = data.natural / (data.natural + error)
+    certain = natural / (natural + error)
     return (1 - certain) * target + certain * seen
 
 

@@ -20,6 +20,10 @@ FRACTIONS = (1 / 4, 1 / 6, 1 / 8, 1 / 12, 1 / 16, 1 / 24, 1 / 32)
 """Standard deviations of the Gaussian that are tried, divided by the longer side of the grid."""
 MIN_COLUMNS = 10  # minimum number of columns of data from which a trend is estimated
 SIGNIFICANT = 2.0  # minimum improvement of the prediction, in standard errors
+MANY_COLUMNS = 150  # minimum number of columns from which preferential sampling is found
+PREFERENTIAL = 4.0
+"""Squared difference between weighted and plain mean of data, in squared standard errors, above
+which their places depend on the facies."""
 N_RAKINGS = 3  # number of steps that bring the mean of the map to the target of a realization
 
 
@@ -29,6 +33,7 @@ class Trend(NamedTuple):
     proportions: NDArray[np.float64]  # shape (n_rows, n_columns, n_facies): one value per pixel
     pixel: float  # side of a pixel in cells
     residual: float  # variance of data around the map / variance around their mean
+    between: float  # variance of the map; 0 if the places of data may depend on the facies
 
 
 def trend_of_data(data: DataProportions, grid_shape: Triple, min_width: float) -> Trend | None:
@@ -66,7 +71,22 @@ def trend_of_data(data: DataProportions, grid_shape: Triple, min_width: float) -
         gain = errors - error
         if error.mean() < best and gain.mean() > SIGNIFICANT * gain.std() / np.sqrt(n):
             best, found = float(error.mean()), (smooth + own * mean) / (weight + own)
-    return None if found is None else Trend(found, pixel, best / float(errors.mean()))
+    if found is None:
+        return None
+    between = float(found.var(axis=(0, 1)).sum()) if is_representative(data) else 0.0
+    return Trend(found, pixel, best / float(errors.mean()), between)
+
+
+def is_representative(data: DataProportions) -> bool:
+    """Return whether there are many columns of data whose places do not depend on the facies.
+
+    If wells were preferentially drilled into one facies, its data are closer together, and their
+    mean weighted by distances differs from their plain mean.
+    """
+    unequal = data.weights - 1 / len(data.weights)
+    error = np.square(unequal).sum() * data.shares.var(axis=0).sum()
+    off = np.square(unequal @ data.shares).sum()
+    return len(unequal) >= MANY_COLUMNS and bool(off <= PREFERENTIAL * error)
 
 
 def trend_of_map(probabilities: NDArray[np.float64], proportions: NDArray[np.float64]) -> Trend:
@@ -82,7 +102,7 @@ def trend_of_map(probabilities: NDArray[np.float64], proportions: NDArray[np.flo
         first = np.arange(0, n, pixel)
         counts = np.diff(np.append(first, n)).reshape([-1 if a == axis else 1 for a in range(3)])
         plane = np.add.reduceat(plane, first, axis) / counts
-    return Trend(plane, float(pixel), 0.0)
+    return Trend(plane, float(pixel), 0.0, 0.0)
 
 
 def rake(proportions: NDArray[np.float64], target: NDArray[np.float64]) -> NDArray[np.float64]:

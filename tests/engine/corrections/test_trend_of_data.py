@@ -6,8 +6,13 @@ import numpy as np
 import pytest
 
 from ccwsim import HardData, Parameters, TrainingImage, simulate
-from ccwsim.engine.corrections.proportions import proportions_of_data
-from ccwsim.engine.corrections.trend_of_data import expected_before, rake, trend_of_data
+from ccwsim.engine.corrections.proportions import draw_between, proportions_of_data
+from ccwsim.engine.corrections.trend_of_data import (
+    expected_before,
+    is_representative,
+    rake,
+    trend_of_data,
+)
 from ccwsim.engine.stages.path import in_order, make_patches, make_path
 from tests.small_images import blobs
 
@@ -37,6 +42,48 @@ def test_a_trend_is_found_and_only_where_there_is_one():
     even = [trend_of_data(data_with(np.full(120, 0.3), seed=k), SHAPE, 8.0) for k in range(20)]
     assert sum(each is not None for each in even) <= 2
     assert trend_of_data(data_with(rows, 9), SHAPE, 8.0) is None
+
+
+def test_data_at_random_places_are_representative_and_preferential_data_are_not():
+    def found(preferred: float, n: int, seed: int) -> bool:
+        rng, cells = np.random.default_rng(seed), SHAPE[1] * SHAPE[2]
+        sand = (np.indices(SHAPE[1:]) // 20).sum(axis=0).ravel() % 2
+        chance = np.where(sand, preferred, 1.0)
+        at = rng.choice(cells, n, replace=False, p=chance / chance.sum())
+        places = np.column_stack([np.zeros(n, int), *np.divmod(at, SHAPE[2])])
+        image, half = blobs((1, 60, 60), 2), np.array([0.5, 0.5])
+        facies = sand[at].astype(np.uint8)
+        return is_representative(proportions_of_data(places, facies, image, half, SHAPE))
+
+    assert sum(found(1, 400, k) for k in range(20)) >= 14
+    assert not any(found(4, 400, k) for k in range(10))
+    assert not found(1, 100, 0)  # too few to tell
+
+
+def test_a_trend_lets_data_contradict_the_image():
+    south = np.where(np.arange(SHAPE[1]) < 60, 0.5, 0.02)
+    data = data_with(south, 600)
+    trend = trend_of_data(data, SHAPE, 8.0)
+    assert trend is not None
+    assert 0.02 < trend.between < 0.2
+    image, rng = np.array([0.5, 0.5]), np.random.default_rng(0)
+    assert draw_between(image, image, data, rng, trend.residual) is None
+    steered = draw_between(image, image, data, rng, trend.residual, trend.between)
+    assert steered is not None
+    assert abs(steered[1] - 0.26) < 0.08
+
+
+def test_bodies_do_not_fill_the_empty_side_of_a_truth():
+    """Test that data at random places lead to the proportion of the truth, not of the image."""
+    image = blobs((1, 128, 128), 2)[0]
+    truth = np.rot90(image, 2).copy()
+    truth[64:] = 0
+    cells = np.random.default_rng(3).choice(truth.size, 400, replace=False)
+    at = np.column_stack(np.unravel_index(cells, truth.shape))
+    data = HardData(at, truth[tuple(at.T)])
+    e = simulate(TrainingImage(image), truth.shape, Parameters(24, 8), data, 8)
+    assert e.n_mismatched.max() == 0
+    assert abs(e.proportions[:, 1].mean() - truth.mean()) < 0.35 * (image.mean() - truth.mean())
 
 
 def test_a_raked_map_has_the_mean_that_is_wanted():
