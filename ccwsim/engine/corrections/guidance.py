@@ -10,6 +10,8 @@ patches are drawn with probabilities proportional to exp(λ·f), with the propor
 in the patch, the mean proportion is the given probability. λ is thus 0 where the given probability
 is the proportion of the image. c is `NAT` wrong cells for an overlap of 448 cells.
 
+Parts of split tiles have fewer overlap cells; their costs are smaller by the square of this ratio.
+
 *Auxiliary variables*: The cost is the squared difference between image and grid, divided by the
 squared range of the image, Σ (a² − 2·a·b) without the constant b². With weight 1, the range costs
 as much as a mismatch in every cell of the overlap.
@@ -125,14 +127,20 @@ def guide_terms(guide, box):
     """Fill `guide.offsets` and `guide.terms` for the patch in `box`; return the number of terms.
 
     The factor of a part comes from the mean of a map of the grid over the cells of the part. Parts
-    of small patches overlap. A part outside the grid takes the nearest cells.
+    of small patches overlap. A part outside the grid takes the nearest cells. Small patches have
+    smaller costs: fewer overlap cells can mismatch, and their proportions vary more, so that λ
+    should be smaller.
     """
     _, mz, my, mx = guide.values.shape
     _, sz, sy, sx = guide.tables.shape
     tables, sides, (pz, py, px) = guide.tables, (max(sz, 2), sy, sx), guide.counts
     start, ends, n, n_parts = guide.start, guide.ends, 0, pz * py * px
     firsts, lengths = (box.z0, box.y0, box.x0), (box.nz, box.ny, box.nx)
-    is_whole = lengths == guide.template
+    (tz, ty, tx), is_whole = guide.template, lengths == guide.template
+    whole = tz * ty * tx - (tz - box.oz) * (ty - box.oy) * (tx - box.ox)
+    overlap = box.nz * box.ny * box.nx
+    overlap -= (box.nz - box.oz) * (box.ny - box.oy) * (box.nx - box.ox)
+    share = (overlap / whole) ** 2 if whole else 1.0
     for plane in range(len(guide.weights)):
         table, factor = guide.tables_of[plane], guide.weights[plane]
         if table < 0 and is_whole != (table == WHOLE):
@@ -157,9 +165,10 @@ def guide_terms(guide, box):
                     value = tables[table, layer, ends[1, y], ends[2, x]]
                     total += value if (z + y + x) % 2 else -value
                 factor = guide.weights[plane] * (total / n_cells / n_parts)
-            if np.float32(factor) != 0:
+            term = np.float32(factor * share)
+            if term != 0:
                 guide.offsets[n] = ((plane * mz + start[0]) * my + start[1]) * mx + start[2]
-                guide.terms[n] = factor
+                guide.terms[n] = term
                 n += 1
     while n % AT_ONCE:
         guide.offsets[n], guide.terms[n] = 0, np.float32(0)
