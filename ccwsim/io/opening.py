@@ -260,11 +260,6 @@ class FileSummary:
     """Cell size and origin in the file, if it has them."""
 
     @property
-    def asks_shape(self) -> bool:
-        """Whether `shape` is needed to read a training image from the file."""
-        return self.is_table
-
-    @property
     def n_slices(self) -> int:
         """The number of slices to choose from; 1 for tables and vertical sections."""
         sizes = [v.shape for v in self.variables if len(v.shape) == 3 and 1 not in v.shape[1:]]

@@ -247,11 +247,6 @@ class Queue:
         return len(self._active)
 
     @property
-    def n_waiting(self) -> int:
-        """Number of waiting jobs."""
-        return len(self._waiting)
-
-    @property
     def n_of_others(self) -> int:
         """Number of active and waiting jobs of sessions other than that of this thread."""
         session = self.current_session()

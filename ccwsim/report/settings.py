@@ -18,12 +18,7 @@ SHORT_NAMES = {
     "exact_data": "exact honouring",
     "method": "",
 }
-VALUES = {
-    "ccwsim": "CCWSIM",
-    "ccsim": "CCSIM",
-    "ms-ccsim": "MS-CCSIM",
-    "ssd": "squared difference",
-}
+VALUES = {"ccwsim": "CCWSIM", "ccsim": "CCSIM", "ms-ccsim": "MS-CCSIM", "ssd": "squared difference"}
 """Names, on the screen, of parameter values that have other names in code."""
 USUAL = ("method", "wavelet_level", "template_size", "overlap_size", "n_candidates")
 """Parameters that every caption states; others are stated if they differ from the default."""

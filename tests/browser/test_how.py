@@ -7,7 +7,7 @@ from functools import partial
 
 import pytest
 
-from ccwsim.engine.stages.path import L_SHAPE, LEFT, TOP
+from ccwsim.engine.stages.path import LEFT, TOP
 from ccwsim.engine.trace import Frame, Trace, fates
 from ccwsim.figures import LIGHT
 from ccwsim.model.parameters import Parameters
@@ -125,7 +125,7 @@ def beyond(page, number: float):
 def kinds(trace: Trace) -> dict[str, int]:
     """Return one patch of each kind."""
     shapes = [p.shape for p in trace.patches]
-    inner = [k for k, shape in enumerate(shapes) if shape == L_SHAPE]
+    inner = [k for k, shape in enumerate(shapes) if shape == LEFT | TOP]
     steps = ((k, trace.at(k)) for k in inner[30:])
     return {
         "corner": 0,

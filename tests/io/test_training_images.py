@@ -264,8 +264,8 @@ def test_inspect_says_what_is_open():
     assert [v.name for v in summary.variables] == ["porosity", "facies"]
     assert [v.continuous for v in summary.variables] == [True, False]
     assert [v.n_distinct for v in summary.variables] == [3, 3]
-    assert not summary.asks_shape
-    assert cio.inspect(BytesIO(sample.gslib_table())).asks_shape
+    assert not summary.is_table
+    assert cio.inspect(BytesIO(sample.gslib_table())).is_table
     assert cio.inspect(BytesIO(SAMPLES["npy"])).asks_up
     assert cio.inspect(BytesIO(sample.npy(np.zeros((5, 3, 4))))).n_slices == 5
     geone = cio.inspect(BytesIO(SAMPLES["geone"]))

@@ -40,7 +40,7 @@ if "look" not in st.query_params:
 else:
     gc.collect()
     kinds = [type(each) for each in gc.get_objects()]
-    n_active, n_waiting = server_queue().n_active, server_queue().n_waiting
+    n_active, n_waiting = server_queue().n_active, len(server_queue()._waiting)
     st.html(f"<p>{{n_active + n_waiting}} jobs, {{kinds.count(State)}} states, "
             f"{{kinds.count(Job)}} kept</p>")
 """

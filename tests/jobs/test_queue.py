@@ -76,7 +76,7 @@ def test_a_session_with_fewer_active_jobs_goes_first_then_who_came_first():
     assert log.begun[-1] == "a3"  # b has one active job
     log.leave("b1", "a3")
     assert log.begun[-2:] == ["b2", "a4"]
-    assert log.queue.n_waiting == 0
+    assert not log.queue._waiting
 
 
 def test_the_positions_are_the_order_in_which_jobs_begin():

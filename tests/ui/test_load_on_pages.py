@@ -133,7 +133,7 @@ def test_a_run_says_which_place_it_has_in_the_queue_and_can_be_withdrawn(busy):
     app.button(key="cancel").click().run()
     assert not app.exception
     assert state.job is None
-    assert queue.n_waiting == 0
+    assert not queue._waiting
     assert "Stopped before" in texts(app)
 
 
@@ -230,7 +230,7 @@ def test_a_large_truth_takes_its_turn(monkeypatch):
     monkeypatch.setattr("ccwsim.jobs.job.MAX_CELLS_AT_ONCE", 1)
     choices = replace(SMALL, data=DataChoice("sampled", seed_sampled=988))
     assert data_of(choices).n == choices.data.n_sampled
-    assert server_queue().n_waiting == 0
+    assert not server_queue()._waiting
 
 
 @pytest.mark.parametrize("alone", [True, False])

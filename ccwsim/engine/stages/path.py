@@ -22,8 +22,6 @@ Triple = tuple[int, int, int]
 """Type of lengths or coordinates along z, y and x."""
 LEFT, TOP, BELOW, RIGHT, BOTTOM, ABOVE = 1, 2, 4, 8, 16, 32
 """Bits of the sides along which a box overlaps simulated cells."""
-L_SHAPE = LEFT | TOP
-"""Bits of an L-shaped overlap, which consists of the strips LEFT and TOP (Fig. 3 a–c)."""
 N_ORIENTATIONS = 8
 """Number of orientations of a path over a map. An orientation is a sum of bits: 1 for a start at
 the last row, 2 for a start at the last column, 4 for a path along columns instead of rows."""

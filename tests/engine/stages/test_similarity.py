@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from ccwsim.engine.stages.path import BELOW, L_SHAPE, LEFT, TOP, Box, Triple, overlap_cells
+from ccwsim.engine.stages.path import BELOW, LEFT, TOP, Box, Triple, overlap_cells
 from ccwsim.engine.stages.pyramid import build_pyramid
 from ccwsim.engine.stages.similarity import (
     legal_spans,
@@ -27,7 +27,7 @@ from tests.small_images import blobs, noise
 
 NO_SPANS = np.zeros((0, 0, 2), np.int64)
 
-SHAPES = [LEFT, TOP, L_SHAPE]
+SHAPES = [LEFT, TOP, LEFT | TOP]
 VOLUME_SHAPES = [*range(1, 8)]
 
 
@@ -93,7 +93,10 @@ def compiled_scores(image, grid, place, sizes, shape, n_planes, similarity="ssd"
 
 def test_scores_of_legal_locations_do_not_depend_on_illegal_locations():
     sizes, image = flat(16, 4, 1), layered(blobs((90, 80), 2))
-    sums, box = build_pyramid(image, sizes.level, 1).sums, Box(0, 9, 5, 1, 16, 16, L_SHAPE, 0, 4, 4)
+    sums, box = (
+        build_pyramid(image, sizes.level, 1).sums,
+        Box(0, 9, 5, 1, 16, 16, LEFT | TOP, 0, 4, 4),
+    )
     energy = energies_of(sums, box, sizes, np.int16)
     running = running_sums(sums, sizes.level, sizes.template)
     terms = make_terms(running, sizes.template, sizes.overlap, sizes.block)
@@ -239,7 +242,7 @@ def test_the_type_of_scores_holds_the_best_and_the_worst_fit(template, level):
     cells = template**2 - overlap**2
     for image, grid, wrong in ((full, full, 0), (full, empty, 2), (empty, full, 2)):
         scores, energy_of_overlap = compiled_scores(
-            image, grid, (0, 0), flat(template, overlap, level), L_SHAPE, 2
+            image, grid, (0, 0), flat(template, overlap, level), LEFT | TOP, 2
         )
         assert scores.item() + energy_of_overlap == wrong * cells * 4**level
 
@@ -422,6 +425,6 @@ def test_there_are_no_more_terms_than_block_sums_that_are_not_zero(level, n_faci
 
 def test_a_body_has_a_term_where_each_line_of_it_begins_and_one_where_it_ends():
     image, grid = blobs((40, 40), 2), np.ones((16, 16), np.uint8)
-    assert len(terms_of(image, grid, flat(16, 4, 0), L_SHAPE, 1)) == 2 * (4 + 4)
+    assert len(terms_of(image, grid, flat(16, 4, 0), LEFT | TOP, 1)) == 2 * (4 + 4)
     grid[:, 6:9] = 0  # a gap at the top, and none on the left
-    assert len(terms_of(image, grid, flat(16, 4, 0), L_SHAPE, 1)) == 4 * 4 + 2 * 4
+    assert len(terms_of(image, grid, flat(16, 4, 0), LEFT | TOP, 1)) == 4 * 4 + 2 * 4
