@@ -362,13 +362,13 @@ def trend_studies() -> Iterator[tuple[str, TrainingImage, NDArray[np.uint8], Har
 def print_trends(only: str) -> None:
     """Measure and print the studies of truths with a trend."""
     rows: dict[str, list[list[float]]] = {}
+    usual = raster.steers
     for group, image, truth, data in trend_studies():
         if only not in image.name:
             continue
         found, facies = [], np.eye(image.n_facies)
         shares = facies[truth].mean(axis=(0, 1))
         for steered in (False, True):
-            usual = raster.steers
             raster.steers = usual if steered else lambda _: False
             e = simulate(image, truth.shape, None, data, N_DATA, seed=1)
             raster.steers = usual
@@ -380,12 +380,15 @@ def print_trends(only: str) -> None:
         rows.setdefault(group, []).append(
             [*(np.log(after[k] / before[k]) for k in (0, 1)), before[2], after[2]]
         )
-        print(f"| {group} | {image.name} | " + " | ".join(f"{v:.4f}" for v in before + after) + " |",
-              flush=True)  # fmt: skip
-    print("| images | data | Brier score | JS | difference: without | steered |\n" + "|---" * 6 + "|")
+        print(
+            f"| {group} | {image.name} | " + " | ".join(f"{v:.4f}" for v in before + after) + " |"
+        )
+    print("| images | data | Brier score | JS | difference: without | steered |")
+    print("|---" * 6 + "|")
     for group, each in rows.items():
         brier, js, without, steered = np.mean(each, axis=0)
-        print(f"| {group} | {np.exp(brier):.3f} | {np.exp(js):.2f} | {without:.2f} | {steered:.2f} |")
+        values = f"{np.exp(brier):.3f} | {np.exp(js):.2f} | {without:.2f} | {steered:.2f}"
+        print(f"| {group} | {values} |")
 
 
 CODES = {
