@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ccwsim.engine.corrections import guidance
 from ccwsim.engine.lengths import USUAL_OVERLAP, ScaledLengths
 from ccwsim.engine.prepared_image import PreparedImage
-from ccwsim.engine.stages.path import FROM_ABOVE, RasterPath, Triple, in_layers, to_path
+from ccwsim.engine.stages.path import FROM_ABOVE, RasterPath, Triple, along_path, in_layers, to_path
 from ccwsim.engine.stages.similarity import summed_up
 from ccwsim.model.arrays import Floats
 
@@ -26,8 +26,11 @@ def make_guide(
     along the path.
     """
     study, orientation, secondary = image.study, path.orientation, image.study.secondary
-    if secondary is None or not secondary.guides:
+    if not study.is_guided:
         return None
+    soft = secondary.probabilities if secondary else None
+    auxiliary = secondary.auxiliary if secondary else ()
+    located = {axis: w for axis, w in enumerate(study.parameters.location_weights) if w > 0}
     sums = image.oriented(orientation, template).pyramid.sums
     blocks = [t // b for t, b in zip(lengths.template, lengths.block, strict=True)]
     counts = [min(n, k) for n, k in zip(N_PARTS, blocks, strict=True)]
@@ -38,36 +41,46 @@ def make_guide(
         size, shape = np.multiply(lengths.block, lengths.cell_size), sums.shape[1:]
         axes = [np.arange(n)[:, None] * k for n, k in zip(shape, size, strict=True)]
         found = []
-        for values, is_whole in _maps_of_image(image, orientation):
+        for values, is_whole in _maps_of_image(image, [*located], template, orientation):
             box = np.array(lengths.template) * lengths.cell_size if is_whole else part * size
             ends = [axis + length for axis, length in zip(axes, box, strict=True)]
             found.append(_means_along(summed_up(values), axes, ends))
+        if located:
+            at = found[len(found) - len(located) :]
+            found.append(sum(w * a**2 for w, a in zip(located.values(), at, strict=True)))
         return np.array(found, np.float32).reshape(-1, *shape)
 
     def tilts() -> Floats:
         usual = image.oriented(0, template)  # one for all realizations, which must not differ
-        known = secondary.probabilities, usual.proportions, usual.pyramid.sums, usual.illegal
+        known = soft, usual.proportions, usual.pyramid.sums, usual.illegal
         return guidance.tilts_of(*known, lengths.along(orientation))
 
     def of_grid() -> Floats:
-        maps = [np.clip(_scaled(each.grid, each.image), -0.5, 1.5) for each in secondary.auxiliary]
-        maps = maps if secondary.probabilities is None else [*tilts(), *maps]
+        maps = [np.clip(_scaled(each.grid, each.image), -0.5, 1.5) for each in auxiliary]
+        maps = maps if soft is None else [*tilts(), *maps]
         sz, sy, sx = (n + 1 for n in in_layers(study.grid.shape))
         # with a column that is not used, no view is contiguous, so that kernels have one type
         found = np.zeros((len(maps), sz, sy, sx + 1))
         for each, values in zip(found, maps, strict=True):
-            each[..., :sx] = summed_up(_volume(values))
+            each[..., :sx] = summed_up(values.reshape(in_layers(values.shape)))
         return found[:, sz == 2 :, :, :sx]
 
     values = image.part(("maps of image", *key), of_image)
     mismatch = guidance.mismatch_cost(lengths, len(sums))
-    n_soft = len(values) - 3 * len(secondary.auxiliary)
-    c = mismatch * guidance.NAT / USUAL_OVERLAP * secondary.soft_weight
+    n_soft = 0 if soft is None else study.training_image.n_facies - 1
+    c = mismatch * guidance.NAT / USUAL_OVERLAP * (secondary.soft_weight if secondary else 0)
     tables_of, weights = [*range(n_soft)], [-c] * n_soft
-    for k, each in enumerate(secondary.auxiliary):
+    for k, each in enumerate(auxiliary):
         cost = mismatch * each.weight
         tables_of += [guidance.WHOLE, guidance.SMALLER, n_soft + k]
         weights += [cost, cost / n_parts, -2 * cost]
+    for axis, weight in located.items():
+        along = along_path((0, 1, 2), orientation).index(axis)
+        is_reversed = orientation & (FROM_ABOVE, 1, 2)[along] > 0
+        tables_of.append(guidance.POSITION - along - 3 * is_reversed)
+        weights.append(-2 * mismatch * weight)
+    tables_of += [guidance.EVERY] * bool(located)
+    weights += [mismatch] * bool(located)
     tables = image.part(("maps of grid", template), of_grid)
     # sums over boxes change their sign with the direction of an axis
     turned = orientation & (1 | 2 | (FROM_ABOVE if tables.shape[1] > 1 else 0))
@@ -77,31 +90,40 @@ def make_guide(
     n_terms = len(values) * n_parts + guidance.AT_ONCE
     work = np.zeros(3, np.int64), np.zeros((3, 2), np.int64), np.zeros(n_terms, np.int64)
     return guidance.Guide(
-        *(values, tables, np.array(tables_of), signs * np.array(weights)),
+        *(values, tables, np.array(tables_of), signs * np.array(weights), n_soft),
         *(tuple(counts), tuple(part)),  # type: ignore[arg-type]
         *(*sizes, *work, np.zeros(n_terms, np.float32)),
         np.zeros(prod(values.shape[2:]), np.float32),
     )
 
 
-def _maps_of_image(image: PreparedImage, orientation: int) -> Iterator[tuple[NDArray, bool]]:
-    """Yield the maps whose means over parts, or whole patches, are `Guide.values`."""
-    secondary = image.study.secondary
+def _maps_of_image(
+    image: PreparedImage, located: list[int], template: Triple, orientation: int
+) -> Iterator[tuple[NDArray, bool]]:
+    """Yield the maps whose means over parts, or whole patches, are `Guide.values`.
+
+    The last are relative positions along the axes `located`.
+    """
+    study, secondary = image.study, image.study.secondary
     if secondary is not None and secondary.probabilities is not None:
-        for k in range(1, image.study.training_image.n_facies):
+        for k in range(1, study.training_image.n_facies):
             yield image.scaled(orientation) == k, False
+    images = (study.training_image, *(secondary.images if secondary else ()))
+    shapes = [in_layers(each.shape) for each in images]
+
+    def oriented(values: NDArray) -> NDArray:  # in unknown cells of copies, any value
+        copies = image.copies
+        return to_path(values[copies.origins] if copies else values.reshape(shapes[0]), orientation)
+
     for each in secondary.auxiliary if secondary else ():
-        values = _volume(each.image)
-        if image.copies:
-            values = values.ravel()[image.copies.origins]  # in unknown cells, any value
-        values = _scaled(to_path(values, orientation), each.image)
+        values = oriented(_scaled(each.image, each.image).ravel())
         yield values**2, True
         yield values**2, False
         yield values, False
-
-
-def _volume(values: NDArray) -> NDArray:
-    return values.reshape(in_layers(values.shape))
+    for axis in located:
+        t = template[axis]
+        at = [(np.indices(n)[axis].ravel() - (t - 1) / 2) / max(n[axis] - t, 1) for n in shapes]
+        yield oriented(np.concatenate(at)), True
 
 
 def _scaled(values: NDArray, reference: NDArray) -> Floats:

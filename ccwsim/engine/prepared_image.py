@@ -155,12 +155,12 @@ def n_planes(study: Study) -> int:
 def steers(study: Study) -> bool:
     """Return whether realizations are steered towards random target proportions.
 
-    A location weight or an auxiliary variable switches steering off, because the location of
-    patches in the image then determines proportions.
+    An auxiliary variable or a location weight along y or x switches steering off, because the
+    location of patches in the image then determines proportions.
     """
     p, several = study.parameters, study.training_image.n_facies > 1
-    several = several and not (study.secondary and study.secondary.auxiliary)
-    return several and not p.draws_as_published and not p.match_proportions
+    placed = max(p.location_weights[1:]) > 0 or (study.secondary and study.secondary.auxiliary)
+    return several and not placed and not p.published_draw and not p.match_proportions
 
 
 class PreparedImage:

@@ -28,7 +28,6 @@ from ccwsim.engine.stages.path import (
     RasterPath,
     Triple,
     active_patches,
-    along_path,
     cells_to_path,
     clip_patches,
     from_path,
@@ -193,7 +192,7 @@ def _patches(
 
     def find_before() -> NDArray[np.int64]:
         few = n_places < FEW_LOCATIONS + 4 * p.n_candidates
-        if p.draws_as_published or few or fine.volume:
+        if p.published_draw or few or fine.volume:
             return np.zeros((len(patches), 0), np.int64)
         return patches_before(patches, path)
 
@@ -213,7 +212,7 @@ def _patches(
         patches = active_patches(patches, path, used, coarse.step, coarse.cell_size)
     if active is not None or len(splits) > 1:
         before = find_before()
-    if fine.volume and p.random_path and not p.draws_as_published:
+    if fine.volume and p.random_path and not p.published_draw:
         patches = clip_patches(patches, path, coarse.overlap, coarse.block, coarse.cell_size)
         before = before[: len(patches)]
     return patches, before
@@ -238,15 +237,12 @@ def _kinds(
 
 
 def _offset(p: Parameters, lengths: tuple[ScaledLengths, ...], rng: np.random.Generator) -> Triple:
-    """Return the random distance from the first tile to the grid, in whole coarse cells.
-
-    The distance along z is 0 if patches must stay near their relative height in the image.
-    """
-    if p.draws_as_published or not p.random_path:
+    """Return the random distance from the first tile to the grid, in whole coarse cells."""
+    if p.published_draw or not p.random_path:
         return 0, 0, 0
     steps = zip(lengths[0].step, lengths[-1].cell_size, strict=True)
     z, y, x = (int(rng.integers(step // size)) * size for step, size in steps)
-    return (0 if p.location_weights[0] else z), y, x
+    return z, y, x
 
 
 def _steering(
@@ -301,7 +297,7 @@ def totals_of(image: PreparedImage) -> type[np.signedinteger]:
     )
     overlap = prod(search.template) * prod(search.block)
     overlap += score_bound(study, image.lengths[-1], n_planes(study))
-    bound = 2 * overlap + missed * search.datum_cost + 3 * search.location_cost
+    bound = 2 * overlap + missed * search.datum_cost
     return conditioning.total_type(bound * (1 + p.template_variation) ** 4)
 
 
@@ -369,18 +365,12 @@ def _search(
     # patches. The slack is smaller instead.
     n_templates = n_places * prod(coarse.block) / prod(coarse.template)
     wider = min(max(FEW_TEMPLATES / n_templates, 1.0), MAX_WIDER)
-    if coarse.volume or p.draws_as_published:
+    if coarse.volume or p.published_draw:
         wider = 1.0
     slack = SLACK * coarse.weight_of_data * (0.75 if coarse.volume else wider)
-    # the cost of a location at the opposite end of the image, in wrong overlap cells
-    (_, ty, _), (_, oy, _) = whole = image.lengths[0].template, image.lengths[0].overlap
-    far = (overlap_cells(*whole) if coarse.volume else 2 * ty * oy) / 4**p.scale
-    z, y, x = along_path(p.location_weights, orientation)
-    location = max(z, y, x)
-    draws_once = p.draws_as_published or p.match_proportions
+    draws_once = p.published_draw or p.match_proportions
     may_try = not (draws_once or coarse.volume or p.scale)
     by_unseen = may_try and max(coarse.template) >= LARGE_TEMPLATE and image.has_thin_facies
-    axes = (z / location, y / location, x / location) if location else (0.0, 0.0, 0.0)
     reach = [max(1, REACH >> n) for n in lengths[0].level]
     return tiles.Search(
         template=coarse.template,
@@ -395,10 +385,8 @@ def _search(
         datum_cost=cell_cost * weight_of_data * (1 if p.exact_data else DATUM_FACTOR),
         slack_cost=cell_cost * weight_of_data * wider,
         missed=round(conditioning.SPARSE.missed * weight_of_data),
-        location_cost=location * cell_cost * far,
-        location_axes=axes,
         exact=p.exact_data,
-        slack=-1 if p.draws_as_published else round(slack * cell_cost),
+        slack=-1 if p.published_draw else round(slack * cell_cost),
         n_drawn=1 if draws_once else N_DRAWN_THIN if by_unseen else N_DRAWN,
         by_unseen=by_unseen,
         reach=(reach[0] * coarse.volume, reach[1], reach[2]),

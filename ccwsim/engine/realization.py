@@ -173,7 +173,7 @@ def target_of(
     shape = in_layers(study.grid.shape)
     data = data_grid(in_three(study.hard_data.cells), study.facies_of_data, shape)
     sources = sources.reshape(shape if sources.size else (0, 0, 0))
-    by_chance = study.parameters.draws_as_published
+    by_chance = study.parameters.published_draw
     known = image.scaled(), image.bits(), image.square_bits()
     balance = np.zeros(study.training_image.n_facies, np.int64)
     cells, volume = (data, indices.reshape(shape), sources, balance), len(image.base) > 1
@@ -237,8 +237,7 @@ def _specialization(study: Study, image: PreparedImage) -> tuple[object, ...]:
     sizes = coarse.level, coarse.template, coarse.overlap
     scores = score_type(*sizes, p.similarity == "correlation")
     types = block_sum_type(coarse.block), scores, raster.totals_of(image)
-    is_guided = study.secondary is not None and study.secondary.guides
     has_copies = study.secondary is not None and study.secondary.has_copies
     has_gaps = study.training_image.known is not None or has_copies
-    kinds = study.hard_data.n > 0, p.exact_data, p.scale > 0, repairs(study), is_guided, has_gaps
-    return *types, len(study.grid.shape), *kinds
+    kinds = study.hard_data.n > 0, p.exact_data, p.scale > 0, repairs(study), has_gaps
+    return *types, len(study.grid.shape), study.is_guided, *kinds

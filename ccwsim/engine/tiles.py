@@ -25,7 +25,6 @@ from ccwsim.engine.prepared_image import OrientedImage
 from ccwsim.engine.stages.bits import Strips, make_strips, take_strips
 from ccwsim.engine.stages.candidates import (
     Ranking,
-    add_location,
     best_places,
     draw_index,
     keep_within,
@@ -74,8 +73,6 @@ class Search(NamedTuple):
     datum_cost: float  # factor of the weights of data that are not honoured
     slack_cost: float  # factor of the slack near data
     missed: int  # cost, in refinement, of a datum not honoured, in wrong cells
-    location_cost: float  # cost of a location at the opposite end of the image
-    location_axes: tuple[float, float, float]  # weight of each axis in `location_cost`
     # if False, data only condition the search by blocks, so locations chosen for data are not
     # shifted
     exact: bool
@@ -216,14 +213,13 @@ def simulate_patches(first, last, inputs, work, simulated, rng):
             rule_out_continuations(
                 box, before[number], patches, locations, block, search.reach, layer, scores
             )
-        slack = search.slack if is_free else np.int64(-1)
-        if has_data or search.location_cost > 0:
-            is_split = patches[number, 7] > 0
-            totals = work.totals[:n_layers]
+        if has_data:
+            is_split, totals = patches[number, 7] > 0, work.totals[:n_layers]
             n = conditional_candidates(
-                box, layer, has_data, is_split, slack, grid, inputs, work, scores, totals, rng
+                box, layer, is_split, grid, inputs, work, scores, totals, rng
             )
         else:
+            slack = search.slack if is_free else np.int64(-1)
             n = unconditional_candidates(scores, slack, work.ranking, rng)
         for k in range(len(places)):  # numbers among all layers
             places[k] += layer * n_places[0] * n_places[1]
@@ -273,31 +269,24 @@ def unconditional_candidates(scores, slack, ranking, rng):
 
 
 @inlined_part_of_kernel
-def conditional_candidates(
-    box, layer, has_data, is_split, slack, grid, inputs, work, scores, totals, rng
-):
-    """Fill `total_ranking.places` by scores plus costs (section 4.4); return their number.
+def conditional_candidates(box, layer, is_split, grid, inputs, work, scores, totals, rng):
+    """Fill `total_ranking.places` by scores plus costs of data (section 4.4); return their number.
 
-    `has_data` is true if the co-template contains data; otherwise only the location has a cost.
     `is_split` is true if the patch is a part of a split tile. `grid` has the shape (nz, ny, nx).
     `scores` and `totals` begin with layer `layer` of locations.
     """
     _, _, oriented, data, search, _, _, _, _ = inputs
     weights = DENSE if is_split else SPARSE
-    share = search.share if has_data and not weights.everywhere else 1.0
+    share = 1.0 if weights.everywhere else search.share
     flat, places = totals.reshape(-1), work.total_ranking.places
     start_totals(scores.reshape(-1), share, oriented.illegal.size > 0, flat)
     exclude_illegal(oriented.illegal, layer, totals, ruled_out(totals))
-    if search.location_cost > 0:
-        add_location(box, grid.shape, search.location_cost, search.location_axes, totals)
     layers = layer, len(totals) + search.template[0] // search.block[0] - 1
     phases, proportions, times = oriented.pyramid.phases, oriented.proportions, search.co_template
     cost, misses = search.datum_cost, work.misses
     add_missed(phases, layers, grid, data, box, times, proportions, weights, cost, misses, totals)
     best_places(flat, rng, work.total_ranking)
-    if has_data:
-        slack = np.int64(weights.slack * search.slack_cost)
-    return keep_within(flat, places, slack) if slack >= 0 else len(places)
+    return keep_within(flat, places, np.int64(weights.slack * search.slack_cost))
 
 
 @part_of_kernel

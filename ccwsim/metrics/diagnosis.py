@@ -157,7 +157,7 @@ FEW_AT_EDGES = 0.75  # proportion in patches, relative to the image, of a facies
 COARSE_LEVEL = 3  # level at which dense data break shapes (measured in `docs/quality.md`)
 MIN_HALVED_LAYERS = 16  # layers of a volume in which templates have half the layers, not all
 MIN_LAYERS = 8  # minimum height of a template in layers, if the image has enough layers
-TREND_WEIGHT = 0.5  # location weight along z for a vertical trend; larger weights add little
+TREND_WEIGHT = 0.5  # location weight for a trend; larger weights add little
 PERIODIC = 0.5  # minimum `Spacing.strength` at which an image is considered periodic
 
 
@@ -344,7 +344,7 @@ class Diagnosis:
     n_templates: int
     """Number of templates of the advised size that fit into the image without overlap."""
     advice: tuple[Advice, ...]
-    """Consistent level, template and overlap; for a vertical trend, also a location_weight."""
+    """Consistent level, template and overlap; with a trend, also a location_weight."""
     warnings: tuple[str, ...]
     """Warnings about possible problems of the image."""
     vertical_thickness: tuple[int, ...] = ()
@@ -396,6 +396,8 @@ def diagnose(training_image: TrainingImage | ArrayLike) -> Diagnosis:
         if quarters.vertical_trend.any() and along_z[1] < image.shape[0]:
             weight = TREND_WEIGHT, 0.0, 0.0
             advice = *advice, Advice("location_weight", weight, _SAID["location"])
+    elif quarters.drifting.any():
+        advice = *advice, Advice("location_weight", TREND_WEIGHT, _SAID["places"])
     n_fit = templates_that_fit(image.shape, advice[1].value)
     boxes = wanted if vertical is None else (advice[1].value[0], wanted, wanted)
     warnings = tuple(_warnings(image, named, quarters, spacings, boxes))
@@ -414,7 +416,7 @@ def default_parameters(training_image: TrainingImage) -> Parameters:
     shape = training_image.shape
     small = len(shape) < N_AXES and min(shape) in SMALL_SIDES
     advice = diagnose(training_image).advice if small else ()
-    return Parameters(**{each.parameter: each.value for each in advice})
+    return Parameters(**{each.parameter: each.value for each in advice[:3]})
 
 
 def _thickness(image: Stack, vertical: bool = False) -> tuple[int, ...]:

@@ -84,16 +84,6 @@ class Parameters:
         return max(_triple(self.level)) if self.method == "ms-ccsim" else 0
 
     @property
-    def draws_as_published(self) -> bool:
-        """Whether `published_draw` applies: if it is set, or with a location weight along y or x.
-
-        A location weight along y or x keeps patches near their location in the image. Few other
-        patches can then be chosen, and the first patch must begin at the corner of the grid. With a
-        weight only along z, patches may come from any location at the same height.
-        """
-        return self.published_draw or max(self.location_weights[1:]) > 0
-
-    @property
     def location_weights(self) -> tuple[float, float, float]:
         """The location weight along z, y and x."""
         weight = self.location_weight

@@ -65,6 +65,12 @@ class Study:
         """The active cells, shape of the grid; None if all cells are active."""
         return self.secondary.active if self.secondary else None
 
+    @property
+    def is_guided(self) -> bool:
+        """Whether a location weight, probabilities or auxiliary variables guide the search."""
+        placed = max(self.parameters.location_weights) > 0
+        return placed or (self.secondary is not None and self.secondary.guides)
+
     def around_active(self) -> tuple[Study, tuple[slice, ...]]:
         """Return the study of the smallest grid that contains all active cells, and its cells.
 

@@ -110,19 +110,19 @@ def _of_oriented(study: Study, lengths: ScaledLengths) -> int:
 
 def _of_guide(study: Study, blocks: float) -> int:
     """Return the bytes of the maps of secondary information in one orientation."""
-    secondary = study.secondary
-    if secondary is None:
-        return 0
-    soft = study.training_image.n_facies - 1 if secondary.probabilities is not None else 0
-    several = len(secondary.auxiliary)
-    return int((soft + 3 * several) * 4 * blocks + (soft + several) * 8 * study.grid.n_cells)
+    secondary, soft, several = study.secondary, 0, 0
+    if secondary is not None:
+        several = len(secondary.auxiliary)
+        soft = study.training_image.n_facies - 1 if secondary.probabilities is not None else 0
+    maps = soft + 3 * several + 4 * (max(study.parameters.location_weights) > 0)
+    return int(maps * 4 * blocks + (soft + several) * 8 * study.grid.n_cells)
 
 
 def _of_search(study: Study) -> int:
     """Return the bytes that a thread needs for the scores of locations."""
     p = study.parameters
     lengths = lengths_of(p, study.grid.shape)[-1]
-    with_costs = study.hard_data.n > 0 or max(p.location_weights) > 0
+    with_costs = study.hard_data.n > 0
     a_location = 3 * _score_bytes(study, lengths) + (2 if with_costs else 1) * TOTALS_AND_PLACES
     return int(a_location * _n_blocks(study, lengths))
 

@@ -9,42 +9,19 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from ccwsim import CCWSIMError, Parameters, TrainingImage, datasets, simulate
-from ccwsim.engine.stages.candidates import add_location
-from ccwsim.engine.stages.path import Box
+from ccwsim import (
+    Auxiliary,
+    CCWSIMError,
+    Grid,
+    Parameters,
+    Secondary,
+    TrainingImage,
+    datasets,
+    simulate,
+)
+from ccwsim.engine.prepared_image import steers
 from ccwsim.metrics import proportions, unseen_patterns, vertical_proportions
-
-AXES = (1.0, 1.0, 1.0)
-
-
-def test_a_place_costs_the_squared_distance_as_a_share_of_the_way():
-    totals = np.zeros((1, 5, 9), np.int64)
-    box = Box(0, 40, 30, 1, 20, 20, 0, 0, 4, 4)
-    add_location(box, (1, 100, 140), 1000.0, AXES, totals)
-    for py, px in np.ndindex(totals.shape[1:]):
-        down, along = py / 4 - 40 / 80, px / 8 - 30 / 120
-        assert totals[0, py, px] == int(1000 * (down**2 + along**2))
-    assert totals[0, 2, 2] == 0
-
-
-@pytest.mark.parametrize("axes", [AXES, (0.0, 0.5, 2.0), (1.0, 0.0, 0.0)])
-@pytest.mark.parametrize("kind", [np.int32, np.int64])
-def test_each_axis_of_a_volume_counts_as_much_as_is_said(axes, kind):
-    before = np.arange(3 * 5 * 9).reshape(3, 5, 9).astype(kind)
-    totals = before.copy()
-    box = Box(9, 40, 30, 12, 20, 20, 0, 4, 4, 4)
-    add_location(box, (30, 100, 140), 1000.0, axes, totals)
-    for pz, py, px in np.ndindex(totals.shape):
-        up, down, along = pz / 2 - 9 / 18, py / 4 - 40 / 80, px / 8 - 30 / 120
-        far = axes[0] * up**2 + axes[1] * down**2 + axes[2] * along**2
-        assert totals[pz, py, px] == before[pz, py, px] + int(1000 * far)
-    assert totals[1, 2, 2] == before[1, 2, 2]
-
-
-def test_one_place_alone_costs_nothing():
-    totals = np.zeros((1, 1, 1), np.int64)
-    add_location(Box(0, 5, 7, 1, 32, 32, 0, 0, 4, 4), (1, 32, 90), 1000.0, AXES, totals)
-    assert totals[0, 0, 0] == 0
+from ccwsim.model.study import Study
 
 
 def likeness(parameters: Parameters) -> float:
@@ -75,7 +52,7 @@ def test_a_vertical_trend_is_kept_alone():
     p = Parameters((8, 12, 12), (2, 4, 4), (0, 1, 1))
 
     def drift(weight: Any) -> float:
-        e = simulate(image, (24, 30, 30), replace(p, location_weight=weight), n_realizations=2)
+        e = simulate(image, (24, 30, 30), replace(p, location_weight=weight), n_realizations=8)
         return float(np.abs(vertical_proportions(e)[:, 1].mean(axis=0) - shares.ravel()).mean())
 
     assert drift((3, 0, 0)) < 0.5 * drift((0, 3, 3))
@@ -96,6 +73,36 @@ def test_beds_keep_their_height_their_share_and_fewer_unseen_patterns():
     assert kept[0] < 0.7 * free[0]
     assert max(kept[1], free[1]) < 0.02  # both are steered to the proportions of the image
     assert kept[2] < free[2]
+
+
+def test_a_location_weight_is_an_auxiliary_variable():
+    """Test that positions as auxiliary variables lead to the locations of the weight."""
+    image, t = datasets.load("delta"), 32
+    shape = image.shape
+
+    def places(size: tuple[int, ...], axis: int) -> np.ndarray:
+        return (np.indices(size)[axis] - (t - 1) / 2) / (size[axis] - t)
+
+    given = [
+        Auxiliary(own, places(shape, axis), float(2 * np.ptp(own) ** 2))
+        for axis, own in enumerate(places(image.shape, axis) for axis in (0, 1))
+    ]
+    found = [
+        simulate(image, shape, Parameters(location_weight=weight), None, 12, secondary=secondary)
+        for weight, secondary in ((2, None), (0, Secondary(auxiliary=given)), (0, None))
+    ]
+    weighted, auxiliary, free = (e.probability(1) for e in found)
+    alike, other = (np.corrcoef(weighted.ravel(), e.ravel())[0, 1] for e in (auxiliary, free))
+    assert alike > 0.5 > 0.3 > other
+
+
+def test_a_weight_steers_no_proportions_but_one_along_z_does():
+    image = datasets.load("folded_layers")
+    p = Parameters((16, 32, 32), (4, 8, 8), (1, 2, 2))
+    weights = 0.0, (1.0, 0.0, 0.0), 1.0
+    studies = [Study(image, Grid.of((20, 60, 70)), replace(p, location_weight=w)) for w in weights]
+    assert [steers(study) for study in studies] == [True, True, False]
+    assert [study.is_guided for study in studies] == [False, True, True]
 
 
 def test_an_image_that_is_the_same_everywhere_does_not_change():

@@ -233,12 +233,18 @@ def test_a_realization_does_not_depend_on_those_before_it():
         np.testing.assert_array_equal(alone.indices[0], several.indices[r])
 
 
-def test_the_cost_of_the_first_part_comes_from_the_mean_of_its_cells_in_every_orientation():
+@pytest.mark.parametrize("axis", [None, 0, 1, 2])
+def test_the_cost_of_the_first_part_comes_from_the_mean_of_its_cells_in_every_orientation(axis):
+    """Test an auxiliary variable, and the position along each axis of a location weight."""
     image, shape, template = datasets.load("sinuous_channels"), (20, 60, 70), (8, 16, 16)
     depth, seen = np.random.default_rng(0).random(shape), set()
     of_image = np.linspace(0, 1, image.array.size).reshape(image.shape)
     given = Secondary(auxiliary=[Auxiliary(of_image, depth)])
-    study = Study(image, Grid.of(shape), Parameters(template, (2, 4, 4), 1), secondary=given)
+    weights = 0.0 if axis is None else tuple(float(k == axis) for k in range(3))
+    p = Parameters(template, (2, 4, 4), 1, location_weight=weights)
+    if axis is not None:
+        given, depth = None, np.indices(shape)[axis]
+    study = Study(image, Grid.of(shape), p, secondary=given)
     prepared = PreparedImage(study)
     for seed in range(80):
         plan = make_plan(study, template, prepared, np.random.default_rng(seed))
@@ -247,9 +253,14 @@ def test_the_cost_of_the_first_part_comes_from_the_mean_of_its_cells_in_every_or
         patch = patches[inside][seed % inside.sum()]
         n = guide_terms.__wrapped__(guide, Box(*patch.tolist()[:7], 2, 4, 4))
         first = patch[:3] - path.offset
-        part = tuple(slice(k, k + n) for k, n in zip(first, (4, 4, 4), strict=True))
-        mean = to_path(depth, path.orientation)[part].mean()
-        own = guide.terms[:n][guide.offsets[:n] == 2 * guide.values[0].size]  # plane of −2·a·b
-        np.testing.assert_allclose(own[0], -abs(guide.weights[2]) * mean / 32, rtol=1e-5)
+        if axis is None:
+            part = tuple(slice(k, k + n) for k, n in zip(first, (4, 4, 4), strict=True))
+            mean = to_path(depth, path.orientation)[part].mean() / 32
+        else:  # the first cell of the patch along the axis of the grid, relative to the last
+            part = tuple(slice(k, k + n) for k, n in zip(first, template, strict=True))
+            mean = to_path(depth, path.orientation)[part].min() / (shape[axis] - template[axis])
+        plane = 2 if axis is None else 0  # of −2·a·b
+        own = guide.terms[:n][guide.offsets[:n] == plane * guide.values[0].size]
+        np.testing.assert_allclose(own[0], -abs(guide.weights[plane]) * mean, rtol=1e-5)
         seen.add(path.orientation)
     assert seen == set(range(16))

@@ -10,11 +10,14 @@ patches are drawn with probabilities proportional to exp(λ·f), with the propor
 in the patch, the mean proportion is the given probability. λ is thus 0 where the given probability
 is the proportion of the image. c is `NAT` wrong cells for an overlap of 448 cells.
 
-Parts of split tiles have fewer overlap cells; their costs are smaller by the square of this ratio.
+Parts of split tiles have fewer overlap cells; their costs are smaller by this ratio, and those of
+probabilities by its square.
 
 *Auxiliary variables*: The cost is the squared difference between image and grid, divided by the
 squared range of the image, Σ (a² − 2·a·b) without the constant b². With weight 1, the range costs
-as much as a mismatch in every cell of the overlap.
+as much as a mismatch in every cell of the overlap. A `location_weight` is the weight of auxiliary
+variables whose values are relative positions along the axes: 0 for a patch at the first end of grid
+or image, and 1 at the other end.
 """
 
 from math import prod
@@ -38,7 +41,10 @@ MAX_TILT = 60.0  # maximum of |λ|; no patch has then another proportion than th
 N_TILTS, N_SHARES = 241, 5000
 """Numbers of λ and of locations from which the relation of λ and probability is computed."""
 AT_ONCE = 4  # number of terms that are added in one loop over locations
-WHOLE, SMALLER = -1, -2  # patches for which the factor of a plane is constant
+WHOLE, SMALLER, EVERY = -1, -2, -3  # patches for which the factor of a plane is constant
+POSITION = -4
+"""Minus an axis of the path: the factor is the relative position of the patch along this axis;
+minus 3 more if the axis is reversed."""
 
 
 class Guide(NamedTuple):
@@ -52,10 +58,11 @@ class Guide(NamedTuple):
     # shape (n_tables, sz, sy, sx): made by `summed_up` from maps of the grid, a view in path
     # coordinates; a single layer has no layer of zeros before it
     tables: NDArray[np.float64]
-    # shape (n_planes,): number of the table whose means over parts are factors, or the patches for
-    # which the factor is constant, `WHOLE` or `SMALLER`
+    # shape (n_planes,): number of the table whose means over parts are factors, the patches for
+    # which the factor is constant, or from `POSITION`
     tables_of: NDArray[np.int64]
     weights: NDArray[np.float64]  # shape (n_planes,): weight of the means, or the constant
+    n_soft: int  # number of planes of probabilities, which are the first
     counts: Triple  # number of parts of a patch along z, y and x
     part: Triple  # number of blocks of a part
     template: Triple  # number of cells of a whole patch
@@ -73,12 +80,12 @@ class Guide(NamedTuple):
 
 def score_bound(study: Study, lengths: ScaledLengths, planes: int) -> float:
     """Return the maximum cost of a location by secondary information, in units of the scores."""
-    secondary, cost = study.secondary, mismatch_cost(lengths, planes)
-    if secondary is None:
-        return 0.0
-    soft = secondary.probabilities is not None
-    bound = soft * MAX_TILT * secondary.soft_weight * NAT / USUAL_OVERLAP
-    return cost * (bound + 4 * sum(each.weight for each in secondary.auxiliary))
+    secondary, bound = study.secondary, 4 * sum(study.parameters.location_weights)
+    if secondary is not None:
+        soft = secondary.probabilities is not None
+        bound += soft * MAX_TILT * secondary.soft_weight * NAT / USUAL_OVERLAP
+        bound += 4 * sum(each.weight for each in secondary.auxiliary)
+    return mismatch_cost(lengths, planes) * bound
 
 
 def mismatch_cost(lengths: ScaledLengths, planes: int) -> float:
@@ -128,8 +135,8 @@ def guide_terms(guide, box):
 
     The factor of a part comes from the mean of a map of the grid over the cells of the part. Parts
     of small patches overlap. A part outside the grid takes the nearest cells. Small patches have
-    smaller costs: fewer overlap cells can mismatch, and their proportions vary more, so that λ
-    should be smaller.
+    smaller costs, because fewer overlap cells can mismatch; and the proportions of facies vary more
+    in small patches, so that λ should be smaller.
     """
     _, mz, my, mx = guide.values.shape
     _, sz, sy, sx = guide.tables.shape
@@ -140,12 +147,12 @@ def guide_terms(guide, box):
     whole = tz * ty * tx - (tz - box.oz) * (ty - box.oy) * (tx - box.ox)
     overlap = box.nz * box.ny * box.nx
     overlap -= (box.nz - box.oz) * (box.ny - box.oy) * (box.nx - box.ox)
-    share = (overlap / whole) ** 2 if whole else 1.0
+    share = overlap / whole if whole else 1.0
     for plane in range(len(guide.weights)):
         table, factor = guide.tables_of[plane], guide.weights[plane]
-        if table < 0 and is_whole != (table == WHOLE):
+        if (table == WHOLE and not is_whole) or (table == SMALLER and is_whole):
             continue
-        for part in range(1 if table == WHOLE else n_parts):
+        for part in range(n_parts if table >= SMALLER and table != WHOLE else 1):
             numbers, n_cells = (part // (py * px), part // px % py, part % px), 1
             for axis in range(3):
                 block, scale, most = guide.block[axis], guide.cell_size[axis], sides[axis] - 1
@@ -165,7 +172,13 @@ def guide_terms(guide, box):
                     value = tables[table, layer, ends[1, y], ends[2, x]]
                     total += value if (z + y + x) % 2 else -value
                 factor = guide.weights[plane] * (total / n_cells / n_parts)
-            term = np.float32(factor * share)
+            elif table <= POSITION:
+                axis = (POSITION - table) % 3
+                scale = guide.cell_size[axis]
+                room = max(sides[axis] - 1 - guide.template[axis] * scale, 1)
+                at = (firsts[axis] * scale - guide.offset[axis]) / room
+                factor = guide.weights[plane] * (1 - at if table <= POSITION - 3 else at)
+            term = np.float32(factor * (share * share if plane < guide.n_soft else share))
             if term != 0:
                 guide.offsets[n] = ((plane * mz + start[0]) * my + start[1]) * mx + start[2]
                 guide.terms[n] = term

@@ -2,8 +2,7 @@
 
 Not in the paper: Locations are excluded if their score is much worse than the best score. Without
 data, locations are also excluded if they only continue the copy of the training image in a
-neighbouring patch. A `location_weight` favours patches from the same relative location in the
-training image. Locations are numbered by layer, row and column.
+neighbouring patch. Locations are numbered by layer, row and column.
 """
 
 from typing import Any, NamedTuple
@@ -154,30 +153,6 @@ def keep_within(scores, places, slack):
             places[k], places[n] = places[n], place
             n += 1
     return n
-
-
-@part_of_kernel
-def add_location(box, shape, cost, axes, totals):
-    """Add to each score the cost of the distance between the relative positions of box and place.
-
-    This cost is for nonstationary images, which section 5.9 names as a limit of the method.
-    Relative positions in grid and image are 0 at the first end of an axis and 1 at the other end.
-    The cost of a location is `cost` times the squared difference in relative position. `axes` has
-    the weight of each axis, `shape` is the shape of the grid, and `totals` has the shape (nz, ny,
-    nx) of locations.
-    """
-    nz, ny, nx = totals.shape
-    layer = box.z0 / max(shape[0] - box.nz, 1) * (nz - 1)
-    row = box.y0 / max(shape[1] - box.ny, 1) * (ny - 1)
-    column = box.x0 / max(shape[2] - box.nx, 1) * (nx - 1)
-    for pz in range(nz):
-        up = (pz - layer) / max(nz - 1, 1)
-        for py in range(ny):
-            down = (py - row) / max(ny - 1, 1)
-            for px in range(nx):
-                along = (px - column) / max(nx - 1, 1)
-                far = axes[0] * up * up + axes[1] * down * down + axes[2] * along * along
-                totals[pz, py, px] += np.int64(cost * far)
 
 
 @part_of_kernel

@@ -141,7 +141,7 @@ class TracedPatch:
     copies: NDArray[np.bool_]  # locations that only continue a neighbouring patch
     steered: bool  # towards target proportions
     data: DataTerms | None  # None if template and co-template contain no data
-    totals: NDArray[np.int64] | None  # scores plus the costs of data and location
+    totals: NDArray[np.int64] | None  # scores plus the costs of data and guides; None without
     illegal: NDArray[np.bool_]  # locations with unknown cells; shape () if there are none
     layer: int  # layer of the stack of copies in which the patch of a map was found
     source: str  # name of the copy from which the patch is; empty without copies
@@ -207,7 +207,7 @@ class TracedPatch:
         return np.where(self.illegal, np.nan, sums / np.prod(self._block_along))
 
 
-Fate = Literal["drawn", "candidate", "fraction", "slack", "copy", "data", "location", "tie"]
+Fate = Literal["drawn", "candidate", "fraction", "slack", "copy", "data", "guide", "tie"]
 
 
 class PlaceFate(NamedTuple):
@@ -215,8 +215,8 @@ class PlaceFate(NamedTuple):
 
     The reasons are: "fraction", the overlap is not among the best share; "slack", the score is too
     far from the best; "copy", the location only continues a neighbouring patch; "data", others
-    honour more data; "location", it is too far from the relative position of the patch; "tie",
-    other equal locations were chosen at random.
+    honour more data; "guide", others fit the guides better; "tie", other equal locations were
+    chosen at random.
     """
 
     row: int  # in blocks
@@ -263,7 +263,7 @@ def _of_rejected(step: TracedPatch, place: tuple[int, ...]) -> Fate:
         return "fraction"
     if step.totals[place] <= step.totals[tuple(step.places.T)].max():
         return "tie"
-    return "data" if step.data is not None else "location"
+    return "data" if step.data is not None else "guide"
 
 
 def _place(step: TracedPatch, place: tuple[int, ...], fate: Fate) -> PlaceFate:

@@ -248,7 +248,7 @@ class Trace:
         layer, n_layers = inputs.layers[min(p.number, len(inputs.layers) - 1)].tolist()
         volume, data, slack = len(self.study.grid.shape) == 3, None, None
         names, way = self._image.copies and self._image.copies.names, self.path.orientation
-        totals = work.totals[:n_layers]
+        totals = work.scores[:n_layers]
 
         def own(array: NDArray) -> NDArray:
             return array if volume else array[..., 0, :, :]
@@ -267,7 +267,7 @@ class Trace:
         scores, copies = self._all_scores(blocks, layer, n_layers)
         illegal = self.oriented.illegal[layer : layer + n_layers]
         if seen_data(self.data, before, box, search.co_template):
-            weights = SPARSE if p.split == 0 else DENSE
+            weights, totals = SPARSE if p.split == 0 else DENSE, work.totals[:n_layers]
             slack = int(weights.slack * search.slack_cost)
             layers = layer, n_layers + search.template[0] // search.block[0] - 1
             known = pyramid.phases, layers, before, self.data, box, search.co_template
@@ -300,9 +300,7 @@ class Trace:
             copies=of_places(copies),
             steered=inputs.steering.is_on,
             data=data,
-            totals=of_places(totals).copy()
-            if data is not None or search.location_cost > 0
-            else None,
+            totals=of_places(totals).copy() if data or self.study.is_guided else None,
             illegal=of_places(illegal.astype(bool)) if illegal.size else np.array(False),
             layer=0 if volume else tz,
             source=names[-1 - tz if way & FROM_ABOVE else tz] if names else "",
@@ -312,12 +310,14 @@ class Trace:
         self, blocks: NDArray[np.int64], layer: int, n_layers: int
     ) -> tuple[NDArray[np.number[Any]], NDArray[np.bool_]]:
         """Return the real scores of locations from `layer` on, and which are continuations."""
-        scores = self._stepper.work.scores[:n_layers].copy()
+        work, n = self._stepper.work, n_layers
+        scores, energies = work.scores[:n].copy(), work.energies[layer : layer + n]
         copies = np.zeros(scores.shape, bool)
-        if not self._stepper.plan.inputs.before.shape[1]:
-            return scores, copies
-        copies = scores == 2 ** (8 * scores.itemsize - 1) - 1
-        sums, energies = self.oriented.pyramid.sums[:, layer:], self._stepper.work.energies[layer:]
+        if self._stepper.plan.inputs.before.shape[1]:
+            copies = scores == 2 ** (8 * scores.itemsize - 1) - 1
+        if self.study.is_guided:  # without the costs of the guides
+            scores = scores - (work.guided[:n].astype(np.int64) - energies)
+        sums = self.oriented.pyramid.sums[:, layer:]
         for place in np.argwhere(copies):
             part = tuple(slice(k, k + n) for k, n in zip(place, blocks.shape[1:], strict=True))
             both = (sums[:, *part].astype(np.int64) * blocks).sum()

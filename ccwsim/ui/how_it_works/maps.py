@@ -221,12 +221,12 @@ def _trail(trace: Trace, step: TracedPatch) -> list[list[float]]:
     return [centre(tile) for tile in ends]
 
 
-def score_map(view: PatchView, with_data: bool) -> CellMap:
+def score_map(view: PatchView, with_costs: bool) -> CellMap:
     """Return a map of the CCW scores of all locations, in blocks; good scores are bright."""
     step, frame = view.step, view.block_frame
     shown, name, absent = step.ccw, "CCW", "a patch here would extend beyond the image"
-    if with_data:
-        name, absent = "CCW + data", f"{absent}, or the location is not searched"
+    if with_costs:
+        name, absent = "CCW + costs", f"{absent}, or the location is not searched"
         if step.totals is not None:
             shown = (step.totals + step.energy) / step.block_size**2
             shown = np.where(step.copies | np.isnan(step.ccw), np.nan, shown)
@@ -235,7 +235,7 @@ def score_map(view: PatchView, with_data: bool) -> CellMap:
     whole = np.full(frame.shape, np.nan)
     whole[: shown.shape[0], : shown.shape[1]] = shown
     low, high = float(np.nanmin(shown)), float(np.nanmax(shown))
-    colours = CIVIDIS if step.correlation and not with_data else CIVIDIS[::-1]
+    colours = CIVIDIS if step.correlation and not with_costs else CIVIDIS[::-1]
     alt = f"CCW score map of patch {step.patch.number + 1}"
     shown = frame.to_grid(whole)
     scores = value_map(shown, name, (low, high), view.theme, alt, colours, absent)

@@ -293,7 +293,7 @@ def test_the_maps_are_the_arrays_of_the_core_in_the_world(number):
         assert lit.sum() == n_lit
         assert shown.marks[0]["row"] == view.part_of_grid[0].start
 
-        scored = score_map(view, with_data=False)
+        scored = score_map(view, with_costs=False)
         assert np.count_nonzero(scored.indices <= N_STEPS) == step.scores.size
         marks = location_marks(view, view.block_frame, 1, ["said"] * len(locations))
         assert marks[-1]["kind"] == "disc"
