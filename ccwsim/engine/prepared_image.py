@@ -82,7 +82,7 @@ def orient_image(
     template, overlap, level = lengths.template, lengths.overlap, lengths.level
     correlation = p.similarity == "correlation"
     check_stop()  # each of the following steps takes a second for an image of many million cells
-    pyramid = build_pyramid(image, level, n_planes(study))
+    pyramid = build_pyramid(image, level, n_planes(study), study.training_image.n_facies)
     if max(level) and not p.exact_data:
         blocks = np.broadcast_to(upgrid(pyramid.image, lengths.block), pyramid.phases.shape)
         pyramid = pyramid._replace(phases=np.ascontiguousarray(blocks))
@@ -253,8 +253,8 @@ class PreparedImage:
 
     def square_bits(self, orientation: int = 0, scale: int = 0) -> NDArray[np.uint64]:
         """Return the bits of the `scaled` image in squares, as computed by `to_square_bits`."""
-        key = "square_bits", orientation, scale
-        return self.part(key, lambda: to_square_bits(self.scaled(orientation, scale)))
+        key, n_facies = ("square_bits", orientation, scale), self.study.training_image.n_facies
+        return self.part(key, lambda: to_square_bits(self.scaled(orientation, scale), n_facies))
 
     def repair(self, template: Triple) -> Repair:
         """Return the inputs of seam repair, in the orientation of the grid."""

@@ -41,15 +41,16 @@ def to_bits(image: NDArray[np.uint8]) -> NDArray[np.uint64]:
     return np.packbits(bits, axis=3, bitorder="little").view("<u8").astype(np.uint64)
 
 
-def to_square_bits(image: NDArray[np.uint8]) -> NDArray[np.uint64]:
+def to_square_bits(image: NDArray[np.uint8], n_facies: int = 0) -> NDArray[np.uint64]:
     """Return the bits of facies indices by squares, shape (n_planes, nz, ny, n_words).
 
     Byte x of row y contains the cells (y, x) to (y + 7, x). The eight bytes from byte x on contain
     a square, in which cell (y + i, x + j) is bit 8 j + i. A row has one extra word, so that a
-    square can be read starting at any cell.
+    square can be read starting at any cell. If `n_facies` is given, unknown cells, with this index,
+    count as any facies, because no patch contains them; fewer planes are then compared.
     """
     nz, ny, nx = image.shape
-    planes = _n_planes(image)
+    planes = _n_planes(image, n_facies)
     columns = np.zeros((planes, nz, ny + SIDE, SIDE * (nx // SIDE + 2)), np.uint8)
     for plane in range(planes):
         columns[plane, :, :ny, :nx] = image >> plane & 1
@@ -60,9 +61,9 @@ def to_square_bits(image: NDArray[np.uint8]) -> NDArray[np.uint64]:
     return np.ascontiguousarray(words[:, :, :ny])
 
 
-def _n_planes(image: NDArray[np.uint8]) -> int:
-    """Return the number of binary digits of the facies indices of an image."""
-    return max(int(image.max()).bit_length(), 1)
+def _n_planes(image: NDArray[np.uint8], n_facies: int = 0) -> int:
+    """Return the number of binary digits of the facies indices of an image, or below `n_facies`."""
+    return max((n_facies - 1 if n_facies else int(image.max())).bit_length(), 1)
 
 
 def make_strips(square_bits: NDArray[np.uint64], size: Triple) -> Strips:

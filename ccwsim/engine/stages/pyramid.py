@@ -71,10 +71,13 @@ def reconstruct(coefficients: list[Any], place: tuple[int, int], size: int) -> N
     return pywt.waverec2(cropped, "haar", "periodization")
 
 
-def build_pyramid(indices: NDArray[np.uint8], level: Triple, n_planes: int) -> Pyramid:
+def build_pyramid(
+    indices: NDArray[np.uint8], level: Triple, n_planes: int, n_facies: int = 0
+) -> Pyramid:
     """Return the pyramid of a training image in path coordinates.
 
     With two facies, one plane that counts facies 1 is enough; otherwise each facies has a plane.
+    `to_square_bits` explains `n_facies`.
 
     Raises
     ------
@@ -90,7 +93,7 @@ def build_pyramid(indices: NDArray[np.uint8], level: Triple, n_planes: int) -> P
             "a lower level"
         )
     phases = cells_of_blocks(image, block)  # type: ignore[arg-type]
-    return Pyramid(image, to_square_bits(image), block_sums(phases, n_planes), phases)
+    return Pyramid(image, to_square_bits(image, n_facies), block_sums(phases, n_planes), phases)
 
 
 def cells_of_blocks(image: NDArray[np.uint8], block: Triple) -> NDArray[np.uint8]:
