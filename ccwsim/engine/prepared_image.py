@@ -52,15 +52,7 @@ class OrientedImage(NamedTuple):
     spans: NDArray[np.int64]  # made by `legal_spans`
     # shape (n_kinds, 2): first layer and number of layers of the locations of each kind of copies
     layers: NDArray[np.int64]
-
-    @property
-    def n_places(self) -> NDArray[np.int64]:
-        """Number of locations without unknown cells for each kind, shape (n_kinds,)."""
-        n = self.layers[:, 1] * self.places[1] * self.places[2]
-        if not self.illegal.size:
-            return n
-        excluded = np.append(0, np.cumsum(self.illegal.sum(axis=(1, 2), dtype=np.int64)))
-        return n - (excluded[self.layers.sum(axis=1)] - excluded[self.layers[:, 0]])
+    n_places: NDArray[np.int64]  # shape (n_kinds,): number of locations without unknown cells
 
 
 def orient_image(
@@ -119,7 +111,11 @@ def orient_image(
         margin = np.stack([margin_weights(*each) for each in zip(shares, kinds, strict=True)])
         factors = gain_factors(np.concatenate(shares), proportions)
     sums, steering = (squares, running, places), (proportions, margin, factors)
-    legal = illegal, similarity.legal_spans(illegal), layers
+    excluded = np.append(0, np.cumsum(illegal.sum(axis=(1, 2), dtype=np.int64)))
+    n_places = layers[:, 1] * places[1] * places[2]
+    if illegal.size:
+        n_places -= excluded[layers.sum(axis=1)] - excluded[layers[:, 0]]
+    legal = illegal, similarity.legal_spans(illegal), layers, n_places
     oriented = OrientedImage(pyramid, np.array(splits), *sums, *steering, *legal)  # type: ignore[arg-type]
     if copies is not None:
         check_pieces(copies, oriented.n_places, template)
