@@ -9,7 +9,8 @@ realizations (in bins of probability that contain at least 2 % of the cells), an
 of map, wells, and both.
 
 *time*: CPU time of a realization of channels on 512 × 512 and 1024 × 1024 cells, relative to that
-without secondary information. All cases are measured in turns.
+without secondary information. Data have the probabilities of the map. All cases are measured in
+turns.
 
 *copies*: Turned and scaled images, and zones of two images. A row has the difference between the
 mean direction of 24 realizations and the map (mean and 90 % quantile, in degrees, for the whole
@@ -118,7 +119,7 @@ def rows_of_time() -> Iterator[str]:
             "disc of 25 %": Secondary(active=np.hypot(rows, columns) < n / np.sqrt(4 * np.pi)),
         }
         cells = np.unique(np.random.default_rng(0).integers(0, n, (400, 2)), axis=0)
-        facies = np.random.default_rng(1).integers(0, 2, len(cells))
+        facies = (np.random.default_rng(1).random(len(cells)) < ramp[tuple(cells.T)]).astype(int)
         for data in (None, (cells, facies)):
             each: dict[str, list[float]] = {name: [] for name in cases}
             for turn in range(N_TURNS + 1):
