@@ -50,14 +50,14 @@ def make_guide(
             found.append(sum(w * a**2 for w, a in zip(located.values(), at, strict=True)))
         return np.array(found, np.float32).reshape(-1, *shape)
 
-    def tilts() -> Floats:
+    def tilts(soft: Floats) -> Floats:
         usual = image.oriented(0, template)  # one for all realizations, which must not differ
         known = soft, usual.proportions, usual.pyramid.sums, usual.illegal
         return guidance.tilts_of(*known, lengths.along(orientation))
 
     def of_grid() -> Floats:
         maps = [np.clip(_scaled(each.grid, each.image), -0.5, 1.5) for each in auxiliary]
-        maps = maps if soft is None else [*tilts(), *maps]
+        maps = maps if soft is None else [*tilts(soft), *maps]
         sz, sy, sx = (n + 1 for n in in_layers(study.grid.shape))
         # with a column that is not used, no view is contiguous, so that kernels have one type
         found = np.zeros((len(maps), sz, sy, sx + 1))

@@ -177,8 +177,8 @@ def target_of(
     known = image.scaled(), image.bits(), image.square_bits()
     balance = np.zeros(study.training_image.n_facies, np.int64)
     cells, volume = (data, indices.reshape(shape), sources, balance), len(image.base) > 1
-    kinds, copies = NO_KINDS, image.copies
-    if copies:
+    kinds = NO_KINDS
+    if copies := image.copies:
         kinds = image.part(("layers around",), copies.around), copies.kinds
     return Target(*known, *cells, by_chance, image.unknown(), *kinds, volume)
 

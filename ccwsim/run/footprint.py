@@ -120,10 +120,9 @@ def _of_guide(study: Study, blocks: float) -> int:
 
 def _of_search(study: Study) -> int:
     """Return the bytes that a thread needs for the scores of locations."""
-    p = study.parameters
-    lengths = lengths_of(p, study.grid.shape)[-1]
-    with_costs = study.hard_data.n > 0
-    a_location = 3 * _score_bytes(study, lengths) + (2 if with_costs else 1) * TOTALS_AND_PLACES
+    lengths = lengths_of(study.parameters, study.grid.shape)[-1]
+    rankings = 2 if study.hard_data.n else 1
+    a_location = 3 * _score_bytes(study, lengths) + rankings * TOTALS_AND_PLACES
     return int(a_location * _n_blocks(study, lengths))
 
 

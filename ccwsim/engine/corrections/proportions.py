@@ -190,9 +190,8 @@ def draw_between(
     single = 1 - proportions @ proportions  # variance of one cell
     spread = FEW * single + np.square(data.shares - mean).sum()
     error = np.square(data.weights).sum() * spread * residual / (FEW + n - 1)
-    off, natural = np.square(mean - proportions).sum() / CONTRADICTED, data.natural
-    if off > natural + error:
-        natural += between
+    off = np.square(mean - proportions).sum() / CONTRADICTED
+    natural = data.natural + (between if off > data.natural + error else 0.0)
     if off > natural + error:
         return None
     again = rng.integers(n, size=n)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ccwsim.engine.stages.cut import UNKNOWN
 from ccwsim.engine.trace import Frame, PlaceFate, Trace, TracedPatch
 from ccwsim.figures import CIVIDIS, Theme, mixed, ramp
+from ccwsim.model.numbers import minus, three_digits
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.frontend.cells import N_STEPS, CellMap
 
@@ -138,10 +139,11 @@ def value_map(
     (low, high), colours = ends, tuple(colours)
     share = np.clip((values - low) / (high - low), 0, 1) if high > low else np.zeros(values.shape)
     indices = np.where(np.isnan(values), N_STEPS + 1, np.rint(np.nan_to_num(share) * N_STEPS))
-    labels = [f"{name} {low + (high - low) * k / N_STEPS:.3g}" for k in range(N_STEPS + 1)]
-    strip = {"colours": list(colours), "low": f"{low:.3g}", "high": f"{high:.3g}"}
+    numbers = [minus(three_digits(each)) for each in np.linspace(low, high, N_STEPS + 1).tolist()]
+    labels = [*(f"{name} {number}" for number in numbers), absent]
+    strip = {"colours": list(colours), "low": numbers[0], "high": numbers[-1]}
     steps = [*_steps(colours), theme.hairline]
-    return CellMap(indices.astype(np.uint8), steps, [*labels, absent], alt, strip=strip)
+    return CellMap(indices.astype(np.uint8), steps, labels, alt, strip=strip)
 
 
 @cache
