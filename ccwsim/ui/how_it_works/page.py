@@ -43,7 +43,7 @@ MAX_HEIGHT = 460
 SMALL_MAP: dict[str, Any] = {"max_height": 200, "tools": False}
 SLICES: dict[str, Any] = {"max_height": 300, "body": False}
 SUBSCRIPTS = "₀₁₂₃₄₅₆"
-GROUNDS = {"score": "CCW", "costs": "with all costs", "image": "image"}
+GROUNDS = {"score": "CCW", "costs": "total", "image": "image"}
 BANDS = {
     "cA": "approximation",
     "cH": "horizontal detail",
