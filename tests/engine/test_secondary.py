@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ccwsim import Auxiliary, Grid, Parameters, Secondary, TrainingImage, datasets, simulate
-from ccwsim.engine.corrections.guidance import guide_terms
+from ccwsim.engine.corrections.guidance import guide_terms, score_bound
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.raster import make_plan
 from ccwsim.engine.stages.path import Box, to_path
@@ -231,6 +231,33 @@ def test_a_realization_does_not_depend_on_those_before_it():
     for r in (0, 3):
         alone = simulate(CHANNELS, (150, 167), seed=3, first_realization=r, secondary=given)
         np.testing.assert_array_equal(alone.indices[0], several.indices[r])
+
+
+@pytest.mark.parametrize("shape", [(33, 40), (34, 200)])
+def test_costs_of_guides_are_within_the_bound_of_scores(shape):
+    """Test patches that begin before a grid hardly larger than a patch; scores may overflow."""
+    image, rng = datasets.load("delta"), np.random.default_rng(0)
+    given = Secondary(
+        probabilities={k: rng.random(shape) / 2 for k in (0, 1)},
+        auxiliary=[Auxiliary(rng.random(image.shape), 9 * rng.random(shape) - 4, 5.0)],
+    )
+    study = Study(image, Grid.of(shape), Parameters(location_weight=10.0), secondary=given)
+    prepared, n_before = PreparedImage(study), 0
+    for seed in range(20):
+        plan = make_plan(study, (1, 32, 32), prepared, np.random.default_rng(seed))
+        guide, lengths = plan.inputs.guide, plan.lengths[-1]
+        bound, (ny, nx) = (
+            score_bound(study, lengths, 3),
+            prepared.oriented(0, (1, 32, 32)).places[1:],
+        )
+        flat, width = guide.values.ravel(), guide.values.shape[3]
+        at = (np.arange(ny)[:, None] * width + np.arange(nx)).ravel()
+        for patch in plan.inputs.patches:
+            n = guide_terms.__wrapped__(guide, Box(*patch.tolist()[:7], 0, 8, 8))
+            costs = flat[np.add.outer(guide.offsets[:n], at)].T @ guide.terms[:n]
+            assert np.abs(costs).max() <= bound
+        n_before += (plan.inputs.patches[:, 1:3] < plan.path.offset[1:]).any()
+    assert n_before
 
 
 @pytest.mark.parametrize("axis", [None, 0, 1, 2])

@@ -176,7 +176,7 @@ def guide_terms(guide, box):
                 axis = (POSITION - table) % 3
                 scale = guide.cell_size[axis]
                 room = max(sides[axis] - 1 - guide.template[axis] * scale, 1)
-                at = (firsts[axis] * scale - guide.offset[axis]) / room
+                at = min(max((firsts[axis] * scale - guide.offset[axis]) / room, -0.5), 1.5)
                 factor = guide.weights[plane] * (1 - at if table <= POSITION - 3 else at)
             term = np.float32(factor * (share * share if plane < guide.n_soft else share))
             if term != 0:
