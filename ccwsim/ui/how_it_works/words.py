@@ -260,7 +260,7 @@ def _choice_without_data(view: PatchView) -> str:
     assert step.slack is not None
     cells = round(step.slack / view.trace.search.cell_cost)
     text = page_text("Choice without data", n=step.n_candidates, cells=cells)
-    text += f" {page_text('Costs of guides')}" if view.trace.study.is_guided else ""
+    text += " " + page_text("Costs of guides") if view.trace.study.is_guided else ""
     copies = page_text("Copies", locations=format_count(n_copies, "location"))
     return f"{text} {copies}" if n_copies else text
 
