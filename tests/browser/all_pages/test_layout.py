@@ -330,7 +330,8 @@ def test_no_section_gets_low_while_statistics_come(tab, address):
     tab.evaluate(HEIGHTS)
     sections = tab.locator("[class*=st-key-section_]")
     for k in range(sections.count()):  # scroll to each, because new content above moves the next
-        sections.nth(k).scroll_into_view_if_needed()
+        # unlike Playwright's own scrolling, this does not fail if the section is replaced meanwhile
+        sections.nth(k).evaluate("section => section.scrollIntoView({block: 'center'})")
         sections.nth(k).locator(".unseen").wait_for(state="detached", timeout=SLOW)
     tab.wait_for_function("() => !document.querySelector('.working, .unseen')", timeout=SLOW)
     at_rest(tab)
