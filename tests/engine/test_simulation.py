@@ -278,10 +278,10 @@ class TestCancel:
         assert ensemble.data_status.shape == (ensemble.n, data.n)
 
     def test_no_thread_goes_on_afterwards(self):
-        before = threading.active_count()
+        before = set(threading.enumerate())  # of which some may end meanwhile
         with pytest.raises(Cancelled):
             simulate(TWO_FACIES, (2000, 2000), SMALL, n_realizations=50, cancel=lambda: True)
-        assert threading.active_count() == before
+        assert set(threading.enumerate()) <= before
 
     def test_it_changes_nothing_where_it_is_never_true(self):
         one = simulate(TWO_FACIES, (50, 50), SMALL, n_realizations=3)
