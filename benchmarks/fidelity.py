@@ -380,9 +380,8 @@ def print_trends(only: str) -> None:
         rows.setdefault(group, []).append(
             [*(np.log(after[k] / before[k]) for k in (0, 1)), before[2], after[2]]
         )
-        print(
-            f"| {group} | {image.name} | " + " | ".join(f"{v:.4f}" for v in before + after) + " |"
-        )
+        values = " | ".join(f"{v:.4f}" for v in before + after)
+        print(f"| {group} | {image.name} | {values} |", flush=True)
     print("| images | data | Brier score | JS | difference: without | steered |")
     print("|---" * 6 + "|")
     for group, each in rows.items():
