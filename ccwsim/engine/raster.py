@@ -112,7 +112,7 @@ def make_plan(
     path = make_path(in_layers(study.grid.shape), orientation, *sizes, order, offset)
     data = tuple(_data_at(study, image, path, lengths, k) for k in range(p.scale + 1))
     n_places = int(oriented.n_places.min())
-    search = _search(image, lengths, n_places, orientation)
+    search = _search(image, lengths, n_places)
     patches, before = _patches(image, path, lengths, oriented, n_places, data[0])
     kinds = _kinds(image.copies, path, lengths[-1], patches, rng)
     steering = _steering(image, path, lengths[-1], oriented, patches, kinds, rng)
@@ -290,7 +290,7 @@ def _steering(
 def totals_of(image: PreparedImage) -> type[np.signedinteger]:
     """Return the integer type for scores plus the costs of data and location."""
     study, p = image.study, image.study.parameters
-    search = _search(image, image.lengths, 1, 0)
+    search = _search(image, image.lengths, 1)
     cells = prod(t * search.co_template for t in search.template)
     missed = min(study.hard_data.n, cells) * max(
         conditioning.SPARSE.missed, conditioning.DENSE.missed
@@ -349,7 +349,7 @@ def to_grid(
 
 
 def _search(
-    image: PreparedImage, lengths: tuple[ScaledLengths, ...], n_places: int, orientation: int
+    image: PreparedImage, lengths: tuple[ScaledLengths, ...], n_places: int
 ) -> tiles.Search:
     """Return the parameters of the search, with lengths in cells of the coarsest grid."""
     p, coarse = image.study.parameters, lengths[-1]
