@@ -56,7 +56,7 @@ def make_guide(
         return guidance.tilts_of(*known, lengths.along(orientation))
 
     def of_grid() -> Floats:
-        maps = [np.clip(_scaled(each.grid, each.image), -0.5, 1.5) for each in auxiliary]
+        maps = [np.clip(_scaled(each.grid, each.image), *guidance.LIMITS) for each in auxiliary]
         maps = maps if soft is None else [*tilts(soft), *maps]
         sz, sy, sx = (n + 1 for n in in_layers(study.grid.shape))
         # with a column that is not used, no view is contiguous, so that kernels have one type

@@ -40,6 +40,7 @@ CERTAIN = 0.002  # probabilities are limited to CERTAIN … 1 − CERTAIN, becau
 MAX_TILT = 60.0  # maximum of |λ|; no patch has then another proportion than the extreme one
 N_TILTS, N_SHARES = 241, 5000
 """Numbers of λ and of locations from which the relation of λ and probability is computed."""
+LIMITS = -0.5, 1.5  # limits of values of the grid, with the range of the image as unit
 AT_ONCE = 4  # number of terms that are added in one loop over locations
 WHOLE, SMALLER, EVERY = -1, -2, -3  # patches for which the factor of a plane is constant
 POSITION = -4
@@ -145,9 +146,8 @@ def guide_terms(guide, box):
     firsts, lengths = (box.z0, box.y0, box.x0), (box.nz, box.ny, box.nx)
     (tz, ty, tx), is_whole = guide.template, lengths == guide.template
     whole = tz * ty * tx - (tz - box.oz) * (ty - box.oy) * (tx - box.ox)
-    overlap = box.nz * box.ny * box.nx
-    overlap -= (box.nz - box.oz) * (box.ny - box.oy) * (box.nx - box.ox)
-    share = overlap / whole if whole else 1.0
+    inside = (box.nz - box.oz) * (box.ny - box.oy) * (box.nx - box.ox)
+    share = (box.nz * box.ny * box.nx - inside) / whole if whole else 1.0
     for plane in range(len(guide.weights)):
         table, factor = guide.tables_of[plane], guide.weights[plane]
         if (table == WHOLE and not is_whole) or (table == SMALLER and is_whole):
@@ -174,9 +174,9 @@ def guide_terms(guide, box):
                 factor = guide.weights[plane] * (total / n_cells / n_parts)
             elif table <= POSITION:
                 axis = (POSITION - table) % 3
-                scale = guide.cell_size[axis]
+                scale, offset = guide.cell_size[axis], guide.offset[axis]
                 room = max(sides[axis] - 1 - guide.template[axis] * scale, 1)
-                at = min(max((firsts[axis] * scale - guide.offset[axis]) / room, -0.5), 1.5)
+                at = min(max((firsts[axis] * scale - offset) / room, LIMITS[0]), LIMITS[1])
                 factor = guide.weights[plane] * (1 - at if table <= POSITION - 3 else at)
             term = np.float32(factor * (share * share if plane < guide.n_soft else share))
             if term != 0:
