@@ -126,15 +126,11 @@ def _draw_range(page_state: SweepState, name: str, values: list[Any], chosen: li
     # the key contains the values, so that a widget with new values has no old state
     key = f"range_{name}_{'_'.join(map(str, values))}"
     meaning = PARAMETERS[name.removesuffix(ALONG_Z)]["meaning"]
-    options = {"choices": values, "value": chosen, "help": meaning}
+    options: dict[str, Any] = {"options": values, "value": chosen, "help": meaning}
+    options |= {"selection_mode": "multi", "width": "stretch"}
     if name == "method":
         options["format_func"] = str.upper
-    field(pills, planning.LABELS[name], key=key, write=write, **options)
-
-
-def pills(label: str, choices: list[Any], **options: Any) -> Any:
-    """Draw pills with multiple selection, as a function that `field` accepts as a widget."""
-    return st.pills(label, choices, selection_mode="multi", width="stretch", **options)
+    field(st.pills, planning.LABELS[name], key=key, write=write, **options)
 
 
 def _sweep_button(state: State, key: str) -> None:
