@@ -30,7 +30,7 @@ from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import image_of, levels, overlap_sizes
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.study_column import size_fields
-from ccwsim.ui.widgets.fields import bound_to, button, field, help_of
+from ccwsim.ui.widgets.fields import bound_to, button, field, help_of, options_of
 from ccwsim.ui.widgets.text import page_text, pair, panel_title, plain
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
@@ -127,9 +127,6 @@ def _draw_player(how: How, trace: Trace) -> None:
         if how.patch + 1 >= n:
             how.patch = 0
 
-    def stop() -> None:
-        how.playing = False
-
     patch = trace.patches[how.patch]
     facts = [
         f"<b>Patch {patch.number + 1} of {n}</b>",
@@ -151,7 +148,7 @@ def _draw_player(how: How, trace: Trace) -> None:
         button("Next", key="how_next", on_click=lambda: step(1), **ends)
         # two buttons, so that a second click on a slow Stop does not start the play again
         if how.playing:
-            button("Stop", key="how_stop", on_click=stop, type="primary")
+            button("Stop", key="how_stop", on_click=how.stop, type="primary")
         else:
             button("Play", key="how_play", on_click=play, type="primary")
     draw_component("arrows", "how_arrows", {}, "step", lambda by: step(int(by)))
@@ -322,10 +319,8 @@ def _draw_bands(how: How, view: PatchView) -> None:
     with st.container(horizontal=True, vertical_alignment="center", key="how_bands_row"):
         panel_title("The training image in wavelets", f"level {level}")
         if image.n_facies > 2:
-            options = {"value": how.facies, "options": list(range(image.n_facies)), "width": 140}
-            options |= {"write": lambda k: setattr(how, "facies", k)}
-            options |= {"format_func": lambda k: image.facies_names[k]}
-            options |= {"label_visibility": "collapsed"}
+            options = bound_to(how, "facies", width=140, label_visibility="collapsed")
+            options |= options_of(dict(enumerate(image.facies_names)))
             field(st.selectbox, "Facies", key="how_facies", **options)
     if not level:
         say(page_text("Level 0"), words.PAPER["image"])
