@@ -1,6 +1,6 @@
 """The settings on the page Compare, the run that compares them, and the state of the page."""
 
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import asdict, dataclass, field, replace
 from math import prod
 from typing import Any
 
@@ -187,8 +187,7 @@ def change_setting(state: State, k: int, **changes: object) -> None:
 
 def copy_setting(state: State, k: int, source: int) -> None:
     """Copy setting `source` to setting `k`."""
-    p = settings_of(state)[source]
-    change_setting(state, k, **{f.name: getattr(p, f.name) for f in fields(Parameters)})
+    change_setting(state, k, **asdict(settings_of(state)[source]))
 
 
 def add_setting(state: State) -> None:

@@ -158,8 +158,7 @@ def reference_of(state: State) -> TrainingImage:
 
 
 def _ask_reference(page_state: Editor, choice: ImageChoice, volume: bool) -> None:
-    def change(choice: ImageChoice) -> None:
-        page_state.reference_choice = choice
+    change = partial(setattr, page_state, "reference_choice")
 
     def take(upload: Upload) -> None:
         change(ImageChoice())  # if the file cannot be read, the earlier field is kept

@@ -298,7 +298,6 @@ def numbers_of(
 ) -> list[tuple[str, str, str]]:
     """Return rows (name, value ± spread between realizations, best value among all settings)."""
     image, qualities = run.training_image, [r.quality for r in rows]
-    k = next(k for k, other in enumerate(rows) if other is row)
     worst = image.facies_names[image.index_of(row.quality.proportion_facies)]
     facies = image.facies_names[run.facies]
 
@@ -309,8 +308,8 @@ def numbers_of(
         best: Callable[[list[float]], float] = min,
     ) -> tuple[str, str, str]:
         known = [value(q) for q in qualities if not np.isnan(value(q))]
-        off = spread(qualities[k])
-        own = three_digits(value(qualities[k])) + ("" if np.isnan(off) else f" ± {two(off)}")
+        off = spread(row.quality)
+        own = three_digits(value(row.quality)) + ("" if np.isnan(off) else f" ± {two(off)}")
         return name, minus(own), minus(three_digits(best(known))) if known else "–"
 
     lines = [
