@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, fields, replace
 from io import BytesIO
 from math import ceil, sqrt
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,7 +13,7 @@ from ccwsim import Ensemble, Grid, HardData, Parameters, Secondary, TrainingImag
 from ccwsim.io.atomic import format_of, write_bytes
 from ccwsim.io.data_file import DataFile, printable
 from ccwsim.io.formats.labelled import realizations_as_netcdf
-from ccwsim.io.formats.numpy_files import npz_arrays, place_arrays, read_npy
+from ccwsim.io.formats.numpy_files import npz_arrays, one_value, place_arrays, read_npy
 from ccwsim.io.formats.pictures import PictureFile, picture_as_bytes
 from ccwsim.io.maps import maps_as_bytes
 from ccwsim.io.opening import PathOrFile, kind_of, open_content, read_bytes
@@ -143,25 +142,25 @@ def _of_npz(members: Mapping[str, NDArray], image: TrainingImage | None) -> Ense
         if names is not None and names.ndim != 1:
             raise CCWSIMError("facies_names must be a list; save it again")
         names = None if names is None else [printable(name) for name in names.tolist()]
-        label = printable(str(_one(members, "image_name", "")))
+        label = printable(str(one_value(members, "image_name", "")))
         image = TrainingImage(members["training_image"], name=label, facies_names=names)
     if image is None and "codes" in members:
         image = _stand_in(members["codes"], len(shape))
     place = {key: members[key].tolist() for key in ("cell_size", "origin") if key in members}
-    place["crs"] = str(_one(members, "crs", ""))
+    place["crs"] = str(one_value(members, "crs", ""))
     data = HardData(members.get("hard_cells", ()), members.get("hard_facies", ()))
     ensemble = _ensemble(stack, replace(Grid.of(shape), **place), image)
     data.check(ensemble.grid, ensemble.training_image)
     return replace(
         ensemble,
         hard_data=data,
-        parameters=parameters_from_json(str(_one(members, "parameters", "{}"))),
-        seed=arrays.check_int("seed", _one(members, "seed", 0), 0),
+        parameters=parameters_from_json(str(one_value(members, "parameters", "{}"))),
+        seed=arrays.check_int("seed", one_value(members, "seed", 0), 0),
         cpu_seconds=_of_shape(members, "cpu_seconds", ensemble.cpu_seconds),
-        wall_seconds=float(_one(members, "wall_seconds", np.nan)),
+        wall_seconds=float(one_value(members, "wall_seconds", np.nan)),
         data_status=_of_shape(members, "met_by", np.zeros((n, data.n), np.int16)),
         numbers=_of_shape(members, "numbers", ensemble.numbers),
-        revised=bool(_one(members, "revised", "seed" not in members)),
+        revised=bool(one_value(members, "revised", "seed" not in members)),
         secondary=secondary_of_arrays(members, ensemble.grid, ensemble.training_image),
     )
 
@@ -231,12 +230,6 @@ def _ensemble(stack: NDArray, grid: Grid, image: TrainingImage | None) -> Ensemb
 def _stand_in(codes: NDArray, n_dimensions: int) -> TrainingImage:
     """Return an image with one cell per code, as a substitute for an unknown training image."""
     return TrainingImage(codes.reshape(*[1] * (n_dimensions - 1), -1))
-
-
-def _one(members: Mapping[str, NDArray], key: str, default: Any) -> Any:
-    if key in members and members[key].size != 1:
-        raise CCWSIMError(f"{key} must be one value, not {members[key].size}; save it again")
-    return members[key].item() if key in members else default
 
 
 def _of_shape(members: Mapping[str, NDArray], key: str, default: NDArray) -> NDArray:

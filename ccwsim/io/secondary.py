@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ccwsim import CCWSIMError, Grid, TrainingImage
 from ccwsim.io.data_file import DataFile, listed
+from ccwsim.io.formats.numpy_files import one_value
 from ccwsim.io.formats.pictures import PictureFile
 from ccwsim.io.gridding import as_grid
 from ccwsim.io.hard_data.columns import is_points
@@ -194,23 +195,17 @@ def secondary_of_arrays(
     if soft is not None and len(soft) != image.n_facies:
         raise CCWSIMError(f"probabilities: {len(soft)} maps for {image.n_facies} facies")
 
-    def one(name: str, default: Any) -> Any:
-        value = arrays.get(name, np.asarray(default))
-        if value.size != 1:
-            raise CCWSIMError(f"{name} must be one value, not {value.size}; save it again")
-        return value.item()
-
     fitted = Secondary(
         arrays.get("active"),
         None if soft is None else dict(zip(image.codes.tolist(), soft, strict=True)),
         [Auxiliary(*each) for each in zip(*maps, weights, strict=True)],
-        float(one("soft_weight", 1.0)),
+        float(one_value(arrays, "soft_weight", 1.0)),
         images=[arrays[k] for k in KINDS_OF_ARRAYS if k.startswith("image_") and k in arrays],
         **cast(Any, {name: arrays.get(name) for name in ("zones", "weights", "angle", "dip")}),
         scale=tuple(own for axis in "xyz" if (own := arrays.get(f"scale_{axis}")) is not None)
         or None,
-        mirrored=str(one("mirrored", "")),
-        angle_tolerance=float(one("angle_tolerance", 2.0)),
+        mirrored=str(one_value(arrays, "mirrored", "")),
+        angle_tolerance=float(one_value(arrays, "angle_tolerance", 2.0)),
     ).fitted(grid, image)
     own = fitted.probabilities
     if soft is not None and own is not None and np.allclose(soft, own, 0, 1e-12, equal_nan=True):

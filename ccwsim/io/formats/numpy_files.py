@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from io import BytesIO
 from math import prod
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.lib import format as npy
@@ -74,6 +74,14 @@ def npz_arrays(content: bytes, name: str, kinds: Mapping[str, str]) -> dict[str,
             if array.dtype.kind == "U":
                 arrays[key].tolist()  # raises here if a character is invalid
         return arrays
+
+
+def one_value(arrays: Mapping[str, NDArray], name: str, default: Any) -> Any:
+    """Return the only value of an array, or a default if there is no array of this name."""
+    value = arrays.get(name, np.asarray(default))
+    if value.size != 1:
+        raise CCWSIMError(f"{name} must be one value, not {value.size}; save it again")
+    return value.item()
 
 
 def _grid(content: bytes, name: str, dimensions: tuple[int, ...] = (2, 3)) -> NDArray:
