@@ -11,7 +11,6 @@ from ccwsim.model.errors import CCWSIMError, refused
 
 _ENTRY = b"PK\x01\x02"
 _METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
-_BLOCK = 4 * 2**20
 
 
 class Archive:
@@ -37,15 +36,11 @@ class Archive:
 
     def read(self, member: str) -> bytes:
         """Return a member's content, limited to the size stated in the zip's directory."""
-        left = self.infos[member].file_size
-        parts = []
-        with self._archive.open(self.infos[member]) as file:
-            while left > 0:
-                parts.append(file.read(min(left, _BLOCK)))
-                left -= len(parts[-1])
-                if not parts[-1]:
-                    raise EOFError("a member ends early")
-        return b"".join(parts)
+        size = self.infos[member].file_size
+        content = self.start(member, size)
+        if len(content) < size:
+            raise EOFError("a member ends early")
+        return content
 
 
 @contextmanager
