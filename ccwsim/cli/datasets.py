@@ -35,16 +35,11 @@ def command(name: str | None, output: str | None) -> None:
     elif output is None:
         click.echo(described[name])
     else:
+        from ccwsim.io import write_hard_data, write_training_image
+
         check_writable(output)
-        _write(name, output)
+        if name in data:
+            write_hard_data(output, datasets.load_hard_data(name))
+        else:
+            write_training_image(output, datasets.load(name))
         click.echo(f"Written: {output}", err=True)
-
-
-def _write(name: str, output: str) -> None:
-    from ccwsim import datasets
-    from ccwsim.io import write_hard_data, write_training_image
-
-    if name in datasets.IMAGES:
-        write_training_image(output, datasets.load(name))
-    else:
-        write_hard_data(output, datasets.load_hard_data(name))

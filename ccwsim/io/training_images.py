@@ -101,11 +101,8 @@ def read_training_image(
     if isinstance(file, pictures.PictureFile):
         if volume:
             raise CCWSIMError(f"{file.name} is a picture with one layer; leave out volume=")
-        note, codes = (
-            file.unknown_note(),
-            pictures.picture_facies(file, threshold=threshold, classes=classes),
-        )
-        known = file.known
+        note, known = file.unknown_note(), file.known
+        codes = pictures.picture_facies(file, threshold=threshold, classes=classes)
         if not up:
             codes, known = codes[::-1], None if known is None else known[::-1]
         names = None

@@ -152,12 +152,10 @@ def lost_at_edges(ensemble: Ensemble) -> int | None:
     """Return the index of a facies at the edges of the image that realizations have too little."""
     image = ensemble.training_image
     k = facies_at_edges(ensemble.parameters, image)
-    if (
-        k is None
-        or ensemble.proportions[:, k].mean() > (1 - NOTABLE) * ensemble.image_proportions[k]
-    ):
+    if k is None:
         return None
-    return k
+    enough = (1 - NOTABLE) * ensemble.image_proportions[k]
+    return None if ensemble.proportions[:, k].mean() > enough else k
 
 
 def advise_proportions(ensemble: Ensemble, fit: Fit | None) -> str:

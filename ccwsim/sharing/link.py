@@ -78,13 +78,11 @@ def left_out(choices: Choices) -> tuple[str, ...]:
     """Return a description of each part of a study that an address cannot contain."""
     found = []
     for choice in own_choices(choices).values():
-        if isinstance(choice, GuideChoice):
-            names = ", ".join(file.name for file in choice.files)
-            found.append(f"the secondary information {names}".strip())
-            continue
+        names = ", ".join(file.name for file in choice.files)
         what = "training image" if isinstance(choice, ImageChoice) else "hard data"
-        if choice.files:
-            names = ", ".join(file.name for file in choice.files)
+        if isinstance(choice, GuideChoice):
+            found.append(f"the secondary information {names}".strip())
+        elif choice.files:
             found.append(f"the {what} {names}")
         elif isinstance(choice, DataChoice) and choice.placed is not None:
             n = choice.placed.n

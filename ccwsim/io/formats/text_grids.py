@@ -219,13 +219,10 @@ def _header(content: bytes, name: str) -> tuple[dict[str, float], int, int]:
         if words and (is_number(words[0]) or not words[0][0].isalpha()):
             break
         if words and words[-1].upper() not in ("LSBFIRST", "MSBFIRST"):
+            if len(words) != 2 or not is_number(words[1]):
+                entry = printable(words[0], 30)
+                raise CCWSIMError(f"{name}, line {line}: {entry} needs one number")
             key = words[0].lower()
-            header[_ALIASES.get(key, key)] = _value(name, line, words)
+            header[_ALIASES.get(key, key)] = float(words[1])
         at, line = end + 1, line + 1
     return header, at, line
-
-
-def _value(name: str, line: int, words: list[str]) -> float:
-    if len(words) != 2 or not is_number(words[1]):
-        raise CCWSIMError(f"{name}, line {line}: {printable(words[0], 30)} needs one number")
-    return float(words[1])
