@@ -114,17 +114,13 @@ def _mark_seams(shift, sides):
     for k in range(nz):
         for i in range(ny):
             own, row = shift[k, i], sides[k, i]
-            for dz, dy, side in ((0, 1, 2), (1, 0, 4)):
+            for dz, dy, dx, side in ((0, 0, 1, 1), (0, 1, 0, 2), (1, 0, 0, 4)):
                 if k + dz < nz and i + dy < ny:
-                    other = shift[k + dz, i + dy]
-                    for j in range(nx):
+                    other = shift[k + dz, i + dy, dx:]
+                    for j in range(nx - dx):
                         same = (own[j] == other[j]) & (own[j] >= 0)
                         n_copied += np.int64(same)
                         row[j] |= np.uint8(0 if same else side)
-            for j in range(nx - 1):
-                same = (own[j] == own[j + 1]) & (own[j] >= 0)
-                n_copied += np.int64(same)
-                row[j] |= np.uint8(0 if same else 1)
     return n_copied
 
 
