@@ -7,7 +7,6 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.engine.kernels import kernel
 from ccwsim.jobs.workers import check_stop
 from ccwsim.metrics.stack import N_AXES, Codes, Images, as_stack, codes_or_places
 from ccwsim.model.arrays import MAX_INT, as_array, as_floats, as_integers, ratio
@@ -201,11 +200,5 @@ def entropy(probability: ArrayLike) -> NDArray[np.float64]:
 
 def add_counts(image: NDArray[np.uint8], counts: NDArray[np.int32]) -> None:
     """Add one realization to counts of shape (n_facies, *image.shape), in place."""
-    _add_counts(np.ascontiguousarray(image).reshape(-1), counts.reshape(len(counts), -1))
-
-
-@kernel
-def _add_counts(cells, counts):
-    for cell in range(len(cells)):
-        if cells[cell] < len(counts):  # unknown and inactive cells have another index
-            counts[cells[cell], cell] += 1
+    for k, count in enumerate(counts):  # unknown and inactive cells have another index
+        count += image == k
