@@ -76,7 +76,8 @@ def variogram_map(
     """Return the exact γ(h) of a facies in maps for all lags up to max_lag rows and columns.
 
     Over the pairs inside the map, Σ (I(x) − I(x + h))² = Σ I(x) + Σ I(x + h) − 2 Σ I(x) I(x + h).
-    The last sum is an autocorrelation; it is computed by FFT (Marcotte 1996).
+    The sums are correlations of masks, of the facies and of known cells; they are computed by FFT
+    (Marcotte 1996).
 
     Examples
     --------
@@ -89,9 +90,7 @@ def variogram_map(
 
     def one(k: int) -> Floats:
         inside, known = stack.indices[k] == index, stack.indices[k] != UNKNOWN
-        near, n_pairs = _overlap_sums(inside, reach), _overlap_sums(known, reach)
-        if not known.all():
-            near, n_pairs = (_product_sums(part, known, reach) for part in (inside, known))
+        near, n_pairs = (_product_sums(part, known, reach) for part in (inside, known))
         squares = near + near[::-1, ::-1] - 2 * _product_sums(inside, inside, reach)
         return ratio(squares, 2 * n_pairs)
 
@@ -179,8 +178,7 @@ def transition_map(
     def one(k: int) -> Floats:
         start, known = stack.indices[k] == first, stack.indices[k] != UNKNOWN
         pairs = _product_sums(start, stack.indices[k] == second, reach)
-        tails = _overlap_sums(start, reach) if known.all() else _product_sums(start, known, reach)
-        return ratio(pairs, tails)
+        return ratio(pairs, _product_sums(start, known, reach))
 
     return np.array(map_parallel(one, len(stack), progress))
 
@@ -224,15 +222,3 @@ def _product_sums(tail: NDArray, head: NDArray, max_lag: int) -> Floats:
     sums = np.asarray(fft.irfft2(one.conj() * other, size))
     lags = np.arange(-max_lag, max_lag + 1)
     return np.rint(sums[np.ix_(lags, lags)]) + 0.0
-
-
-def _overlap_sums(inside: NDArray, max_lag: int) -> Floats:
-    """Return Σ inside(x) for each lag h, summed over the cells x for which x + h is in the map."""
-    ny, nx = inside.shape
-    table = np.zeros((ny + 1, nx + 1))
-    table[1:, 1:] = np.cumsum(np.cumsum(inside, axis=0, dtype=float), axis=1)
-    lags = np.arange(-max_lag, max_lag + 1)
-    y0, y1 = np.maximum(0, -lags), ny - np.maximum(0, lags)
-    x0, x1 = np.maximum(0, -lags), nx - np.maximum(0, lags)
-    north = table[np.ix_(y1, x1)] - table[np.ix_(y1, x0)]
-    return north - (table[np.ix_(y0, x1)] - table[np.ix_(y0, x0)])
