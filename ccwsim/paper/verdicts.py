@@ -52,13 +52,6 @@ def of_order(claim: str, found: str, order: int) -> Judgement:
     return judged(claim, found, {-1: BEHIND, 0: AGREES, 1: BETTER}[order])
 
 
-def compared(ours: float, theirs: float, *, more_is_better: bool, alike: float = ALIKE) -> str:
-    """Return the word that compares our number with the paper's number."""
-    if max(ours, theirs) <= alike * min(ours, theirs):
-        return AGREES
-    return BETTER if (ours > theirs) == more_is_better else BEHIND
-
-
 def sign_of(difference: float, alike: float = 0.0) -> int:
     """Return −1, 0 or 1 for a difference below −alike, between −alike and alike, or above it."""
     return int(difference > alike) - int(difference < -alike)
@@ -79,9 +72,8 @@ def of_time(
     ratio = theirs / ours
     how = f"{ratio:.3g} times less" if ratio >= 1 else f"{1 / ratio:.3g} times more"
     found = said("time", ours=seconds(ours), how=how)
-    word = compared(ours, theirs, more_is_better=False)
-    shown = {BETTER: "less time", BEHIND: "more time"}.get(word, "like time")
-    return judged(claim, found, shown)
+    words = {-1: "more time", 0: "like time", 1: "less time"}
+    return judged(claim, found, words[order_of(ratio, ALIKE)])
 
 
 def of_ratio(

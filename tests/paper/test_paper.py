@@ -37,7 +37,6 @@ from ccwsim.paper.reproduction import (
 from ccwsim.paper.times import grid_size, level_change
 from ccwsim.paper.verdicts import (
     by_claim,
-    compared,
     judged,
     of_both,
     of_data,
@@ -173,7 +172,6 @@ def test_words_follow_the_numbers():
     beside_code = [of_data(w, 100, t).word for w, t in ((0, 0.1), (0, 0), (0.2, 0.1))]
     assert beside_code == ["better", "agrees", "behind"]
     assert [of_data(w, 100, None).word for w in (0.0, 0.1)] == ["agrees", "differs"]
-    assert compared(1.0, 3.0, more_is_better=True) == "behind"
 
 
 @pytest.mark.parametrize(
