@@ -195,11 +195,8 @@ def vertical_proportions_chart(
     these layers. Each disc shows the hard data of a layer; more data give a larger disc.
     """
     chart = blank_chart(theme, height=height, x_title=x_title, y_title=y_title)
-    own = replace(
-        bundle,
-        reference=100 * bundle.reference,
-        **{name: 100 * getattr(bundle, name) for name in ("each", "low", "median", "high")},
-    )
+    shares = ("reference", "each", "low", "median", "high")
+    own = replace(bundle, **{name: 100 * getattr(bundle, name) for name in shares})
     said = f"{written(y_title)} %{{y:.4g}}: %{{x:.1f}} %"
     median = _median(own, "median", theme.ink, 1.5)
     traces = [_band(own, "5–95 %", theme.band), _threads(own, theme), median]
@@ -218,8 +215,8 @@ def vertical_proportions_chart(
     chart.add_traces(traces)
     step = float(bundle.lags[1] - bundle.lags[0]) if len(bundle.lags) > 1 else 1.0
     chart.update_yaxes(range=[bundle.lags[0] - step / 2, bundle.lags[-1] + step / 2])
-    shares = [own.each, own.reference, 100 * data.share if data is not None else 0.0]
-    largest = max(float(np.max(some, initial=0.0)) for some in shares)
+    ends = [own.each, own.reference, 100 * data.share if data is not None else 0.0]
+    largest = max(float(np.max(some, initial=0.0)) for some in ends)
     chart.update_xaxes(range=[0, min(1.08 * largest, 100.0) or 100.0], nticks=5)
     return chart.update_layout(hovermode="closest")
 

@@ -246,8 +246,7 @@ def anodi(
 
 
 def _means(divergence: NDArray, owner: NDArray, n_ensembles: int) -> tuple[NDArray, NDArray]:
-    between = np.full((n_ensembles, len(divergence)), np.nan)
-    within = np.empty_like(between)
+    between, within = np.full((2, n_ensembles, len(divergence)), np.nan)
     for k in range(n_ensembles):
         own = np.flatnonzero(owner == k)
         within[k] = divergence[:, 0, own].mean(axis=1)

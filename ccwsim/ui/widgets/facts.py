@@ -7,7 +7,7 @@ import streamlit as st
 
 from ccwsim.metrics import fit_proportions
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.numbers import seconds, three_digits
+from ccwsim.model.numbers import plural, seconds, three_digits
 from ccwsim.report.verdicts import advise_proportions, describe_proportion
 
 SMALL = 3
@@ -44,11 +44,11 @@ def _honoured(ensemble: Ensemble) -> list[str]:
 
 
 def _time(ensemble: Ensemble) -> str:
-    many = "realization" if ensemble.n == 1 else "realizations"
+    many = plural(ensemble.n, "realization")
     if ensemble.is_stored:
-        return f"{ensemble.n} {many} stored with the program, not run on this machine"
+        return f"{many} stored with the program, not run on this machine"
     each = seconds(float(ensemble.cpu_seconds.mean()))
-    return f"{ensemble.n} {many} in {seconds(ensemble.wall_seconds)}, {each} CPU each"
+    return f"{many} in {seconds(ensemble.wall_seconds)}, {each} CPU each"
 
 
 def _proportions(ensemble: Ensemble) -> list[str]:
