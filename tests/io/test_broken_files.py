@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
@@ -133,6 +133,7 @@ def test_random_bytes(start, rest):
 
 
 @settings(max_examples=100)
+@example(';\n0"')  # a line with nothing but its number
 @given(st.text(alphabet='0123456789.-+eEnaN,; \t\n"#xyfacies', max_size=120))
 def test_random_texts(text):
     read_every_way(text.encode())

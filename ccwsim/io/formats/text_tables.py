@@ -314,7 +314,7 @@ def _matrix_of_names(lines: _Lines, marks: _Marks, name: str) -> DataFile | None
         return None
     rows = [marks.fields(line) for line in lines.texts]
     rows = [row[1:] if row[0].isdecimal() else row for row in rows]
-    rows = [row[:-1] if not row[-1] else row for row in rows]
+    rows = [row[:-1] if row[-1:] == [""] else row for row in rows]
     fields = [field for row in rows for field in row]
     if len({len(row) for row in rows}) > 1 or any(map(is_number, {*fields} - {""})):
         return None
