@@ -201,7 +201,9 @@ def simulate_patches(first, last, inputs, work, simulated, rng):
         scores, energies = work.scores[:n_layers], work.energies[layer : layer + n_layers]
         illegal, of = oriented.illegal, work.energies_of
         cached_overlap_energies(oriented.squares, illegal, layer, box, block, energies, of)
-        energies = guided_energies(guide, box, illegal, layer, energies, work.guided[:n_layers])
+        energies = guided_energies(
+            guide, box, illegal, layer, energies, work.guided[:n_layers], rng
+        )
         score_places(
             oriented.running, layer, oriented.spans, work.terms, n_groups, energies, scores
         )

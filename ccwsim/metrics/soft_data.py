@@ -139,7 +139,7 @@ def _warn_of_few_locations(
     n_few, slack = 0, SLACK * inputs.search.cell_cost
     for patch in patches[:, :7].tolist():
         box = Box._make([*patch, *inputs.search.overlap])
-        n = guide_terms.__wrapped__(guide, box)  # not compiled, as there are few patches
+        n, _ = guide_terms.__wrapped__(guide, box)  # not compiled, as there are few patches
         costs = np.zeros(places)
         for first, factor in zip(guide.offsets[:n], guide.terms[:n], strict=True):
             costs += factor * guide.values.ravel()[first + at]

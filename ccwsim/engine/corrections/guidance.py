@@ -8,7 +8,10 @@ map over the part of the grid.
 *Probabilities*: The factor is −c·λ, and the map of the image is 1 in the cells of the facies. If
 patches are drawn with probabilities proportional to exp(λ·f), with the proportion f of the facies
 in the patch, the mean proportion is the given probability. λ is thus 0 where the given probability
-is the proportion of the image. c is `NAT` wrong cells for an overlap of 448 cells.
+is the proportion of the image. c is `NAT` wrong cells for an overlap of 448 cells. Where many
+locations of a map fit the overlap equally well, the best would have extreme proportions. In maps
+each location therefore also has a random cost, so that such locations are drawn with probabilities
+proportional to exp(λ·f/`SPREAD`).
 
 Parts of split tiles have fewer overlap cells; their costs are smaller by this ratio, and those of
 probabilities by its square.
@@ -29,6 +32,7 @@ from numpy.typing import NDArray
 from ccwsim.engine.corrections.proportions import patch_shares
 from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.lengths import USUAL_OVERLAP, ScaledLengths
+from ccwsim.engine.stages.candidates import draw_index
 from ccwsim.engine.stages.path import Triple, overlap_cells
 from ccwsim.engine.stages.similarity import exclude_illegal, excluded_from
 from ccwsim.model.study import Study
@@ -36,6 +40,12 @@ from ccwsim.model.study import Study
 NAT = 10.0
 """Number of wrong cells that count as much as a likelihood ratio of e, for an overlap of
 `USUAL_OVERLAP` cells."""
+SPREAD = 0.5
+"""Spread of the random costs of locations, as a share of the cost of a nat, with two facies. With n
+facies it is divided by n − 1; maps of more facies are followed better with less spread."""
+MAX_RANDOM, N_SHIFTS = 12.0, 4096
+"""Maximum of a random cost with a spread of 1, and number of ways to assign the random numbers to
+locations."""
 CERTAIN = 0.002  # probabilities are limited to CERTAIN … 1 − CERTAIN, because λ would be infinite
 MAX_TILT = 60.0  # maximum of |λ|; no patch has then another proportion than the extreme one
 N_TILTS, N_SHARES = 241, 5000
@@ -77,6 +87,8 @@ class Guide(NamedTuple):
     offsets: NDArray[np.int64]
     terms: NDArray[np.float32]
     costs: NDArray[np.float32]
+    random: NDArray[np.float32]  # minus Gumbel numbers, for a layer of locations and all shifts
+    spread: float  # factor of `random`, unless all costs are smaller
 
 
 def score_bound(study: Study, lengths: ScaledLengths, planes: int) -> float:
@@ -84,7 +96,8 @@ def score_bound(study: Study, lengths: ScaledLengths, planes: int) -> float:
     secondary, bound = study.secondary, 4 * sum(study.parameters.location_weights)
     if secondary is not None:
         soft = secondary.probabilities is not None
-        bound += soft * MAX_TILT * secondary.soft_weight * NAT / USUAL_OVERLAP
+        nats = MAX_TILT + SPREAD * MAX_RANDOM
+        bound += soft * nats * secondary.soft_weight * NAT / USUAL_OVERLAP
         bound += 4 * sum(each.weight for each in secondary.auxiliary)
     return mismatch_cost(lengths, planes) * bound
 
@@ -93,6 +106,12 @@ def mismatch_cost(lengths: ScaledLengths, planes: int) -> float:
     """Return the score of a mismatch in every cell of the overlap."""
     overlap = overlap_cells(lengths.template, lengths.overlap)
     return overlap * prod(lengths.block) * min(planes, 2)
+
+
+def random_costs(n: int) -> NDArray[np.float32]:
+    """Return random costs of `n` locations and all shifts, the same numbers at each call."""
+    numbers = np.random.default_rng(0).gumbel(size=n + N_SHIFTS)
+    return np.clip(-numbers, -MAX_RANDOM, MAX_RANDOM).astype(np.float32)
 
 
 def tilts_of(
@@ -132,7 +151,9 @@ def _tilt_of(shares: NDArray[np.float64], p: NDArray[np.float64]) -> NDArray[np.
 
 @part_of_kernel
 def guide_terms(guide, box):
-    """Fill `guide.offsets` and `guide.terms` for the patch in `box`; return the number of terms.
+    """Fill `guide.offsets` and `guide.terms` for the patch in `box`.
+
+    Return the number of terms, and the overlap cells as a share of those of a whole patch.
 
     The factor of a part comes from the mean of a map of the grid over the cells of the part. Parts
     of small patches overlap. A part outside the grid takes the nearest cells. Small patches have
@@ -186,11 +207,11 @@ def guide_terms(guide, box):
     while n % AT_ONCE:
         guide.offsets[n], guide.terms[n] = 0, np.float32(0)
         n += 1
-    return n
+    return n, share
 
 
 @part_of_kernel
-def guided_energies(guide, box, illegal, layer, energies, guided):
+def guided_energies(guide, box, illegal, layer, energies, guided, rng):
     """Return the energies plus the costs of the locations for the patch in `box`, in `guided`.
 
     Without a guide, return `energies`. Both arrays have the shape (nz, ny, nx) of locations, of
@@ -198,8 +219,12 @@ def guided_energies(guide, box, illegal, layer, energies, guided):
     """
     if guide is None:
         return energies
-    n = guide_terms(guide, box)
+    n, share = guide_terms(guide, box)
     offsets, terms, costs, flat = guide.offsets, guide.terms, guide.costs, guide.values.reshape(-1)
+    spread = np.float32(0)
+    for k in range(n):
+        spread += abs(terms[k])
+    spread = min(spread, np.float32(guide.spread * share * share))
     my, mx = guide.values.shape[2], guide.values.shape[3]
     nz, ny, nx = energies.shape
     kind, length = guided.dtype.type, np.uint64((ny - 1) * mx + nx)
@@ -218,6 +243,10 @@ def guided_energies(guide, box, illegal, layer, energies, guided):
                 costs[x] += (fa * flat[a + x] + fb * flat[b + x]) + (
                     fc * flat[c + x] + fd * flat[d + x]
                 )
+        if spread > 0:
+            shift = np.uint64(draw_index(rng, N_SHIFTS))
+            for x in range(length):
+                costs[x] += spread * guide.random[shift + x]
         for y in range(ny):
             first, of_run = np.uint64((z * ny + y) * nx), np.uint64(y * mx)
             for x in range(np.uint64(nx)):
