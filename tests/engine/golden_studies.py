@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ccwsim import HardData, Parameters, datasets, simulate
+from ccwsim import Auxiliary, HardData, Parameters, Secondary, TrainingImage, datasets, simulate
 
 Study = tuple[str, str, dict[str, object], int]
 DIGESTS = Path(__file__).with_name("golden_digests.json")
@@ -61,11 +61,25 @@ OF_VOLUMES = (
 )
 LARGE = {"template_size": (16, 32, 32), "overlap_size": (4, 8, 8), "wavelet_level": (1, 2, 2)}
 """Parameters of studies whose scores are summed in several groups."""
+OF_GUIDES = (
+    {"secondary": "probabilities"},
+    {"secondary": "probabilities", "method": "ms-ccsim", "template_size": 24},
+    {"secondary": "auxiliary"},
+    {"secondary": "active"},
+    {"secondary": "angle"},
+    {"secondary": "zones", "wavelet_level": 1},
+)
+OF_GUIDES_IN_VOLUMES = tuple(
+    {**OF_VOLUMES[1], "secondary": kind} for kind in ("probabilities", "active")
+)
 PUBLISHED = {"published_draw": True, "repair_seams": False}
 
 
 def studies() -> Iterator[Study]:
-    """Yield each of the 414 studies: name, training image, parameters and number of data."""
+    """Yield each of the 474 studies: name, training image, parameters and number of data.
+
+    Parameters may have the entry "secondary", a kind of `secondary_of`.
+    """
     for changes in (PUBLISHED, {}):
         for name, image, options, n_data in _studies():
             yield " ".join([name, *changes]), image, {**options, **changes}, n_data
@@ -82,6 +96,10 @@ def _studies() -> Iterator[Study]:
         yield _name(image, options, n_data), image, options, n_data
     for image, n_data in product(VOLUMES, (0, 900)):
         yield _name(image, LARGE, n_data), image, LARGE, n_data
+    for images, given in ((IMAGES, OF_GUIDES), (VOLUMES, OF_GUIDES_IN_VOLUMES)):
+        for k, (image, options) in enumerate(product(images, given)):
+            n_data = (0, 40, 700)[k % 3] if k % 2 else 0
+            yield _name(image, options, n_data), image, options, n_data
 
 
 def _name(image: str, options: dict[str, object], n_data: int) -> str:
@@ -117,6 +135,25 @@ def _pairs(study: Study) -> set[tuple[str, ...]]:
     return {*combinations(sorted(f"{key}={value}" for key, value in values.items()), 2)}
 
 
+def secondary_of(kind: object, image: TrainingImage, grid: tuple[int, ...]) -> Secondary | None:
+    """Return secondary information of a kind for a training image and a grid, or None."""
+    ramp, column = (np.indices(shape)[-1] / shape[-1] for shape in (grid, image.shape))
+    if kind == "probabilities":
+        own = dict(zip(image.codes.tolist(), image.proportions, strict=True))
+        own.pop(int(image.codes[0]))
+        return Secondary(probabilities={code: p * (0.6 + 0.6 * ramp) for code, p in own.items()})
+    if kind == "auxiliary":
+        return Secondary(auxiliary=[Auxiliary(column, 1 - ramp)])
+    if kind == "active":
+        return Secondary(active=ramp + np.indices(grid)[-2] / grid[-2] < 1.2)
+    if kind == "angle":
+        return Secondary(angle=90.0 * ramp)
+    if kind == "zones":
+        other = datasets.load("lenses" if image.n_facies == 3 else "fractures")
+        return Secondary(images=[other], zones=(ramp > 0.5).astype(int))
+    return None
+
+
 def digest(image: str, options: dict[str, object], n_data: int) -> str:
     """Return a digest of two realizations: cells, sources and status of the data."""
     ti = datasets.load(image)
@@ -124,11 +161,13 @@ def digest(image: str, options: dict[str, object], n_data: int) -> str:
     grid, first = (GRID, (20, 30)) if len(ti.shape) == 2 else (VOLUME_GRID, (4, 20, 30))
     cells = np.argwhere(np.ones(grid))[rng.choice(prod(grid), n_data, replace=False)]
     facies = np.asarray(ti.array)[tuple((cells + first).T)]
-    parameters = Parameters(**options)  # type: ignore[arg-type]
-    e = simulate(ti, grid, parameters, HardData(cells, facies), 2, seed=7, keep_sources=True)
+    parameters = Parameters(**{k: options[k] for k in options if k != "secondary"})  # type: ignore[arg-type]
+    given = secondary_of(options.get("secondary"), ti, grid)
+    data = HardData(cells, facies)
+    e = simulate(ti, grid, parameters, data, 2, 7, keep_sources=True, secondary=given)
     summary = hashlib.blake2b(digest_size=16)
     for array, kind in ((e.realizations, "<i8"), (e.data_status, "<i2"), (e.sources, "<i4")):
-        summary.update(np.ascontiguousarray(array, kind).tobytes())
+        summary.update(np.ascontiguousarray(np.nan_to_num(array, nan=-1), kind).tobytes())
     return summary.hexdigest()
 
 
