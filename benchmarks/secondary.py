@@ -3,10 +3,10 @@
 ``python -m benchmarks.secondary [reliability|time|copies]`` prints one table, or all.
 
 *reliability*: One half of an image is the training image, and the other half is the truth. The map
-is the mean of the truth at each value of a blurred truth with noise. A row has the slope of the
-E-type on the map, the largest difference between the given probability and the share in the
-realizations (in bins of probability that contain at least 2 % of the cells), and the Brier scores
-of map, wells, and both.
+is the mean of the truth at each value of a blurred truth with noise. A row has, for each template,
+overlap and level, the slope of the E-type on the map and the largest difference between the given
+probability and the share in the realizations (in bins of probability that contain at least 2 % of
+the cells); and the mean Brier scores of map, wells, and both.
 
 *time*: CPU time of a realization of channels on 512 × 512 and 1024 × 1024 cells, relative to that
 without secondary information. Data have the probabilities of the map. All cases are measured in
@@ -30,12 +30,14 @@ from scipy.ndimage import gaussian_filter
 from ccwsim import Auxiliary, Ensemble, Parameters, Secondary, TrainingImage, datasets, simulate
 from ccwsim.metrics import direction_error, pattern_distance, reliability
 
-IMAGES = ("channels", "stone_wall", "barchans", "sinuous_channels")
+IMAGES = ("channels", "stone_wall", "barchans", "levees", "lenses", "fractures", "dunes", "bend")
+VOLUMES = ("sinuous_channels", "folded_layers", "stacked_lenses")
 BLURS = (8, 20)  # standard deviations of the Gaussian in cells
 NOISE = 0.05
 SETTINGS = ((32, 8, 2), (24, 8, 1), (48, 12, 2), (32, 8, 0), (32, 8, 3))  # T, OR, J
+OF_VOLUMES = (8, 16, 16), (2, 4, 4), (0, 1, 1)
 MIN_SHARE = 0.02
-N_REALIZATIONS, N_WELLS, N_TURNS, N_A_TURN = 20, 200, 5, 16
+N_REALIZATIONS, N_WELLS, N_TURNS, N_A_TURN = 40, 200, 5, 16
 
 
 def halves(name: str) -> tuple[TrainingImage, np.ndarray]:
@@ -67,40 +69,41 @@ def worst_bin(e: Ensemble, code: int) -> float:
 
 def rows_of_reliability() -> Iterator[str]:
     """Yield the lines of the table of reliability."""
-    yield "image, blur, T, OR, J | slope | worst bin | Brier: map, wells, both | wrong data"
-    for name in IMAGES:
+    sizes = [", ".join(map(str, each)) for each in SETTINGS]
+    yield f"T, OR, J: {'; '.join(sizes)}; in volumes {', '.join(map(str, OF_VOLUMES))}"
+    yield "image, blur | slope | worst bin | Brier: map, wells, both | wrong data"
+    for name in IMAGES + VOLUMES:
         image, values = halves(name)
         code = int(image.codes[-1])
         truth = (values == code).astype(float)
-        volume = truth.ndim == 3
-        settings = [Parameters()] if volume else [Parameters(*each) for each in SETTINGS]
-        if volume:
-            settings = [Parameters((8, 16, 16), (2, 4, 4), (0, 1, 1))]
+        rng = np.random.default_rng(1)
+        cells = np.column_stack([rng.integers(0, n, N_WELLS) for n in truth.shape])
+        cells = np.unique(cells, axis=0)
+        wells = cells, values[tuple(cells.T)]
         for blur in BLURS:
             given = map_of(truth, blur)
             secondary = Secondary(probabilities={code: given})
-            rng = np.random.default_rng(1)
-            cells = np.column_stack([rng.integers(0, n, N_WELLS) for n in truth.shape])
-            cells = np.unique(cells, axis=0)
-            wells = cells, values[tuple(cells.T)]
-            for p in settings:
-                found = {
-                    what: simulate(
-                        image, truth.shape, p, data, N_REALIZATIONS, secondary=soft, n_workers=1
+            slopes, worst, brier, wrong = [], [], [], 0
+            for p in SETTINGS if truth.ndim == 2 else [OF_VOLUMES]:
+                found = [
+                    simulate(
+                        *(image, truth.shape, Parameters(*p), data, N_REALIZATIONS),
+                        secondary=soft,
+                        n_workers=1,
                     )
-                    for what, (data, soft) in {
-                        "map": (None, secondary), "wells": (wells, None), "both": (wells, secondary)
-                    }.items()
-                }  # fmt: skip
-                brier = [((e.probability(code) - truth) ** 2).mean() for e in found.values()]
-                e_type = found["map"].probability(code)
-                slope = np.polyfit(given.ravel(), e_type.ravel(), 1)[0]
-                wrong = max(int(e.n_mismatched.max()) for e in found.values())
-                sizes = ", ".join(map(str, (p.template_size, p.overlap_size, p.wavelet_level)))
-                yield (
-                    f"{name}, {blur}, {sizes} | {slope:.2f} | {worst_bin(found['map'], code):.3f}"
-                    f" | {', '.join(f'{score:.3f}' for score in brier)} | {wrong}"
-                )
+                    for data, soft in ((None, secondary), (wells, None), (wells, secondary))
+                ]
+                e_type = found[0].probability(code)
+                slopes.append(np.polyfit(given.ravel(), e_type.ravel(), 1)[0])
+                worst.append(worst_bin(found[0], code))
+                brier.append([((e.probability(code) - truth) ** 2).mean() for e in found])
+                wrong = max(wrong, *(int(e.n_mismatched.max()) for e in found))
+            columns = slopes, worst, np.mean(brier, axis=0)
+            texts = (
+                ", ".join(f"{x:.{digits}f}" for x in each)
+                for each, digits in zip(columns, (2, 3, 3), strict=True)
+            )
+            yield f"{name}, {blur} | {' | '.join(texts)} | {wrong}"
 
 
 def rows_of_time() -> Iterator[str]:
