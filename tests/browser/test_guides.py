@@ -101,6 +101,24 @@ def probability(page: Any, x: float, y: float) -> float:
     return float(read(page, "map_e_type", x, y).split("=")[1])
 
 
+@pytest.mark.parametrize("width", [1280, 1440])
+def test_the_chart_of_proportions_fits_beside_four_maps(tab, address, width):
+    tab.set_viewport_size({"width": width, "height": 900})
+    tab.goto(f"{address}/simulate?data=none&realizations=2&guides=gradient_0.05_0.6_90.0_1_1.0")
+    current(tab)
+    tab.wait_for_function(
+        """() => {
+          const chart = document.querySelector('.st-key-chart_proportions .js-plotly-plot');
+          const [frame, drawn] = [chart, chart?.querySelector('svg')].map((e) => e?.clientWidth);
+          return drawn && drawn <= frame;
+        }""",
+        timeout=SLOW,
+    )
+    columns = [each.bounding_box() for each in tab.locator(".st-key-maps .stColumn").all()]
+    assert len(columns) == 4
+    assert len({column["y"] for column in columns}) == 1  # beside each other
+
+
 def test_a_brush_draws_probabilities_that_realizations_follow(page):
     unfold(page)
     choose(page, "guides_probabilities", "drawn on the map")
