@@ -215,11 +215,17 @@ class Group:
     ringed: int | None = None  # index of the realization that is shown elsewhere on the page
 
 
-def label_side(place: Floats) -> str:
-    """Return the side of a point on which its name fits into a plot with axes from −1 to 1."""
+def label_side(place: Floats, others: Floats) -> str:
+    """Return the side of a point on which its name fits into a plot with axes from −1 to 1.
+
+    Of above and below, the side with fewer of the `others`, shape (n, 2), is used.
+    """
     x, y = place.tolist()
     across = "left" if x > EDGE else "right" if x < -EDGE else "center"
-    return f"{'bottom' if y > 0 else 'top'} {across}"
+    right, up = (others - place).T
+    near = (abs(right) < 2 * EDGE) & (abs(up) < EDGE / 2)
+    above, below = np.count_nonzero(near & (up > 0)), np.count_nonzero(near & (up < 0))
+    return f"{'bottom' if (below, -y) < (above, 0) else 'top'} {across}"
 
 
 def mds_chart(
@@ -240,9 +246,11 @@ def mds_chart(
         chart.add_trace(ring.update(marker_line={"width": 2, "color": theme.ink}, hoverinfo="skip"))
     name = "training image"
     trace = _points(image[None], name, theme.reference, 15, "diamond")
-    everywhere = np.concatenate([image[None], *(group.positions for group in groups)])
-    reach = 1.12 * max(float(np.abs(everywhere).max()), 1e-9)
-    trace.update(mode="markers+text", text=[name], textposition=label_side(image / reach))
+    others = np.concatenate([group.positions for group in groups])
+    reach = 1.12 * max(float(np.abs([image, *others]).max()), 1e-9)
+    trace.update(
+        mode="markers+text", text=[name], textposition=label_side(image / reach, others / reach)
+    )
     trace.update(textfont={"size": 13, "color": theme.reference})
     chart.add_trace(trace.update(hovertemplate=f"{name}<extra></extra>"))
     chart.update_xaxes(range=[-reach, reach], nticks=5)

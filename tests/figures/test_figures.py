@@ -231,7 +231,9 @@ def test_small_functions_of_charts():
     assert style.with_opacity("#0072B2", 0.2) == "rgba(0, 114, 178, 0.2)"
     assert style.as_written(["<b>mud", "%{x}"]) == ["&lt;b&gt;mud", "%&#123;x}"]
     assert mixed("#000000", "#FFFFFF", 0.5) == "#808080"
-    assert label_side(np.array([0.9, -0.2])) == "top left"
-    assert label_side(np.array([0.0, 0.5])) == "bottom center"
+    alone, above = np.empty((0, 2)), np.array([[0.5, -0.1], [-0.9, 0.9]])
+    assert label_side(np.array([0.9, -0.2]), alone) == "top left"
+    assert label_side(np.array([0.9, -0.2]), above) == "bottom left"
+    assert label_side(np.array([0.0, 0.5]), alone) == "bottom center"
     assert mds_title(0.104) == "MDS plot: stress 0.10"
     assert image_chart(TrainingImage([[0, 1], [1, 1]])).data[0].z.tolist() == [[0, 1], [1, 1]]
