@@ -321,7 +321,8 @@ def fit_values(
 def fit_proportions(ensemble: Ensemble) -> Fit | None:
     """Compare the mean facies proportions of realizations with the whole training image.
 
-    In the result, `reference` contains the image's proportions; crops determine the tolerance.
+    In the result, `reference` contains the image's proportions, or the means of given probabilities
+    (`Ensemble.expected_proportions`); crops determine the tolerance.
 
     Examples
     --------
@@ -340,7 +341,8 @@ def fit_proportions(ensemble: Ensemble) -> Fit | None:
     each = proportions(Stack(pieces_of(ensemble.indices, shape), image.codes))
     n_pieces = ensemble.n * prod(ensemble.indices.shape[1:]) / prod(shape)
     fit = crops.compare(each, n_pieces)
-    return replace(fit, found=ensemble.proportions.mean(axis=0), reference=image.proportions)
+    expected = ensemble.expected_proportions
+    return replace(fit, found=ensemble.proportions.mean(axis=0), reference=expected)
 
 
 def fit_patterns(ensemble: Ensemble, sizes: Sequence[int] = PATTERN_SIZES) -> Fit | None:

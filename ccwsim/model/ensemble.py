@@ -165,7 +165,7 @@ class Ensemble:
 
     @cached_property
     def image_proportions(self) -> NDArray[np.float64]:
-        """Expected proportions, shape (n_facies,): of the training image, or of several images.
+        """Proportions, shape (n_facies,), of the training image, or of several images.
 
         Images count by their weights, by the active cells of their zones, or by their cells.
         """
@@ -181,6 +181,20 @@ class Ensemble:
         if shares is not None:
             each *= np.divide(shares, each.sum(axis=1))[:, None]
         return readonly(each.sum(axis=0) / each.sum())
+
+    @property
+    def expected_proportions(self) -> NDArray[np.float64]:
+        """Proportions, shape (n_facies,), that realizations should have on average.
+
+        These are the means of given probabilities in the active cells, with `image_proportions`
+        where no probabilities are given.
+        """
+        own, secondary = self.image_proportions, self.secondary
+        if secondary is None or secondary.probabilities is None or not secondary.soft_weight:
+            return own
+        given = secondary.probabilities.reshape(len(own), -1)
+        given = given if self.active is None else given[:, self.active.ravel()]
+        return readonly(np.where(np.isnan(given), own[:, None], given).mean(axis=1))
 
     def probability(self, code: int | str) -> NDArray[np.float64]:
         """Return the E-type of a facies: the share of realizations with that facies in each cell.

@@ -131,15 +131,14 @@ def describe_proportion(ensemble: Ensemble, facies: int) -> str:
         float(p[..., facies].mean()) for p in (ensemble.proportions, ensemble.image_proportions)
     )
     others = [f"{'TIs' if secondary and secondary.images else 'TI'} {100 * own:.1f} %"]
-    soft = secondary.probabilities if secondary else None
-    if soft is not None:
-        known = ~np.isnan(soft[facies]) & (True if ensemble.active is None else ensemble.active)
-        others += [f"given {100 * soft[facies][known].mean():.1f} %"] if known.any() else []
+    expected = float(ensemble.expected_proportions[facies])
+    if secondary is not None and secondary.probabilities is not None:
+        others.insert(0, f"given {100 * expected:.1f} %")
     if ensemble.hard_data.n:
         share = float((ensemble.hard_data.facies == image.codes[facies]).mean())
         others.append(f"data {100 * share:.1f} %")
-    numbers = f"{100 * mean:.1f} % ({', '.join(others)}; {relative_text(mean, own)})"
-    return f"{image.facies_names[facies]} {numbers}"
+    off = f"; {relative_text(mean, expected)}" if expected else ""
+    return f"{image.facies_names[facies]} {100 * mean:.1f} % ({', '.join(others)}{off})"
 
 
 def relative_text(value: float, reference: float) -> str:
@@ -154,7 +153,7 @@ def lost_at_edges(ensemble: Ensemble) -> int | None:
     k = facies_at_edges(ensemble.parameters, image)
     if k is None:
         return None
-    enough = (1 - NOTABLE) * ensemble.image_proportions[k]
+    enough = (1 - NOTABLE) * ensemble.expected_proportions[k]
     return None if ensemble.proportions[:, k].mean() > enough else k
 
 

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -21,8 +22,8 @@ from benchmarks.reproduction import (
     simulated,
 )
 from ccwsim import Parameters, Secondary, TrainingImage, datasets, simulate
-from ccwsim.metrics import check_ensemble
-from ccwsim.report.verdicts import describe_checks, describe_proportion
+from ccwsim.metrics import check_ensemble, fit_proportions
+from ccwsim.report.verdicts import describe_checks, describe_proportion, relative_text
 from tests.metrics.test_reference_band import ensemble_of
 from tests.metrics.volumes import a_volume
 from tests.small_images import blobs
@@ -117,6 +118,33 @@ def test_several_images_give_proportions_by_cells_weights_or_zones():
         e = simulate(first, (30, 40), Parameters(10, 2, 0), None, 1, secondary=secondary)
         assert e.image_proportions == pytest.approx([1 - share, share])
     assert simulate(first, (30, 40), Parameters(10, 2, 0)).image_proportions.tolist() == [0.5, 0.5]
+
+
+def test_proportions_are_judged_by_given_probabilities():
+    image, code = datasets.load("channels"), 1
+    shares = np.tile(np.linspace(0.2, 0.6, 128), (128, 1))
+    shares[:, :32] = np.nan
+    active = np.ones((128, 128), bool)
+    active[:, 96:] = False
+    known = np.where(np.isnan(shares), image.proportions[1], shares)[active].mean()
+    given = Secondary(probabilities={code: shares}, active=active)
+    e = simulate(image, (128, 128), SMALL, None, 8, secondary=given)
+    assert e.expected_proportions == pytest.approx([1 - known, known])
+    fit = fit_proportions(e)
+    assert fit is not None
+    assert fit.reference == pytest.approx(e.expected_proportions)
+    mean = 100 * e.proportions[:, 1].mean()
+    start = f"{image.facies_names[1]} {mean:.1f} % (given {100 * known:.1f} %, TI 27.0 %; "
+    assert describe_proportion(e, 1).startswith(start)
+    assert describe_proportion(e, 1).endswith(f"{relative_text(mean, 100 * known)})")
+    free = simulate(image, (128, 128), SMALL, None, 2, secondary=replace(given, soft_weight=0))
+    assert free.expected_proportions.tolist() == free.image_proportions.tolist()
+
+
+def test_a_facies_without_given_probability_has_no_relative_difference():
+    given = Secondary(probabilities={1: 0.0})
+    e = simulate(datasets.load("channels"), (64, 64), SMALL, None, 2, secondary=given)
+    assert describe_proportion(e, 1).endswith("(given 0.0 %, TI 27.0 %)")
 
 
 def test_nothing_is_checked_where_the_image_is_too_small():

@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from html import escape
 
+import numpy as np
 import streamlit as st
 
 from ccwsim.metrics import fit_proportions
@@ -54,9 +55,11 @@ def _time(ensemble: Ensemble) -> str:
 def _proportions(ensemble: Ensemble) -> list[str]:
     image = ensemble.training_image
     if image.n_facies > SMALL:
-        off = abs(ensemble.proportions.mean(axis=0) / ensemble.image_proportions - 1)
-        worst = describe_proportion(ensemble, int(off.argmax()))
-        facts = [f"proportion farthest from the TI: {worst}"]
+        expected = np.maximum(ensemble.expected_proportions, 1e-9)
+        off = abs(ensemble.proportions.mean(axis=0) / expected - 1)
+        facts = [
+            f"proportion that differs most: {describe_proportion(ensemble, int(off.argmax()))}"
+        ]
     else:
         first = 1 if image.n_facies == 2 else 0
         facts = [describe_proportion(ensemble, k) for k in range(first, image.n_facies)]
