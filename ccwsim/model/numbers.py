@@ -24,6 +24,13 @@ def three_digits(value: float) -> str:
     return f"{value:.3g}" if 1e-4 <= abs(value) < THREE_DIGITS else f"{value:.0f}"
 
 
+def with_power(value: float, digits: int = 3) -> str:
+    """Return a number with some significant digits, and with a power of ten if it is very small."""
+    factor, _, power = f"{value:.{digits}g}".partition("e")
+    raised = str(int(power or 0)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+    return minus(f"{factor} × 10{raised}" if power else factor)
+
+
 def seconds(value: float) -> str:
     """Return a time with its unit."""
     in_ms = value < THREE_DIGITS / 1000

@@ -21,7 +21,7 @@ from ccwsim.model.classes import are_codes, merge_facies
 from ccwsim.model.errors import shown
 from ccwsim.model.grid import fault_of_crs
 from ccwsim.model.missing import known_values, unknown_note
-from ccwsim.model.numbers import plural, seconds
+from ccwsim.model.numbers import plural, seconds, with_power
 from ccwsim.model.parameters import describe_weight
 
 
@@ -29,6 +29,8 @@ def test_words():
     assert [listing(letters) for letters in ("x", "xy", "xyz")] == ["x", "x and y", "x, y and z"]
     assert (plural(1, "cell"), plural(3, "cell")) == ("1 cell", "3 cells")
     assert [seconds(s) for s in (0.0123, 0.9997, 75.0)] == ["12.3 ms", "1 s", "75 s"]
+    small = [with_power(x) for x in (3.214e-5, -2e-12, 0.0, 12.5, 1.0)]
+    assert small == ["3.21 × 10⁻⁵", "−2 × 10⁻¹²", "0", "12.5", "1"]
     assert [shown(v) for v in ("sand", (3, 4))] == ["'sand'", "(3, 4)"]
     assert (shown(10**5000), len(shown("a" * 10**6))) == ("a value of type int", 80)
     weights = [describe_weight(w) for w in (0.5, (2, 0, 0), (1, 0.5, 0.5))]

@@ -18,7 +18,7 @@ from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.jobs.statistics import Failure
 from ccwsim.model.bounds import MAX_CONDUCTIVITY, MIN_CONDUCTIVITY
 from ccwsim.model.facies_property import cell_values
-from ccwsim.model.numbers import minus, plural, three_digits
+from ccwsim.model.numbers import minus, plural, three_digits, with_power
 from ccwsim.report.settings import caption_of
 from ccwsim.system.log import reason
 from ccwsim.ui.flow import solving
@@ -200,9 +200,9 @@ def _draw_flow(state: State, ensemble: Ensemble, found: Solution, settings: Flow
     facts = [f"{three_digits(inflow)} m³/d flow in"]
     if not flow.wells:
         k = flow.effective_k * solving.UNITS[page_state.unit]
-        facts.insert(0, f"effective K {k:.3g} {page_state.unit}")
+        facts.insert(0, f"effective K {with_power(k)} {page_state.unit}")
     facts.append(f"half of the water needs more than {solving.duration(median)}")
-    facts.append(f"balance {minus(f'{flow.balance:.0e}')}, {plural(flow.iterations, 'iteration')}")
+    facts.append(f"balance {with_power(flow.balance, 1)}, {plural(flow.iterations, 'iteration')}")
     with st.container(**ROW, key="flow_tools"):
         write_facts(facts)
         _draw_downloads(state, ensemble, found, settings)
@@ -442,7 +442,7 @@ def _draw_representatives(state: State, run: solving.AnswersRun, result: Answers
             k = result.k.each[r] * solving.UNITS[page_state.unit]
             with st.container(**ROW, key=f"flow_p_{percentile}"):
                 text.panel_title(
-                    f"P{percentile}", f"realization {r + 1}, K {k:.3g} {page_state.unit}"
+                    f"P{percentile}", f"realization {r + 1}, K {with_power(k)} {page_state.unit}"
                 )
                 show = partial(setattr, state, "shown", r)
                 if button("Open", key=f"flow_open_{percentile}", on_click=show):

@@ -18,7 +18,7 @@ from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import Demand
 from ccwsim.jobs.statistics import Fraction, StatisticsWorker
 from ccwsim.model.facies_property import cell_values
-from ccwsim.model.numbers import three_digits
+from ccwsim.model.numbers import three_digits, with_power
 from ccwsim.system.machine import n_cores
 from ccwsim.ui.session.cached import as_task, shared_values
 from ccwsim.ui.session.file_names import study_part
@@ -249,7 +249,7 @@ def model_downloads(
     made = partial(grdecl_as_zip, study_part(ensemble), ensemble, k, anisotropy=settings.anisotropy)
     files = [Download("GRDECL with permeability", "models_grdecl", "_grdecl.zip", made)]
     named = zip(image.facies_names, settings.conductivity, strict=True)
-    said = [f"K of {name} {value:g} m/s" for name, value in named]
+    said = [f"K of {name} {with_power(value, 6)} m/s" for name, value in named]
     if settings.axis != "z" and find_spec("flopy"):
         ends = zip(SIDES[settings.axis], settings.heads, strict=True)
         said += [*(f"head {head:g} m {side}" for side, head in ends), *["a well"] * settings.pumps]

@@ -16,7 +16,7 @@ from ccwsim.jobs.statistics import Failure, Fraction, StatisticsWorker
 from ccwsim.metrics import DataFit, fit_data
 from ccwsim.metrics.data_fit import MIN_PLACES
 from ccwsim.model.bounds import MAX_SAMPLED
-from ccwsim.model.numbers import minus
+from ccwsim.model.numbers import minus, with_power
 from ccwsim.sharing.choices import Choices, DataChoice, DataSource, Upload, WellTables
 from ccwsim.ui.results.maps import colours_of, pretty
 from ccwsim.ui.session import resolve
@@ -291,9 +291,9 @@ def verdict(fit: DataFit) -> str:
 def numbers(fit: DataFit) -> str:
     """Return the numbers behind a verdict in one sentence."""
     return minus(
-        f"p = {fit.p:.2g} against unconditional realizations of this image; largest difference: "
-        f"{fit.family}, {fit.families[fit.family]:.1f} standard deviations. Log score per datum: "
-        f"image {fit.score:.2f}, smoothed data {fit.smoothing:.2f}."
+        f"p = {with_power(fit.p, 2)} against unconditional realizations of this image; largest "
+        f"difference: {fit.family}, {fit.families[fit.family]:.1f} standard deviations. Log "
+        f"score per datum: image {fit.score:.2f}, smoothed data {fit.smoothing:.2f}."
     )
 
 

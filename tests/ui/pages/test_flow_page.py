@@ -11,6 +11,7 @@ from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, io
 from ccwsim.flow import darcy
+from ccwsim.model.numbers import with_power
 from ccwsim.sharing.choices import Choices
 from ccwsim.ui.flow.page import positions, thinned, times_csv, tracks_csv, with_tracks
 from ccwsim.ui.flow.solving import (
@@ -63,7 +64,8 @@ def test_the_shown_realization_is_solved(shape):
     app = launched(state)
     settings = settings_of(state.page(FlowState), state.ensemble)
     k = np.array(settings.conductivity)[state.ensemble.indices[0]]
-    assert f"effective K {darcy(k, west_east=(1.0, 0.0)).effective_k:.3g} m/s" in html(app)
+    effective = with_power(darcy(k, west_east=(1.0, 0.0)).effective_k)
+    assert f"effective K {effective} m/s" in html(app)
     assert "balance" in html(app)
 
 
@@ -234,7 +236,9 @@ def test_models_for_other_programs_name_and_have_the_values_of_the_page(page):
     assert not app.exception
     labels = {element.proto.label for element in app.get("download_button")}
     assert {"GRDECL with permeability", "MODFLOW 6, realization 1"} <= labels
-    title = "Models for flow programs, with the values of Flow: K of mud 2e-09 m/s, K of sand 3e-05"
+    title = (
+        "Models for flow programs, with the values of Flow: K of mud 2 × 10⁻⁹ m/s, K of sand 3 ×"
+    )
     assert title in html(app)
 
 
