@@ -27,6 +27,9 @@ COLOURS = ["#000000", "#ffffff"]
 MAX_GAP = 0.5
 """Maximum seconds of CPU time of this process, which do not grow on a busy machine."""
 
+TRIES = 3
+"""A step that holds the lock does so in each try; a thread waits for a core only by chance."""
+
 
 @contextmanager
 def ticking() -> Iterator[list[float]]:
@@ -90,9 +93,12 @@ STEPS: dict[str, Callable] = {
 
 @pytest.mark.parametrize("step", STEPS)
 def test_other_threads_go_on(step, field, ensemble):
-    with ticking() as longest:
-        STEPS[step](field, ensemble)
-    assert longest[0] < MAX_GAP
+    gaps = []
+    while len(gaps) < TRIES and min(gaps, default=MAX_GAP) >= MAX_GAP:
+        with ticking() as longest:
+            STEPS[step](field, ensemble)
+        gaps += longest
+    assert min(gaps) < MAX_GAP
 
 
 def test_the_watch_sees_a_thread_that_holds_the_lock():
