@@ -439,7 +439,7 @@ def _draw_representatives(state: State, run: solving.AnswersRun, result: Answers
     colours = maps.colours_of_ran(state)
     for column, percentile, r in zip(columns, PERCENTILES, chosen, strict=True):
         with column:
-            k = result.k.each[r] * solving.UNITS[page_state.unit]
+            k = float(result.k.each[r]) * solving.UNITS[page_state.unit]
             with st.container(**ROW, key=f"flow_p_{percentile}"):
                 text.panel_title(
                     f"P{percentile}", f"realization {r + 1}, K {with_power(k)} {page_state.unit}"
