@@ -182,7 +182,7 @@ class Ensemble:
             each *= np.divide(shares, each.sum(axis=1))[:, None]
         return readonly(each.sum(axis=0) / each.sum())
 
-    @property
+    @cached_property
     def expected_proportions(self) -> NDArray[np.float64]:
         """Proportions, shape (n_facies,), that realizations should have on average.
 
@@ -190,7 +190,7 @@ class Ensemble:
         where no probabilities are given.
         """
         own, secondary = self.image_proportions, self.secondary
-        if secondary is None or secondary.probabilities is None or not secondary.soft_weight:
+        if secondary is None or secondary.probabilities is None:
             return own
         given = secondary.probabilities.reshape(len(own), -1)
         given = given if self.active is None else given[:, self.active.ravel()]
