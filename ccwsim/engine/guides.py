@@ -88,14 +88,16 @@ def make_guide(
     tables = to_path(tables.swapaxes(0, 1), orientation).swapaxes(0, 1)
     sizes = lengths.template, lengths.block, lengths.cell_size, path.offset
     n_terms, n_places = len(values) * n_parts + guidance.AT_ONCE, prod(values.shape[2:])
+    spread = c * guidance.SPREAD / n_soft if n_soft and not lengths.volume else 0.0
+    n_random = n_places if spread else 0
     work = np.zeros(3, np.int64), np.zeros((3, 2), np.int64), np.zeros(n_terms, np.int64)
     return guidance.Guide(
         *(values, tables, np.array(tables_of), signs * np.array(weights), n_soft),
         *(tuple(counts), tuple(part)),  # type: ignore[arg-type]
         *(*sizes, *work, np.zeros(n_terms, np.float32)),
         np.zeros(n_places, np.float32),
-        image.part(("random costs", n_places), lambda: guidance.random_costs(n_places)),
-        c * guidance.SPREAD / n_soft if n_soft and not lengths.volume else 0.0,
+        image.part(("random costs", n_random), lambda: guidance.random_costs(n_random)),
+        spread,
     )
 
 
