@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import prod
 
 import numpy as np
@@ -63,14 +63,25 @@ def simulate_realization(
     changed = study, image, template, indices, sources, rng
     data_status = honour_data(*changed, watch.report)
     repair(*changed, data_status, watch.report)
+    sources = finish(study, image, indices, sources)
+    watch.report(1.0)
+    return Realization(indices, sources, data_status, time.thread_time() - before)
+
+
+def finish(
+    study: Study, image: PreparedImage, indices: NDArray[np.uint8], sources: NDArray[np.int32]
+) -> NDArray[np.int32]:
+    """Make inactive cells unknown, in place; return sources as cells of the training images.
+
+    `sources` are cells of the image or stack of copies that was searched; negative values stay.
+    """
     if image.copies and sources.size:
-        sources = np.where(sources < 0, -1, image.copies.origins.ravel()[sources])
+        sources = np.where(sources < 0, sources, image.copies.origins.ravel()[sources])
     if study.active is not None:
         indices[~study.active] = UNKNOWN
         if sources.size:
             sources[~study.active] = -1
-    watch.report(1.0)
-    return Realization(indices, sources, data_status, time.thread_time() - before)
+    return sources
 
 
 def simulate_raster(
@@ -206,31 +217,46 @@ def compile_kernels(study: Study, image: PreparedImage, watch: Watch) -> None:
     """Run all kernels of a study on a tiny grid, so that measured times exclude compilation."""
     if is_compiled(study, image):
         return
-    await_all(ask_for(lambda: walk_through(study, watch), SOON), watch.check)
-    simulate_realization(_tiny(study, study.training_image), 0, image, False, watch)
+
+    def work() -> None:
+        walk_through(study, watch, image)
+
+    await_all(ask_for(work, SOON), watch.check)
+    work()
     _compiled.add(_specialization(study, image))
 
 
-def walk_through(study: Study, watch: Watch) -> None:
-    """Simulate a tiny grid from a small image, to call all kernels of a study."""
-    image, template = study.training_image, study.parameters.along(study.grid.shape).template
-    shape = [min(n, 2 * t) for n, t in zip(in_layers(image.shape), template, strict=True)]
-    cells = np.resize(image.codes, shape[-len(image.shape) :])
-    if image.known is not None or (study.secondary and study.secondary.has_copies):
-        cells = np.where(np.arange(cells.size) < cells.size - 1, cells.ravel(), np.nan)
-    small = _tiny(study, TrainingImage(cells.reshape(shape[-len(image.shape) :])))
-    if study.secondary is not None:
-        secondary = study.secondary.resized(small.grid.shape, small.training_image)
-        small = replace(small, secondary=secondary)
-    simulate_realization(small, 0, PreparedImage(small), False, watch)
+def walk_through(study: Study, watch: Watch, image: PreparedImage | None = None) -> None:
+    """Simulate a tiny study that calls all kernels of `study`, with arguments of the same types.
+
+    The tiny study shares no array with `study`: kernels do not check the bounds of arrays. Only
+    the integer type of scores depends on sizes; it is that of `study`, whose `image` may be given.
+    """
+    tiny = tiny_study(study)
+    prepared, totals = PreparedImage(tiny), raster.totals_of(image or PreparedImage(study))
+    prepared.part(("totals",), lambda: totals)
+    simulate_realization(tiny, 0, prepared, False, watch)
 
 
-def _tiny(study: Study, image: TrainingImage) -> Study:
-    """Return a study of an image with a tiny grid and, if `study` has data, conflicting data."""
-    shape = (8,) * len(study.grid.shape)
-    cells = np.argwhere(np.ones(shape)) if study.hard_data.n else np.empty((0, len(shape)), int)
-    codes = image.codes[[0, -1]][cells.sum(axis=1) % 2]
-    return Study(image, Grid.of(shape), study.parameters, HardData(cells, codes), 0)
+def tiny_study(study: Study) -> Study:
+    """Return a study of the same kind with a grid of 8 cells a side and a small image.
+
+    If `study` has data, those of the tiny study fill the grid and contradict each other.
+    """
+    p, n_axes = study.parameters, len(study.grid.shape)
+    template, _, level = p.along(study.grid.shape)
+    largest = [round(t * (1 + p.template_variation)) for t in template]
+    # some patches do not contain the unknown cell in the corner, wherever refinement shifts them
+    shape = [max(2 * t, t + 2 * 2**j) for t, j in zip(largest, level, strict=True)][-n_axes:]
+    codes = np.resize(study.training_image.codes, shape)
+    if study.training_image.known is not None or (study.secondary and study.secondary.has_copies):
+        codes = codes.astype(float)
+        codes[(-1,) * n_axes] = np.nan
+    image, grid = TrainingImage(codes), Grid.of((8,) * n_axes)
+    cells = np.argwhere(np.ones(grid.shape)) if study.hard_data.n else np.empty((0, n_axes), int)
+    data = HardData(cells, image.codes[[0, -1]][cells.sum(axis=1) % 2])
+    secondary = study.secondary and study.secondary.resized(grid.shape, image)
+    return Study(image, grid, p, data, 0, secondary)
 
 
 def _specialization(study: Study, image: PreparedImage) -> tuple[object, ...]:
