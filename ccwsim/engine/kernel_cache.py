@@ -33,8 +33,12 @@ def _digest_of_sources(package: Path = PACKAGE) -> str:
 
 
 SOURCE = _digest_of_sources()  # digest of all files that contain kernels
-NAME = f"kernels-{SOURCE}-numba{numba.__version__}"
-"""Name of the folder that contains the compiled kernels."""
+CHECKED = "-checked" if getattr(numba.config, "BOUNDSCHECK", None) else ""
+NAME = f"kernels-{SOURCE}-numba{numba.__version__}{CHECKED}"
+"""Name of the folder that contains the compiled kernels.
+
+Kernels that check the bounds of arrays (`NUMBA_BOUNDSCHECK=1`) have a folder of their own, because
+Numba would load unchecked code otherwise."""
 
 
 def _cache_folder() -> str:
