@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.corrections.resimulation import resimulate
 from ccwsim.engine.prepared_image import PreparedImage
-from ccwsim.engine.realization import target_of
+from ccwsim.engine.realization import finish, target_of
 from ccwsim.engine.stages.path import in_three
 from ccwsim.jobs.workers import Watch, run_all
 from ccwsim.model.arrays import check_int, readonly
@@ -17,6 +17,8 @@ from ccwsim.model.ensemble import FORCED, WRONG, Ensemble
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.study import Study
 from ccwsim.system.machine import n_cores
+
+UNCHANGED = -2  # source of a cell that no window has changed
 
 
 def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> Ensemble:
@@ -59,8 +61,7 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
     workers = n_cores() if n_workers is None else check_int("n_workers", n_workers, 1)
     start = time.perf_counter()
     indices = ensemble.indices.copy()
-    recorded = ensemble.sources
-    sources = np.empty((ensemble.n, 0, 0), np.int32) if recorded is None else recorded.copy()
+    sources = None if ensemble.sources is None else ensemble.sources.copy()
     data_status = _status_before(ensemble, hard_data)
     seconds = np.zeros(ensemble.n)
     image = PreparedImage(study)
@@ -76,16 +77,17 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
             data_status[number, wrong] = WRONG
             return
         forced = data_status[number] == FORCED
-        origin = sources[number]
-        if forced.any() and not origin.size:  # to see if a window replaces a forced cell
-            origin = np.zeros(study.grid.shape, np.int32)
-            origin[tuple(hard_data.cells[forced].T)] = -1
-        target = target_of(study, image, indices[number], origin)
+        needs_changes = forced.any() or sources is not None
+        changed = np.full(study.grid.shape if needs_changes else (0, 0), UNCHANGED, np.int32)
+        target = target_of(study, image, indices[number], changed)
         thresholds = image.isolated_datum_thresholds
         status = resimulate(target, cells[wrong], template, rng, thresholds, watch.report)
         data_status[number, wrong] = status
-        if forced.any():
-            data_status[number, forced & (origin[places] != -1)] = status.max(initial=0)
+        if forced.any():  # windows that replace forced cells honour their data
+            data_status[number, forced & (changed[places] >= 0)] = status.max(initial=0)
+        changed = finish(study, image, indices[number], changed)
+        if sources is not None:
+            sources[number] = np.where(changed == UNCHANGED, sources[number], changed)
         seconds[number] = time.thread_time() - before
         watch.report(1.0)
 
@@ -95,7 +97,7 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
         hard_data=hard_data,
         indices=readonly(indices),
         data_status=readonly(data_status),
-        sources=None if recorded is None else readonly(sources),
+        sources=sources,
         revised=True,
         cpu_seconds=readonly(seconds),
         wall_seconds=time.perf_counter() - start,
