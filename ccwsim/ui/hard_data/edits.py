@@ -10,9 +10,9 @@ import numpy as np
 from ccwsim import Ensemble, HardData, TrainingImage
 from ccwsim.engine.revision import revise
 from ccwsim.sharing.choices import CellsOfWells, Choices, DataChoice, ImageChoice
-from ccwsim.ui.session.resolve import data_of, image_of, wells_of
+from ccwsim.ui.session.resolve import data_of, image_of, study_of, wells_of
 from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.errors import problem_in
+from ccwsim.ui.widgets.errors import if_possible, problem_in
 
 Cell = tuple[int, ...]
 Ground = Literal["realization", "e_type", "empty"]
@@ -183,11 +183,14 @@ def paint(state: State, axis: str, cells: Sequence[Cell], layers: range) -> None
 
 def fits(ensemble: Ensemble, choices: Choices) -> bool:
     """Return whether an ensemble belongs to the study if the hard data are ignored."""
+    study, given = if_possible(lambda: study_of(choices)), ensemble.secondary
     return (
-        ensemble.grid == choices.grid
+        study is not None
+        and (study.secondary and study.secondary.digest) == (given and given.digest)
+        and ensemble.grid == choices.grid
         and ensemble.parameters == choices.parameters
         and ensemble.seed == choices.seed
-        and ensemble.training_image.digest == image_of(choices.image).digest
+        and ensemble.training_image.digest == study.training_image.digest
     )
 
 
@@ -198,7 +201,10 @@ def answer(state: State) -> Ensemble | None:
     re-simulate realizations locally; only this page shows the result, until a run is finished. If
     data were removed, a run is needed, because removed data affected surrounding cells.
     """
-    data, page_state = data_of(state.choices), state.page(Editor)
+    study, page_state = if_possible(lambda: study_of(state.choices)), state.page(Editor)
+    if study is None:
+        return None
+    data = study.hard_data
     known = [e for e in (state.ensemble, page_state.local) if e and fits(e, state.choices)]
     answered = next((e for e in known if e.hard_data.digest == data.digest), None)
     if answered is None:

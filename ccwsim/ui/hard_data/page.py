@@ -182,9 +182,11 @@ def draw_canvas(state: State, ensemble: Ensemble | None) -> None:
 
 def status_of(data: HardData, ensemble: Ensemble | None, shown: int | None) -> list[int]:
     """Return the `Ensemble.data_status` of each datum in a realization; an unknown status is 0."""
-    if ensemble is None or shown is None or ensemble.hard_data.digest != data.digest:
-        return [0] * data.n
-    return ensemble.data_status[shown].tolist()
+    known = {}
+    if ensemble is not None and shown is not None:
+        statuses = ensemble.data_status[shown].tolist()
+        known = dict(zip(ensemble.hard_data.triples, statuses, strict=True))
+    return [known.get(datum, 0) for datum in data.triples]
 
 
 def describe_data_status(data_status: NDArray[np.integer]) -> str:

@@ -17,7 +17,7 @@ from streamlit.testing.v1 import AppTest
 from ccwsim import Ensemble, Grid, HardData, Parameters, TrainingImage, simulate
 from ccwsim.datasets.sampling import sample_grid, sample_random, sample_wells
 from ccwsim.io import training_image_as_bytes
-from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload
+from ccwsim.sharing.choices import Choices, DataChoice, GuideChoice, ImageChoice, Upload
 from ccwsim.ui.frontend.component import ENTRY, component_parts
 from ccwsim.ui.hard_data import edits as editor_edits
 from ccwsim.ui.hard_data.edits import (
@@ -35,7 +35,7 @@ from ccwsim.ui.hard_data.edits import (
 from ccwsim.ui.hard_data.menus import reference_of, sample
 from ccwsim.ui.hard_data.page import describe_data_status, status_of
 from ccwsim.ui.hard_data.table import data_of_rows, edited_rows, painted, rows_of
-from ccwsim.ui.session.resolve import data_of, image_of
+from ccwsim.ui.session.resolve import data_of, study_of
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.run import is_current
 from tests.ui.widgets import open_menus
@@ -44,6 +44,7 @@ ROOT = Path(__file__).parents[3]
 GRID = Grid(48, 64, cell_size=(10.0, 20.0), origin=(500.0, -40.0))
 PARAMETERS = Parameters(template_size=16, overlap_size=4)
 SMALL = Choices(data=DataChoice(), grid=GRID, parameters=PARAMETERS, n_realizations=3)
+TRIANGLE = ((500.0, -40.0), (1140.0, -40.0), (500.0, 920.0))  # about half of the grid
 CELLS = st.tuples(st.integers(0, 9), st.integers(0, 9))
 
 
@@ -55,8 +56,9 @@ def studied(choices: Choices = SMALL) -> State:
 
 
 def run_of(choices: Choices) -> Ensemble:
-    image, data, n = image_of(choices.image), data_of(choices), choices.n_realizations
-    return simulate(image, choices.grid, choices.parameters, data, n_realizations=n)
+    study, n = study_of(choices), choices.n_realizations
+    inputs = study.training_image, study.grid, study.parameters, study.hard_data
+    return simulate(*inputs, n_realizations=n, secondary=study.secondary)
 
 
 def edit(state: State, *changes) -> Ensemble | None:
@@ -183,6 +185,32 @@ def test_realizations_of_another_grid_or_seed_answer_nothing():
         state.choices = replace(SMALL, **changes)
         assert not fits(ensemble_of(state), state.choices)
         assert answer(state) is None
+
+
+def test_realizations_with_other_guides_answer_nothing():
+    state = studied()
+    for guides in (GuideChoice(active=TRIANGLE), GuideChoice(mirrored=("x",))):
+        state.choices = replace(SMALL, guides=guides)
+        assert not fits(ensemble_of(state), state.choices)
+        assert answer(state) is None
+
+
+def test_data_in_inactive_cells_change_no_answer():
+    state = studied(replace(SMALL, guides=GuideChoice(active=TRIANGLE)))
+    ensemble = ensemble_of(state)
+    assert ensemble.active is not None
+    inside, outside = (
+        (*np.argwhere(where)[3].tolist(), 1) for where in (ensemble.active, ~ensemble.active)
+    )
+    assert edit(state, outside) is ensemble
+    after = edit(state, inside)
+    assert after is not None
+    assert answer(state) is after
+    assert (after.n_mismatched == 0).all()
+    assert (after.indices[:, ~ensemble.active] == 255).all()
+    data = data_of(state.choices)
+    assert data.n == 2
+    assert sorted(status_of(data, after, 0)) == sorted([0, *after.data_status[0].tolist()])
 
 
 def test_data_that_lie_outside_a_smaller_grid_are_not_answered_but_said():
