@@ -113,7 +113,7 @@ def _middle(shape: Sequence[int]) -> tuple[tuple[int, ...], str]:
 
 def _middle_of_data(data: HardData) -> tuple[Mask, str]:
     """Return a mask of the data to draw (one layer of a volume), and a note on the layer."""
-    if data.n_dimensions == 2:
+    if data.n_dimensions == 2 or not data.n:
         return np.ones(data.n, bool), ""
     layers = np.unique(data.cells[:, 0])
     layer = layers[len(layers) // 2]

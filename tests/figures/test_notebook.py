@@ -93,3 +93,7 @@ def test_without_xarray_it_is_said_what_to_install(ensemble, monkeypatch):
     monkeypatch.setitem(sys.modules, "xarray", None)
     with pytest.raises(CCWSIMError, match=r"ccwsim\[files\]"):
         ensemble.to_xarray()
+
+
+def test_no_data_in_a_volume_are_an_empty_chart():
+    assert len(HardData(np.empty((0, 3)), ()).plot().data) == 0
