@@ -5,7 +5,8 @@ from numpy.typing import ArrayLike
 
 from ccwsim import CCWSIMError, Ensemble, TrainingImage
 from ccwsim.metrics.stack import Images, as_stack
-from ccwsim.model.arrays import Floats, check_number
+from ccwsim.model.arrays import Floats, check_number, describe_shape
+from ccwsim.model.errors import refused
 
 EDGE = 1.5  # standard deviation, in cells, of the Gaussian whose gradients are taken
 WIDTH = 24.0
@@ -31,8 +32,8 @@ def local_direction(images: Images, facies: int | None = None, width: float = WI
     """
     width = check_number("width", width, 1.0, 1000.0)
     stack = as_stack(images)
-    if len(stack.shape) != 2:
-        raise CCWSIMError("local_direction needs maps; give one layer of a volume")
+    if len(stack.shape) != 2 or min(stack.shape) < 2:
+        raise refused("direction_of_maps", shape=describe_shape(stack.shape))
     from scipy.ndimage import gaussian_filter  # slow to import
 
     index = len(stack.codes) - 1 if facies is None else stack.index_of(facies)

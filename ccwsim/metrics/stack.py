@@ -127,11 +127,12 @@ def as_values(images: Images, n_axes: int = 2) -> NDArray:
     if array.ndim not in (2, N_AXES, N_AXES + 1) or array.size == 0:
         raise refused("images_shape", shape=array.shape)
     has_gaps = array.dtype.kind == "f" and bool(np.isnan(array).any())
-    if array.dtype.kind not in "bui" and not has_gaps:
+    is_whole_float = array.dtype.kind == "f" and (has_gaps or np.array_equal(array, array.round()))
+    if array.dtype.kind not in "bui" and not is_whole_float:
         raise refused("images_of_integers", dtype=array.dtype)
     if array.dtype.kind == "b":
         array = array.view(np.uint8)
-    elif array.dtype == np.uint64:
+    elif array.dtype == np.uint64 or (is_whole_float and not has_gaps):
         array = as_integers(array, "images")
     is_one = array.ndim == 2 or array.ndim == n_axes == N_AXES
     return array[None] if is_one else array

@@ -186,3 +186,15 @@ def test_codes_name_what_an_array_lacks():
 def test_a_mask_has_both_facies():
     assert m.proportions(np.zeros((2, 2), bool)).tolist() == [[1.0, 0.0]]
     assert (m.variogram(np.ones((3, 3), bool), 0, lags=2).gamma == 0).all()
+
+
+def test_whole_floats_are_codes_with_and_without_gaps():
+    codes = np.random.default_rng(0).integers(0, 2, (3, 20, 30))
+    whole, gaps = codes.astype(float), codes.astype(float)
+    gaps[0, 4, 5] = np.nan
+    assert np.array_equal(m.variogram(whole, 1, lags=5).gamma, m.variogram(codes, 1, lags=5).gamma)
+    assert np.array_equal(
+        m.variogram(gaps, 1, lags=5).gamma[1:], m.variogram(gaps[1:], 1, lags=5).gamma
+    )
+    with pytest.raises(CCWSIMError, match="whole numbers"):
+        m.variogram(codes + 0.5, 1, lags=5)
