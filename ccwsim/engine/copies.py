@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.stages.path import Triple, in_layers
-from ccwsim.model.arrays import Bytes, Floats, Ints, Mask
+from ccwsim.model.arrays import Bytes, Floats, Ints, Mask, describe_shape
 from ccwsim.model.errors import CCWSIMError, refused
 from ccwsim.model.grid import Grid
 from ccwsim.model.missing import UNKNOWN
@@ -267,12 +267,14 @@ def _padded(values: NDArray, shape: list[int], fill: int) -> NDArray:
     return np.pad(values, wide, constant_values=fill)
 
 
-def check_pieces(copies: Copies, legal: Ints, template: tuple[int, ...]) -> None:
+def check_pieces(copies: Copies | None, legal: Ints, template: tuple[int, ...]) -> None:
     """Raise an error if a kind has no location without unknown cells; `legal`, shape (n_kinds,)."""
     if legal.all():
         return
+    size = describe_shape(template[-2:] if template[0] == 1 else template)
+    if copies is None:
+        raise refused("no_whole_piece", size=size)
     angle, *scale, dip = copies.turns[int(np.argmin(legal))].tolist()
-    size = " × ".join(map(str, template[-2:] if template[0] == 1 else template))
     raise CCWSIMError(
         f"no piece of {size} cells of the training image is complete when it is turned by "
         f"{angle:.0f}° and scaled by {min(scale):.2g}{f', with a dip of {dip:.0f}°' * bool(dip)}: "

@@ -21,13 +21,14 @@ from ccwsim.engine.corrections.resimulation import isolated_datum_thresholds
 from ccwsim.engine.corrections.seam_repair import Repair, prepare_repair
 from ccwsim.engine.corrections.trend_of_data import Trend, trend_of_data, trend_of_map
 from ccwsim.engine.corrections.unseen_patterns import Patterns, known_patterns, mean_thickness
-from ccwsim.engine.lengths import ScaledLengths, lengths_of
+from ccwsim.engine.lengths import ScaledLengths, lengths_of, templates
 from ccwsim.engine.stages import similarity
 from ccwsim.engine.stages.bits import to_bits, to_square_bits
 from ccwsim.engine.stages.conditioning import legal_splits
 from ccwsim.engine.stages.path import FROM_ABOVE, Triple, in_layers, in_three, to_path
 from ccwsim.engine.stages.pyramid import Pyramid, build_pyramid, upgrid
 from ccwsim.jobs.workers import check_stop
+from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.study import Study
 from ccwsim.system.lru_cache import LruCache
 
@@ -69,6 +70,7 @@ def orient_image(
     `known` are the known cells of the image at the finest scale, or None if all are known.
     `lengths` are along the axes of the path; `may_split` is true if tiles may be split. The layers
     of `copies` must be in the order of the path. Margins are those of an `other` orientation.
+    Raises `CCWSIMError` if no patch fits into the image, or into the copies of a kind.
     """
     p = study.parameters
     template, overlap, level = lengths.template, lengths.overlap, lengths.level
@@ -78,6 +80,22 @@ def orient_image(
     if max(level) and not p.exact_data:
         blocks = np.broadcast_to(upgrid(pyramid.image, lengths.block), pyramid.phases.shape)
         pyramid = pyramid._replace(phases=np.ascontiguousarray(blocks))
+    size = tuple(t >> n for t, n in zip(template, level, strict=True))
+    places = tuple(max(n - t + 1, 0) for n, t in zip(pyramid.sums.shape[1:], size, strict=True))
+    proportions = np.array(study.training_image.proportions)  # kernels need a writable array
+    kinds, layers = proportions[None], np.array([[0, places[0]]])
+    if copies is not None:
+        proportions, kinds = copies.expected, copies.proportions
+        layers = copies.layers // (lengths.block[0] * lengths.cell_size[0])
+        layers[:, 1] = np.maximum(layers[:, 1] + 1 - size[0], 0)
+    illegal = np.zeros((0, 0, 0), np.uint8)
+    if known is not None:
+        illegal = illegal_places(known, lengths, places)  # type: ignore[arg-type]
+    excluded = np.append(0, np.cumsum(illegal.sum(axis=(1, 2), dtype=np.int64)))
+    n_places = layers[:, 1] * places[1] * places[2]
+    if illegal.size:
+        n_places -= excluded[layers.sum(axis=1)] - excluded[layers[:, 0]]
+    check_pieces(copies, n_places, template)
     guided = score_bound(study, lengths, len(pyramid.sums))
     kind = similarity.score_type(level, template, overlap, correlation, guided, known is not None)
     splits = legal_splits(template, overlap, lengths.volume) if may_split else [(1, 1, 1)]
@@ -86,17 +104,6 @@ def orient_image(
     if correlation:
         squares[:] = 0
     running = similarity.running_sums(pyramid.sums, level, template)
-    size = tuple(t >> n for t, n in zip(template, level, strict=True))
-    places = tuple(n - t + 1 for n, t in zip(pyramid.sums.shape[1:], size, strict=True))
-    proportions = np.array(study.training_image.proportions)  # kernels need a writable array
-    kinds, layers = proportions[None], np.array([[0, places[0]]])
-    if copies is not None:
-        proportions, kinds = copies.expected, copies.proportions
-        layers = copies.layers // (lengths.block[0] * lengths.cell_size[0])
-        layers[:, 1] += 1 - size[0]
-    illegal = np.zeros((0, 0, 0), np.uint8)
-    if known is not None:
-        illegal = illegal_places(known, lengths, places)  # type: ignore[arg-type]
     margin, factors = np.zeros(kinds.shape), np.ones(len(proportions))
     if other is not None:
         margin, factors = other.margin, other.gain_factors
@@ -111,15 +118,8 @@ def orient_image(
         margin = np.stack([margin_weights(*each) for each in zip(shares, kinds, strict=True)])
         factors = gain_factors(np.concatenate(shares), proportions)
     sums, steering = (squares, running, places), (proportions, margin, factors)
-    excluded = np.append(0, np.cumsum(illegal.sum(axis=(1, 2), dtype=np.int64)))
-    n_places = layers[:, 1] * places[1] * places[2]
-    if illegal.size:
-        n_places -= excluded[layers.sum(axis=1)] - excluded[layers[:, 0]]
     legal = illegal, similarity.legal_spans(illegal), layers, n_places
-    oriented = OrientedImage(pyramid, np.array(splits), *sums, *steering, *legal)  # type: ignore[arg-type]
-    if copies is not None:
-        check_pieces(copies, oriented.n_places, template)
-    return oriented
+    return OrientedImage(pyramid, np.array(splits), *sums, *steering, *legal)  # type: ignore[arg-type]
 
 
 def illegal_places(
@@ -192,6 +192,20 @@ class PreparedImage:
             return orient_image(study, image, known, copies, lengths, may_split, other)
 
         return self.part(("oriented", orientation, template), make)
+
+    def fitting(self, orientation: int, template: Triple) -> tuple[Triple, OrientedImage]:
+        """Return a template, and the image prepared for it, or the next smaller one that fits.
+
+        Only `template_variation` allows smaller templates. Raises `CCWSIMError` if none fits.
+        """
+        study = self.study
+        allowed = templates(study.parameters, study.training_image.shape)
+        for smaller in [t for t in reversed(allowed) if t[2] < template[2]]:
+            try:
+                return template, self.oriented(orientation, template)
+            except CCWSIMError:
+                template = smaller
+        return template, self.oriented(orientation, template)
 
     @cached_property
     def copies(self) -> Copies | None:

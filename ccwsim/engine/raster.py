@@ -98,14 +98,17 @@ class Plan(NamedTuple):
 def make_plan(
     study: Study, template: Triple, image: PreparedImage, rng: np.random.Generator
 ) -> Plan:
-    """Draw a random origin and direction of the path (Algorithm 1, line 3); orient all inputs."""
+    """Draw a random origin and direction of the path (Algorithm 1, line 3); orient all inputs.
+
+    Patches have the next smaller template if none of the size `template` fits into the image.
+    """
     p = study.parameters
     volume = len(study.grid.shape) == 3
     drawn = int(rng.integers(48 if volume else N_ORIENTATIONS)) if p.random_path else 0
     order, orientation = divmod(drawn, 2 * FROM_ABOVE)
     if image.copies:  # the four turns suffice, and each orientation of the copies takes long
         orientation ^= orientation.bit_count() & 1
-    oriented = image.oriented(orientation, template)
+    template, oriented = image.fitting(orientation, template)
     lengths = lengths_of(p, study.grid.shape, template, orientation)
     offset = _offset(p, lengths, rng)
     sizes = lengths[0].template, lengths[0].overlap
