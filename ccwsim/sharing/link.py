@@ -451,10 +451,10 @@ def guides_of(text: str) -> GuideChoice:
             weight = check_number(kind, weight, 0.0, bounds.MAX_AUXILIARY_WEIGHT)
             guides = replace(guides, auxiliary=Directions(image, grid), auxiliary_weight=weight)
         elif kind in ("turning", "angle"):
-            *ends, way = numbers if kind == "turning" else (*numbers, 0.0)
+            start, end, way = numbers if kind == "turning" else (*numbers, 0.0, 0.0)
             limits = -bounds.MAX_DEGREES, bounds.MAX_DEGREES
-            ends = [check_number(kind, end, *limits) for end in ends]
-            angle = Gradient(way, *ends) if kind == "turning" else ends[0]
+            ends = [check_number(kind, angle, *limits) for angle in (start, end)]
+            angle = Gradient(way, *ends) if kind == "turning" else start
             guides = replace(guides, angle=angle)
         elif kind == "scale":
             (scale,) = numbers

@@ -18,6 +18,7 @@ from ccwsim.model.parameters import METHODS, SIMILARITIES, legal_sizes
 from ccwsim.sharing import link
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Shown, Upload
 from ccwsim.sharing.link import KEYS, left_out, link_of, packed, read_link, unpacked
+from ccwsim.ui.session.resolve import study_of
 
 LETTERS = st.characters(exclude_categories=("Cs",))
 NAMES = st.text(LETTERS, min_size=1, max_size=40).filter(str.strip)
@@ -99,6 +100,30 @@ MAPS = st.sampled_from(["probability", "most likely", "entropy"])
 SHOWN = st.builds(Shown, st.integers(0, 999), st.integers(0, 253), MAPS)
 
 
+N_WORDS = {
+    **{"gradient": 5, "along": 3, "turning": 3, "angle": 1, "scale": 1, "share": 1},
+    **{"mirrored": 2, "layers": 2, "polygon": 8, "zone": 6, "line": 5, "stroke": 9, "bogus": 1},
+}
+"""Names of the shapes that guide in a link, and the usual number of values after each."""
+VALUES = st.one_of(
+    st.integers(0, 2).map(str),
+    st.floats(-10, 200).map(lambda value: f"{value:.3f}"),
+    st.sampled_from(
+        ("-0.0", "1e300", "1e-300", "nan", "-inf", "360", "9999", "-1", "", "1_0", "٣")
+    ),
+)
+GRIDS = "40x50", "20x20x6", "1x1", "6x300"
+
+
+@st.composite
+def guide_words(draw) -> str:
+    if draw(st.integers(0, 9)) == 0:
+        return f"image_{draw(st.sampled_from((*datasets.IMAGES, 'nope')))}"
+    kind, n = draw(st.sampled_from(sorted(N_WORDS.items())))
+    n = max(n + draw(st.sampled_from((0, 0, 0, -1, 1, 2))), 0)
+    return "_".join([kind, *draw(st.lists(VALUES, min_size=n, max_size=n))])
+
+
 def plain(choices: Choices) -> tuple:
     """Return the values of a study that must be equal, with hard data by content."""
     data = choices.data
@@ -134,6 +159,16 @@ def test_any_address_gives_a_study(query):
     choices, shown, _ = read_link(query)
     again, seen, notes = read_link(as_address(link_of(choices, shown)))
     assert (plain(again), seen, notes) == (plain(choices), shown, ())
+
+
+@given(st.lists(guide_words(), min_size=1, max_size=4), st.sampled_from(GRIDS))
+def test_any_words_of_guides_give_a_study_or_are_refused(words, grid):
+    address = {"guides": ["~".join(words)], "grid": [grid], "data": ["none"], "template": ["16"]}
+    choices, shown, _ = read_link(address)
+    again, _, notes = read_link(as_address(link_of(choices, shown)))
+    assert (again, notes) == (choices, ())
+    with suppress(CCWSIMError):
+        study_of(choices)
 
 
 @given(hard_data())

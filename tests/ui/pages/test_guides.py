@@ -178,6 +178,7 @@ def test_a_link_contains_shapes_that_guide(guides):
         "image", "image_lava", "zone_1_2", "line", "line_0_1", "line_0_1_2", "line_400_1_2_3_4",
         "share_2", "share_0_1", "layers", "layers_-1", "layers_1.5", "layers_99999",
         "image_channels_1", "zone_nan_1_2_3_4_5",
+        "turning", "turning_1", "turning_0_90", "turning_0_90_90_5", "angle", "angle_0_5",
     ],
 )  # fmt: skip
 def test_other_words_guide_nothing_and_are_named(text):
