@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from math import isclose
 from typing import Any
 
 import numpy as np
@@ -187,8 +188,9 @@ class Secondary:
         if self.active is not None:
             said.append("active cells")
         if self.images:
-            how = "by zone" if self.zones is not None else "with weights" if self.weights else ""
-            said.append(f"{plural(len(self.images) + 1, 'training image')} {how}".strip())
+            ways = {"by zone": self.zones, "with weights": self.weights}
+            given = (way for way, values in ways.items() if values is not None)
+            said.append(" ".join([plural(len(self.images) + 1, "training image"), *given]))
         said += [name for name in ("angle", "scale", "dip") if getattr(self, name) is not None]
         if self.mirrored:
             said.append(f"mirrored along {' and '.join(self.mirrored)}")
@@ -246,9 +248,12 @@ class Secondary:
             zones = arrays.frozen(zones.astype(np.uint8))
         if weights is not None:
             weights = arrays.as_floats(weights, "weights")
-            if weights.shape != (n,) or not (weights >= 0).all() or not weights.sum() > 0:
+            in_range = ((weights >= 0) & (weights <= 1e300)).all()  # so that their sum is finite
+            if weights.shape != (n,) or not in_range or not weights.sum() > 0:
                 raise refused("weights_of_images", weights=shown(self.weights), n=n)
-            weights = tuple((weights / weights.sum()).tolist())
+            if not isclose(weights.sum(), 1, rel_tol=1e-12):  # otherwise the last digit changes
+                weights = weights / weights.sum()
+            weights = tuple(weights.tolist())
         angle = _field("angle", self.angle, grid, (-bounds.MAX_DEGREES, bounds.MAX_DEGREES), 0.0)
         dip = _field("dip", self.dip, grid, (-bounds.MAX_DIP, bounds.MAX_DIP), 0.0)
         scale = self.scale

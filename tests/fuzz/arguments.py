@@ -178,15 +178,16 @@ def secondary(image: TrainingImage, shape: Any, source: random.Random) -> dict[s
     rng, size = np.random.default_rng(source.randrange(2**32)), shape
     if not (isinstance(shape, tuple) and all(type(n) is int and 0 < n < 99 for n in shape)):
         size = 20, 20
-    others = [TrainingImage(image.array[::-1])]
+    others = source.choice((1, 2)) * [TrainingImage(image.array[::-1])]
+    weights = [1, *(source.random() for _ in others)]
     return {
         "active": rng.random(size) < source.random(),
         "probabilities": {int(image.codes[0]): rng.random(size)},
         "auxiliary": [Auxiliary(rng.random(image.shape), rng.random(size))],
         "soft_weight": source.uniform(0, 5),
-        "images": source.choice((others, 2 * others)),
+        "images": others,
         "zones": rng.integers(0, 2, size),
-        "weights": [1, source.random()],
+        "weights": source.choice((weights, np.array(weights))),
         "angle": source.choice((37.0, rng.uniform(-360, 360, size))),
         "scale": source.choice((1.3, (0.8, rng.uniform(0.2, 5, size)))),
         "dip": 20.0,
@@ -213,12 +214,15 @@ def simulation(source: random.Random) -> Act:
     codes = [int(source.choice(image.codes)) for _ in range(n)]
 
     good = secondary(image, shape, source)
-    some = source.sample(sorted(good), source.choice((0, 0, 1, 2, 3)))
-    guides = {name: maybe(source, good[name], 0.1) for name in some}
+    some = {*source.sample(sorted(good), source.choice((0, 0, 1, 2, 3)))}
+    if "weights" in some:  # they need images, and exclude zones
+        some = {"images", *some} - {"zones", "auxiliary"}
+    guides = {name: maybe(source, good[name], 0.1) for name in sorted(some)}
 
     def act() -> object:
         if guides:
-            options["secondary"] = Secondary(**guides)
+            options["secondary"] = given_secondary = Secondary(**guides)
+            given_secondary.describe()
         own = Parameters(**{"template_size": 8, "overlap_size": 4, "wavelet_level": 1, **given})
         return simulate(image, shape, own, HardData(cells, codes), **options).digest  # type: ignore[arg-type]
 

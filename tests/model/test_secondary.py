@@ -4,6 +4,8 @@ from itertools import product
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from ccwsim import Auxiliary, CCWSIMError, Grid, HardData, Parameters, Secondary
 from ccwsim import TrainingImage as Image
@@ -25,8 +27,8 @@ def fitted(secondary, grid=GRID, image=IMAGE):
 @pytest.mark.parametrize("mask", [np.ones, np.zeros])
 def test_a_mask_may_be_numbers_booleans_or_nan(mask):
     active = np.tile(np.arange(36) < 20, (30, 1))
-    for given in (active, active.astype(int), np.where(active, 3.0, np.nan)):
-        np.testing.assert_array_equal(fitted(Secondary(active=given)).active, active)
+    for form in (active, active.astype(int), np.where(active, 3.0, np.nan)):
+        np.testing.assert_array_equal(fitted(Secondary(active=form)).active, active)
     several = np.where(active, 2, -9999)
     np.testing.assert_array_equal(fitted(Secondary(active=several)).active, active)
 
@@ -138,10 +140,39 @@ def test_an_image_with_gaps_counts_known_cells_only():
     cells = IMAGE.array.astype(float)
     cells[:20] = np.nan
     masked = np.ma.masked_array(IMAGE.array, np.isnan(cells))
-    for given in (cells, masked, np.where(np.isnan(cells), -9999.0, cells)):
-        image = Image.from_array(given)
+    for form in (cells, masked, np.where(np.isnan(cells), -9999.0, cells)):
+        image = Image.from_array(form)
         np.testing.assert_array_equal(image.known, ~np.isnan(cells))
         np.testing.assert_allclose(image.proportions, Image(cells[20:].astype(int)).proportions)
         assert np.isnan(image.array[:20]).all()
     with pytest.raises(CCWSIMError, match="no cell has a value"):
         Image(np.full((5, 5), np.nan))
+
+
+@pytest.mark.parametrize("kind", [list, tuple, np.array])
+def test_weights_are_described_in_any_form(kind):
+    assert Secondary(images=[IMAGE], weights=kind([1, 2])).describe() == (
+        "2 training images with weights"
+    )
+    zoned = Secondary(images=[IMAGE], zones=np.ones(GRID.shape, int))
+    assert zoned.describe() == "2 training images by zone"
+
+
+def weights_of(images, weights):
+    secondary = fitted(Secondary(images=images, weights=weights))
+    assert secondary is not None
+    return secondary.weights
+
+
+@given(st.lists(st.floats(0, 1e300), min_size=1, max_size=5), st.floats(1e-300, 1e6))
+def test_fitted_weights_do_not_change_when_they_are_fitted_again(others, first):
+    images = [IMAGE] * len(others)
+    once = weights_of(images, [first, *others])
+    assert np.isclose(sum(once), 1)
+    assert weights_of(images, once) == once
+
+
+@pytest.mark.parametrize("weights", [[np.inf, 1], [1e308, 1e308], [np.nan, 1], [0, 0], [-1, 2], 1])
+def test_weights_without_a_finite_sum_are_refused(weights):
+    with pytest.raises(CCWSIMError, match="give 2 numbers of at least 0"):
+        fitted(Secondary(images=[IMAGE], weights=weights))
