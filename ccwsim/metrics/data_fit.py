@@ -19,8 +19,9 @@ from scipy import fft
 
 from ccwsim import CCWSIMError, Grid, HardData, TrainingImage, simulate
 from ccwsim.jobs.workers import Cancel, check_stop
-from ccwsim.metrics.stack import N_AXES, Fraction
-from ccwsim.model.arrays import Bytes, Floats, Ints, check_int
+from ccwsim.metrics.etype import proportions
+from ccwsim.metrics.stack import N_AXES, Fraction, Stack
+from ccwsim.model.arrays import Bytes, Floats, Ints, check_int, ratio
 from ccwsim.model.errors import refused
 from ccwsim.model.parameters import PER_AXIS, Parameters
 from ccwsim.model.study import Study
@@ -137,7 +138,8 @@ def fit_data(
     at_data = (slice(None), *data.cells.T)
     rank = np.argsort(np.argsort(-image.proportions, kind="stable"), kind="stable")
     labels = np.minimum(rank, MAX_LABELS - 1).astype(np.uint8)  # the rarest facies share a label
-    indices, n_labels = labels[image.indices], int(labels.max()) + 1
+    n_labels = int(labels.max()) + 1
+    indices = np.append(labels, np.uint8(n_labels))[np.minimum(image.indices, image.n_facies)]
     sets = labels[np.vstack([study.facies_of_data[None], null.indices[at_data]])].astype(np.int64)
     assert null.sources is not None
     halves = _Events(indices, n_labels, data.cells, rng.permutation(data.n)[:MAX_EVENTS])
@@ -200,7 +202,7 @@ def rank_images(
     if not images or data.n < MIN_PLACES:
         raise refused("too_few_to_rank", images=len(images), n=data.n, least=MIN_PLACES)
     reach = np.min([_reach(image.shape) for image in images], axis=0)
-    most = max(image.n_facies for image in images)
+    most = max(image.n_facies + (image.known is not None) for image in images)
     targets = np.random.default_rng(0).permutation(data.n)[:MAX_EVENTS]
     logs = []
     for number, image in enumerate(images):
@@ -254,7 +256,7 @@ def wells_of(cells: Ints) -> Ints:
 
 
 def _shares(indices: Bytes, n_facies: int) -> Floats:
-    return np.maximum(np.bincount(indices.ravel(), minlength=n_facies) / indices.size, LEAST)
+    return np.fmax(proportions(Stack(indices[None], np.arange(n_facies)))[0], LEAST)
 
 
 def paired_z(differences: Floats) -> float:
@@ -281,8 +283,8 @@ class _Family(NamedTuple):
         z = np.abs(centred - mean) / np.sqrt(variance)
         if self.halves is not None:  # only the null repeats the chance that made the image
             west, east, south, north = self.halves
-            of_image = ((west - east) ** 2 + (south - north) ** 2) / 8
-            z[0] /= np.sqrt(1 + of_image.sum() / variance[0].sum())
+            of_image = ((west - east) ** 2 + (south - north) ** 2) / 8  # NaN: unknown half
+            z[0] /= np.sqrt(1 + np.nansum(of_image) / variance[0].sum())
         return z.max(axis=1)
 
 
@@ -291,10 +293,9 @@ def _halves(indices: Bytes) -> list[Bytes]:
 
 
 def _proportions(indices: Bytes, n_facies: int, sets: Ints) -> _Family:
-    def shares(labels: NDArray[np.integer], axis: int | None = None) -> Floats:
-        return np.stack([(labels == k).mean(axis) for k in range(n_facies)], -1)
-
-    return _Family(shares(sets, 1), np.array([shares(half) for half in _halves(indices)]))
+    codes = np.arange(n_facies)
+    of_halves = [proportions(Stack(half[None], codes))[0] for half in _halves(indices)]
+    return _Family(np.stack([(sets == k).mean(1) for k in codes], -1), np.array(of_halves))
 
 
 def _reach(shape: tuple[int, ...]) -> Ints:
@@ -321,7 +322,7 @@ def _pair_families(
         _pair_shares(part, n_facies, reach)[(slice(None), slice(None), *(lags + reach).T)]
         for part in (indices, *_halves(indices))
     )
-    known, shares = np.maximum(whole, LEAST), _shares(indices, n_facies)
+    known, shares = np.fmax(whole, LEAST), _shares(indices, n_facies)
     gain = np.log(known / known.sum(axis=(0, 1)) / np.multiply.outer(shares, shares)[..., None])
     of_first, of_second = sets[:, first], sets[:, second]
     likelihood = gain[of_first, of_second, np.arange(len(lags))].mean(axis=1)[:, None]
@@ -352,7 +353,10 @@ def _bins(lags: Ints) -> Ints:
 
 
 def _pair_shares(indices: Bytes, n_facies: int, reach: Ints) -> NDArray[np.float32]:
-    """Return the share of pairs (x, x + h) with facies (k, l), shape (K, K, 2 · reach + 1 …)."""
+    """Return the share of pairs (x, x + h) with facies (k, l), shape (K, K, 2 · reach + 1 …).
+
+    Only pairs of known cells count; the share is NaN at lags without such pairs.
+    """
     shape = [
         fft.next_fast_len(n + int(r), real=True) for n, r in zip(indices.shape, reach, strict=True)
     ]
@@ -361,8 +365,11 @@ def _pair_shares(indices: Bytes, n_facies: int, reach: Ints) -> NDArray[np.float
     taken = np.ix_(*[lag % n for lag, n in zip(lags, shape, strict=True)])
     along = [n - np.abs(lag) for lag, n in zip(lags, indices.shape, strict=True)]
     n_pairs = reduce(np.multiply.outer, along)
+    if indices.max() >= n_facies:
+        spectrum = np.asarray(fft.rfftn((indices < n_facies).astype(float), shape))
+        n_pairs = np.rint(np.asarray(fft.irfftn(np.abs(spectrum) ** 2, shape))[taken])
     shares = [
-        np.maximum(np.asarray(fft.irfftn(a.conj() * b, shape))[taken], 0) / n_pairs
+        ratio(np.maximum(np.asarray(fft.irfftn(a.conj() * b, shape))[taken], 0), n_pairs)
         for a, b in product(spectra, spectra)
     ]
     return np.array(shares, np.float32).reshape(n_facies, n_facies, *n_pairs.shape)
@@ -388,12 +395,18 @@ class _Events:
     ) -> None:
         self.targets, self._cells = targets, cells
         self._n_facies, self._shape = n_facies, indices.shape
+        indices = np.minimum(indices, n_facies)  # unknown is one more digit
+        self._n_digits = max(n_facies, int(indices.max()) + 1)
         self._axis = indices.ndim - (2 if indices.shape[-2] > indices.shape[-1] else 1)
-        self._middle = indices.shape[self._axis] // 2
+        known = np.moveaxis(indices < n_facies, self._axis, 0).reshape(
+            indices.shape[self._axis], -1
+        )
+        n_before = np.cumsum(known.sum(axis=1))  # known cells up to each place along the axis
+        self._middle = max(int(np.searchsorted(n_before, n_before[-1] / 2, side="right")), 1)
         self._halves = np.split(indices, [self._middle], axis=self._axis)
         self._whole = [indices]
-        reach = _reach(self._halves[0].shape) if reach is None else reach
-        most = int(log(MAX_EVENT_TABLE) / log(max(n_facies, most_facies, 2))) - 1
+        reach = np.min([_reach(h.shape) for h in self._halves], axis=0) if reach is None else reach
+        most = int(log(MAX_EVENT_TABLE) / log(max(self._n_digits, most_facies, 2))) - 1
         groups = wells_of(cells)
         self._neighbours: list[Ints] = []
         for target in targets:
@@ -435,15 +448,15 @@ class _Events:
         """Count events in each part by the facies of the farthest, …, nearest datum and target."""
         placed = self._cells[[target, *near]] - self._cells[target]
         low, high = placed.min(axis=0), placed.max(axis=0)
-        n_facies = self._n_facies
+        n_digits, known = self._n_digits, (slice(self._n_facies),) * len(placed)
         counts = []
         for part in parts:
             codes = np.zeros(part.shape + low - high, np.uint32)
             for power, offset in enumerate(placed - low):
                 window = [slice(o, o + n) for o, n in zip(offset, codes.shape, strict=True)]
-                codes += part[tuple(window)] * np.uint32(n_facies**power)
-            n_events = np.bincount(codes.ravel(), minlength=n_facies ** len(placed))
-            counts.append(n_events.reshape((n_facies,) * len(placed)).astype(float))
+                codes += part[tuple(window)] * np.uint32(n_digits**power)
+            n_events = np.bincount(codes.ravel(), minlength=n_digits ** len(placed))
+            counts.append(n_events.reshape((n_digits,) * len(placed))[known].astype(float))
         return counts
 
 

@@ -10,8 +10,17 @@ import pytest
 from benchmarks.data_fit import NAMES, SIDES, rejected
 from ccwsim import CCWSIMError, HardData, Parameters, TrainingImage, simulate
 from ccwsim.metrics import fit_data, leave_out, rank_images
-from ccwsim.metrics.data_fit import ImageRank, _Events, _Family, _pair_shares, wells_of, winner
+from ccwsim.metrics.data_fit import (
+    ImageRank,
+    _Events,
+    _Family,
+    _pair_shares,
+    _reach,
+    wells_of,
+    winner,
+)
 from ccwsim.model.grid import Grid
+from ccwsim.model.missing import UNKNOWN
 from ccwsim.model.study import Study
 from tests.small_images import blobs
 
@@ -25,31 +34,41 @@ def scattered(field: np.ndarray, n: int, seed: int = 0) -> HardData:
     return HardData(cells, field[tuple(cells.T)])
 
 
+@pytest.mark.parametrize("gaps", [0.0, 0.1])
 @pytest.mark.parametrize("shape", [(9, 11), (4, 8, 7)])
-def test_events_are_counted_as_one_by_one(shape):
+def test_events_are_counted_as_one_by_one(shape, gaps):
     rng = np.random.default_rng(1)
     indices = rng.integers(0, 3, shape).astype(np.uint8)
+    indices[np.random.default_rng(2).random(shape) < gaps] = UNKNOWN
     cells = np.column_stack([rng.integers(0, 5, 6) for _ in shape])
     events = _Events(indices, 3, cells, np.arange(6))
     near = np.array([4, 1])
-    (found,) = events._counts(near, 2, [indices])
+    (found,) = events._counts(near, 2, events._whole)
     expected = np.zeros((3, 3, 3))
     for at in product(*map(range, shape)):
         places = [np.array(at) + cells[k] - cells[2] for k in (1, 4, 2)]
         if all((p >= 0).all() and (p < shape).all() for p in places):
-            expected[tuple(indices[tuple(p)] for p in places)] += 1
+            event = tuple(indices[tuple(p)] for p in places)
+            if UNKNOWN not in event:
+                expected[event] += 1
     np.testing.assert_array_equal(found, expected)
 
 
-def test_pairs_are_counted_as_one_by_one():
+@pytest.mark.parametrize("gaps", [0.0, 0.2, 0.8])
+def test_pairs_are_counted_as_one_by_one(gaps):
     indices = np.random.default_rng(2).integers(0, 3, (9, 12)).astype(np.uint8)
+    indices[np.random.default_rng(3).random((9, 12)) < gaps] = UNKNOWN
     shares = _pair_shares(indices, 3, np.array([2, 3]))
     for dy, dx in product(range(-2, 3), range(-3, 4)):
         pairs = [
             (indices[y, x], indices[y + dy, x + dx])
             for y, x in product(range(9), range(12))
             if 0 <= y + dy < 9 and 0 <= x + dx < 12
+            if UNKNOWN not in (indices[y, x], indices[y + dy, x + dx])
         ]
+        if not pairs:
+            assert np.isnan(shares[:, :, dy + 2, dx + 3]).all()
+            continue
         for k, m in product(range(3), range(3)):
             assert shares[k, m, dy + 2, dx + 3] == pytest.approx(
                 np.mean([pair == (k, m) for pair in pairs]), abs=1e-5
@@ -92,6 +111,42 @@ def test_data_of_a_realization_fit_and_data_of_noise_do_not():
     assert other.words.startswith("Data contradict this training image: ")
     assert other.score < own.score
     assert other == fit_data(IMAGE, scattered(noise, 300), (120, 120), parameters=P)
+
+
+@pytest.mark.parametrize("sides", [(200, 210), (6, 90, 90)])
+def test_unknown_cells_around_images_change_no_rank(sides):
+    images = [TrainingImage(blobs(sides, 2, seed=seed)) for seed in range(2)]
+    wide = [(0, 0), (30, 20), (50, 0)][-len(sides) :]
+    padded = [
+        TrainingImage(np.pad(i.array.astype(float), wide, constant_values=np.nan)) for i in images
+    ]
+    data = scattered(images[0].array[..., :60, :60], 250)
+    reach = np.min([_reach(i.shape) for i in images], axis=0)
+    assert sides[0] == 6 or (reach == _reach(padded[0].shape)).all()
+    for one, other in zip(rank_images(images, data), rank_images(padded, data), strict=True):
+        assert images.index(one.image) == padded.index(other.image)
+        assert len(sides) == 3 or (one.score, one.z) == (other.score, other.z)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("hole", [np.s_[:90, :60], np.s_[:, :75], np.s_[::21, ::21]])
+def test_images_with_gaps_are_judged(hole):
+    cells = blobs((128, 140), 3).astype(float)
+    cells[hole] = np.nan
+    gappy = TrainingImage(cells, name="gappy")
+    field = simulate(gappy, (120, 120), P, seed=5).realizations[0]
+    assert not fit_data(gappy, scattered(field, 300), (120, 120), parameters=P).contradicts
+    noise = np.random.default_rng(0).integers(0, 3, (120, 120))
+    assert fit_data(gappy, scattered(noise, 300), (120, 120), parameters=P).contradicts
+
+
+@pytest.mark.filterwarnings("error")
+def test_rare_facies_of_an_image_with_gaps_share_a_label():
+    cells = blobs((60, 64), 11).astype(float)
+    cells[:20, :10] = np.nan
+    field = simulate(cells, (60, 60), Parameters(8, 2, 1)).realizations[0]
+    fit = fit_data(TrainingImage(cells), scattered(field, 90), (60, 60), 10, parameters=P)
+    assert np.isfinite([*fit.families.values(), fit.score, fit.gain]).all()
 
 
 def test_of_many_data_a_random_part_is_compared():
