@@ -38,7 +38,7 @@ def simulate_two_point(
     seed = check_int("seed", seed, 0)
     *rare, rest = np.argsort(image.proportions, kind="stable")
     indices = np.full((n, *grid.shape), rest, np.uint8)
-    inner, is_free = tuple(map(slice, grid.shape)), np.ones(image.shape, bool)
+    inner, is_free = tuple(map(slice, grid.shape)), image.indices < image.n_facies
     for k in rare:
         is_facies = image.indices == k
         threshold = ndtri(1 - is_facies.sum() / is_free.sum())

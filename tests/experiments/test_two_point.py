@@ -52,3 +52,21 @@ def test_realizations_depend_on_seed_and_number_only():
 def test_a_number_of_realizations_below_one_is_an_error():
     with pytest.raises(CCWSIMError, match="n_realizations"):
         simulate_two_point(np.eye(8, dtype=int), (20, 24), 0)
+
+
+def test_gaps_of_the_image_are_not_a_facies():
+    image = datasets.load("channels").array[:160, :160].astype(float)
+    image[:60, :70] = np.nan
+    gappy = TrainingImage(image)
+    found = simulate_two_point(gappy, (160, 160), 24)
+    np.testing.assert_allclose(found.proportions.mean(axis=0), gappy.proportions, atol=0.015)
+
+
+def test_unknown_cells_around_an_image_change_no_proportion():
+    image = (np.random.default_rng(0).random((64, 64)) < 0.25).astype(float)
+    padded = np.full((64, 128), np.nan)
+    padded[:, 30:94] = image
+    plain, wide = (simulate_two_point(i, (128, 128), 8) for i in (image, padded))
+    np.testing.assert_allclose(
+        plain.proportions.mean(axis=0), wide.proportions.mean(axis=0), atol=0.01
+    )
