@@ -133,7 +133,7 @@ def _maps(
     (width, height), (west, south) = grid.cell_size, grid.origin
     for column, indices in enumerate(maps, 1):
         heatmap = go.Heatmap(
-            z=indices,
+            z=indices if indices.max() < n else np.where(indices < n, indices, np.nan),
             x0=west + width / 2,
             dx=width,
             y0=south + height / 2,
@@ -144,7 +144,8 @@ def _maps(
             colorbar={"tickvals": list(range(n)), "ticktext": names},
             showscale=column == len(maps),
             hovertemplate="x %{x}, y %{y}: %{customdata}<extra></extra>",
-            customdata=np.array(names)[indices],
+            hoverongaps=False,
+            customdata=np.array([*names, ""])[np.minimum(indices, n)],
         )
         chart.add_trace(heatmap, 1, column)
         if data is not None and data.n:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from ccwsim import Grid, HardData, Parameters, TrainingImage, simulate
+from ccwsim import Grid, HardData, Parameters, Secondary, TrainingImage, simulate
 
 xarray = pytest.importorskip("xarray")
 
@@ -71,6 +71,21 @@ def test_colours_of_a_chart_are_those_of_the_facies():
     assert trace.colorbar.ticktext == ("mud", "fine sand")
     assert len(HardData([[5, 7], [30, 41]], [8, 3]).plot().data) == 2
     assert not HardData().plot().data
+
+
+@pytest.mark.parametrize("nz", [None, 3])
+def test_charts_leave_unknown_and_inactive_cells_blank(nz):
+    cells = np.tile([[0.0], [1.0], [1.0], [np.nan]], (1, 5))
+    cells = cells if nz is None else np.stack([cells] * nz)
+    image = TrainingImage(cells, facies_names=["mud", "sand"])
+    heatmap = image.plot().data[0]
+    np.testing.assert_array_equal(heatmap.z, cells if nz is None else cells[1])
+    assert heatmap.hoverongaps is False
+    assert np.asarray(heatmap.customdata)[:, 0].tolist() == ["mud", "sand", "sand", ""]
+    image, active = TrainingImage(np.eye(24)), np.ones((20, 30), bool)
+    active[4:9, 3:] = False
+    e = simulate(image, (20, 30), Parameters(8, 2, 1), secondary=Secondary(active=active))
+    np.testing.assert_array_equal(e.plot().data[0].z, e.realizations[0])
 
 
 def test_an_array_with_coordinates_goes_to_netcdf_and_back(ensemble, tmp_path):
