@@ -1,0 +1,160 @@
+"""Test studies that combine each pair of features, and everything that is made from them."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+
+import pytest
+
+from benchmarks.random_studies import (
+    FEATURES,
+    Row,
+    faults_of,
+    faults_of_row,
+    is_possible,
+    make_study,
+    pairs,
+    run_study,
+)
+from ccwsim import CCWSIMError, TrainingImage
+from ccwsim.engine.kernel_cache import FOLDER_VARIABLE
+from ccwsim.model.study import Study
+from tests.pairs.consumers import CONSUMERS, WITHOUT_STUDIES, Case, public_functions
+
+ROOT = Path(__file__).parents[2]
+ROWS = pairs()
+FAST = 6  # every sixth row is tested by the fast tests
+REFUSALS: dict[str, Callable[[Row, Study], bool]] = {
+    "pattern size|coarsening factor|max_lag": lambda row, study: row["sides"] != "usual",
+    "at least 2 × 2 cells": lambda row, study: row["sides"] != "usual" or study.grid.nz is not None,
+    "need maps": lambda row, study: study.grid.nz is not None,
+    "need volumes|need a volume": lambda row, study: study.grid.nz is None,
+    "no hard data|hard data are too few|cannot be left out|at least one image and 3 data": (
+        lambda row, study: study.hard_data.n < 6
+    ),
+    "needs angles": lambda row, study: row["turn"] not in ("angle", "angles", "fan"),
+    "without probabilities": lambda row, study: row["probabilities"] == "none",
+    "nothing can flow|no head is fixed": lambda row, study: row["active"] != "all",
+    "positions in a training image": lambda row, study: len(images_of(study)) > 1,
+}
+"""Sentences with which a function may refuse a study, and whether they hold for the study."""
+
+
+def images_of(study: Study) -> tuple[TrainingImage, ...]:
+    """Return all training images of a study."""
+    return study.training_image, *(study.secondary.images if study.secondary else ())
+
+
+def test_rows_contain_each_possible_pair_of_features():
+    assert len(ROWS) <= 60
+    assert all(is_possible(row) for row in ROWS)
+    for a, b in itertools.combinations(FEATURES, 2):
+        for x, y in itertools.product(FEATURES[a], FEATURES[b]):
+            if is_possible({a: x, b: y}):
+                assert any(row[a] == x and row[b] == y for row in ROWS), (a, x, b, y)
+
+
+def test_each_public_function_takes_the_studies_or_none():
+    named = {f"{folder}.{name}" for folder, names in WITHOUT_STUDIES.items() for name in names}
+    called = {name for name in CONSUMERS if not name.startswith("others.")}
+    assert called | named == public_functions()
+    assert not called & named
+
+
+@pytest.mark.parametrize(
+    "number",
+    [
+        pytest.param(number, marks=[pytest.mark.slow] if number % FAST else [])
+        for number in range(len(ROWS))
+    ],
+)
+def test_a_study_with_pairs_of_features(number):
+    assert faults_of(make_study(ROWS[number], number)) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", range(len(ROWS)))
+def test_each_function_takes_a_study_with_pairs_of_features(number, tmp_path):
+    row = ROWS[number]
+    study = make_study(row, number)
+    case, failed = Case(study, run_study(study), tmp_path), {}
+    for name, function in CONSUMERS.items():
+        try:
+            function(case)
+        except CCWSIMError as error:
+            reasons = [holds for text, holds in REFUSALS.items() if re.search(text, str(error))]
+            if not any(holds(row, study) for holds in reasons):
+                failed[name] = str(error)
+        except Exception as error:
+            failed[name] = repr(error)
+    assert failed == {}
+
+
+KINDS = {
+    "plain": {},
+    "active": {"active": "most"},
+    "probabilities": {"probabilities": "map"},
+    "auxiliary": {"images": "auxiliary"},
+    "images": {"images": "several"},
+    "zones": {"images": "zones"},
+    "weights": {"images": "weights"},
+    "mirrored": {"mirrored": "all"},
+    "angle": {"turn": "angle"},
+    "fan": {"turn": "fan"},
+    "scale": {"turn": "scale"},
+    "gaps": {"gaps": "scattered"},
+}
+"""Features of which each needs other kernels, or other arrays in the same kernels."""
+
+
+@pytest.mark.slow
+def test_each_kind_of_study_is_simulated_by_a_new_process():
+    """Kernels are compiled, and read from disk, before a process runs its first study."""
+    usual = {name: levels[0] for name, levels in FEATURES.items()}
+    choices = {"dimension": ("map", "volume"), "data": ("none", "few")}
+    rows = [
+        {**usual, **kind, "sides": sides, **dict(zip(choices, levels, strict=True))}
+        for kind in KINDS.values()
+        for sides in FEATURES["sides"]
+        for levels in itertools.product(*choices.values())
+    ]
+    context = get_context("forkserver")
+    context.set_forkserver_preload(["benchmarks.random_studies"])
+    with ProcessPoolExecutor(2, context, max_tasks_per_child=1) as pool:
+        tasks = [pool.submit(faults_of_row, row, k) for k, row in enumerate(rows)]
+        for row, task in zip(rows, tasks, strict=True):
+            assert task.result(timeout=300) == [], row
+
+
+@pytest.mark.slow
+def test_kernels_stay_within_their_arrays(tmp_path):
+    """The folder of kernels is new, because kernels in it check bounds only if compiled to."""
+    environment = {**os.environ, "NUMBA_BOUNDSCHECK": "1", FOLDER_VARIABLE: str(tmp_path)}
+    command = [sys.executable, "-m", "benchmarks.random_studies", "--number", "200"]
+    ended = subprocess.run(command, env=environment, capture_output=True, text=True, cwd=ROOT)
+    assert "200 studies with bounds checks: 0 with faults" in ended.stdout, ended.stderr[-2000:]
+    assert ended.returncode == 0
+
+
+@pytest.mark.slow
+def test_kernels_with_bounds_checks_find_an_index_beyond_an_array(tmp_path):
+    code = (
+        "import numpy as np\n"
+        "from ccwsim.engine.kernel_cache import NAME\n"
+        "from tests.pairs.beyond import read_beyond\n"
+        "assert NAME.endswith('-checked')\n"
+        "try: read_beyond(np.zeros(3))\n"
+        "except IndexError: print('found')\n"
+    )
+    environment = {**os.environ, "NUMBA_BOUNDSCHECK": "1", FOLDER_VARIABLE: str(tmp_path)}
+    command = [sys.executable, "-c", code]
+    ended = subprocess.run(command, env=environment, capture_output=True, text=True, cwd=ROOT)
+    assert ended.stdout == "found\n", ended.stderr
