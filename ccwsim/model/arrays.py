@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.model.errors import CCWSIMError, refused, shown
+from ccwsim.model.missing import UNKNOWN
 
 Shape: TypeAlias = tuple[int, ...]
 """Shape of a map or a volume; typed `Any` because some functions accept only maps."""
@@ -192,9 +193,9 @@ class LazyStack:
 
     dtype = np.dtype(np.uint8)
 
-    def __init__(self, stack: NDArray[np.integer], codes: NDArray[np.integer]) -> None:
+    def __init__(self, stack: NDArray, codes: NDArray) -> None:
         self.stack = stack
-        self._codes = codes
+        self._codes = codes[~np.isnan(codes)]
         self.shape, self.ndim, self.size = stack.shape, stack.ndim, stack.size
         self.nbytes = stack.size
 
@@ -203,7 +204,7 @@ class LazyStack:
 
     def __getitem__(self, which: Any) -> NDArray[np.uint8]:
         part = np.asarray(self.stack[which])
-        indices = np.zeros(part.shape, np.uint8)
+        indices = np.full(part.shape, UNKNOWN, np.uint8)
         for k, code in enumerate(self._codes):  # searchsorted would need eight bytes per cell
             np.copyto(indices, k, where=part == code)
         return indices

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.model.arrays import LazyStack, describe_shape
+from ccwsim.model.ensemble import codes_with_nan
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.study import Study
 from ccwsim.system.memory import format_bytes
@@ -36,7 +37,8 @@ def store_of(
         raise CCWSIMError(f"out = {shown(out)} must be the path of an npy file, or None")
     if keep_sources:
         raise CCWSIMError("sources cannot be written to disk; omit `out` or `keep_sources`")
-    file = MapFile(out, study.training_image.codes, (n, *study.grid.shape))
+    image, masked = study.training_image, study.active is not None
+    file = MapFile(out, codes_with_nan(image.codes, masked), (n, *study.grid.shape))
     try:
         yield file
     finally:
@@ -68,9 +70,7 @@ class Memory:
 class MapFile:
     """Writes a temporary file, not mapped (that would count as memory), and renames it."""
 
-    def __init__(
-        self, out: str | os.PathLike[str], codes: NDArray[np.integer], shape: tuple[int, ...]
-    ) -> None:
+    def __init__(self, out: str | os.PathLike[str], codes: NDArray, shape: tuple[int, ...]) -> None:
         self._path = path = Path(out)
         if path.suffix.lower() != ".npy":
             raise CCWSIMError(f"{path}: realizations can be written to disk only as .npy")

@@ -8,7 +8,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from ccwsim import Cancelled, CCWSIMError, Ensemble, HardData, Parameters, TrainingImage, simulate
+from ccwsim import (
+    Cancelled,
+    CCWSIMError,
+    Ensemble,
+    HardData,
+    Parameters,
+    Secondary,
+    TrainingImage,
+    simulate,
+)
 from ccwsim.cli.program import main
 from ccwsim.metrics import RunningStatistics
 from tests.processes import process_pool
@@ -41,6 +50,20 @@ def test_the_file_and_the_ensemble_are_those_of_memory(tmp_path, image):
     np.testing.assert_array_equal(found.proportions, wanted.proportions)
     assert found.n_mismatched.tolist() == [0] * 6
     assert [path.name for path in tmp_path.iterdir()] == ["out.npy"]
+
+
+@pytest.mark.parametrize("image", [PLAIN, CODED])
+def test_inactive_cells_are_nan_in_the_file(tmp_path, image):
+    active = np.ones((60, 50), bool)
+    active[10:30, 5:40] = False
+    secondary = Secondary(active=active)
+    found, wanted = (study(image, out=o, secondary=secondary) for o in (tmp_path / "a.npy", None))
+    np.testing.assert_array_equal(np.load(tmp_path / "a.npy"), wanted.realizations)
+    assert np.isnan(found.realizations[:, ~active]).all()
+    np.testing.assert_array_equal(found.indices, wanted.indices)
+    np.testing.assert_array_equal(found.proportions, wanted.proportions)
+    assert found.digest == wanted.digest
+    assert found.n_mismatched.tolist() == [0] * 6
 
 
 def test_processes_write_the_same_file(tmp_path):
