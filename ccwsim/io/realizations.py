@@ -269,7 +269,7 @@ def _npz(ensemble: Ensemble) -> bytes:
 
 
 def _sheet(indices: NDArray[np.uint8], white: int) -> NDArray[np.uint8]:
-    """Return one picture of all maps, north up; the first map is at the top left."""
+    """Return one picture of all maps, north up; the first is at the top left, gaps are white."""
     n, ny, nx = indices.shape
     columns = min(n, max(1, ceil(sqrt(n * ny / nx))))
     rows = ceil(n / columns)
@@ -280,7 +280,7 @@ def _sheet(indices: NDArray[np.uint8], white: int) -> NDArray[np.uint8]:
     for k, one in enumerate(indices):
         row, column = rows - 1 - k // columns, k % columns
         south, west = row * (ny + GAP), column * (nx + GAP)
-        sheet[south : south + ny, west : west + nx] = one
+        sheet[south : south + ny, west : west + nx] = np.minimum(one, white)
     return sheet
 
 

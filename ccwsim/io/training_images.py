@@ -244,12 +244,14 @@ def _png(training_image: TrainingImage, colours: Sequence[str] | None) -> bytes:
     codes = training_image.codes.astype(np.int64)
     if codes[0] < 0 or codes[-1] > 254:
         return pictures.picture_as_bytes(
-            training_image.indices, len(codes), colours, are_codes=True
+            np.minimum(training_image.indices, len(codes)), len(codes), colours, are_codes=True
         )
     palette = ["#ffffff"] * (int(codes[-1]) + 1)
     for code, rgb in zip(codes, pictures.colours_for(len(codes), colours), strict=True):
         palette[code] = "#" + rgb.tobytes().hex()
-    return pictures.picture_as_bytes(training_image.array, len(palette), palette, are_codes=True)
+    return pictures.picture_as_bytes(
+        np.nan_to_num(training_image.array, nan=len(palette)), len(palette), palette, are_codes=True
+    )
 
 
 QUESTIONS = {

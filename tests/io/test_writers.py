@@ -84,6 +84,27 @@ def test_png_holds_every_map_north_up(indices):
     assert (facies != 9).sum() == indices.size
 
 
+def test_inactive_cells_are_white_in_a_png():
+    indices = np.array([[[0, 255], [1, 2]]], np.uint8)
+    content = cio.realizations_as_bytes(ensemble_of(indices), "png", colours=["#100000"] * 3)
+    with Image.open(BytesIO(content)) as picture:
+        pixels = np.array(picture.convert("RGB"))[::-1]
+    assert pixels[0, 1].tolist() == [255, 255, 255]
+    assert (pixels[[0, 1, 1], [0, 0, 1]] == [16, 0, 0]).all()
+
+
+@pytest.mark.filterwarnings("ignore:.* transparent")
+@pytest.mark.parametrize("codes", [(0, 1), (3, 200), (-5, 7), (0, 254), (100, 900)])
+def test_unknown_cells_of_an_image_are_transparent_in_a_png(codes):
+    cells = np.array(codes, float)[np.random.default_rng(0).integers(0, 2, (9, 11))]
+    cells[2:4, 3:9] = np.nan
+    image = TrainingImage(cells)
+    back = cio.read_training_image(BytesIO(cio.training_image_as_bytes(image, "png")))
+    np.testing.assert_array_equal(back.indices, image.indices)
+    renumbered = codes[0] < 0 or codes[1] > 254
+    assert back.codes.tolist() == ([0, 1] if renumbered else list(codes))
+
+
 def test_wrong_colours_and_formats_say_so():
     ensemble = ensemble_of(np.zeros((1, 2, 2), np.uint8))
     with pytest.raises(CCWSIMError, match="write it as #rrggbb"):

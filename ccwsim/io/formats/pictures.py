@@ -92,7 +92,10 @@ def picture_as_bytes(
     *,
     are_codes: bool = False,
 ) -> bytes:
-    """Return a palette PNG (north up) of colour indices; white follows the colours for gaps."""
+    """Return a palette PNG (north up) of colour indices; white follows the colours for gaps.
+
+    In a picture of codes, gaps are transparent, which means unknown.
+    """
     if indices.min() < 0 or indices.max() > min(n_colours, 255):
         raise CCWSIMError(f"a picture of {n_colours} colours cannot show colour {indices.max()}")
     palette = np.vstack([colours_for(n_colours, colours), [[255, 255, 255]]])[:256]
@@ -102,7 +105,8 @@ def picture_as_bytes(
     said = PngInfo()
     if are_codes:
         said.add_text(_TAG, _CODES)
-    image.save(content, "PNG", pnginfo=said)
+    gap = n_colours if indices.max() == n_colours else None
+    image.save(content, "PNG", pnginfo=said, transparency=gap if are_codes else None)
     return content.getvalue()
 
 
