@@ -19,6 +19,7 @@ from ccwsim.figures import contact_sheet, sweep_chart, tile_size
 from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.metrics import Quality
 from ccwsim.model.bounds import MAX_REALIZATIONS_OF_SWEEP
+from ccwsim.model.missing import UNKNOWN
 from ccwsim.model.numbers import minus, plural, seconds, three_digits
 from ccwsim.model.parameters import PER_AXIS
 from ccwsim.report.settings import describe_inputs
@@ -279,7 +280,8 @@ def draw_realization(state: State, run: SweepRun, k: int) -> None:
 
 def indices_of(realizations: NDArray[np.integer], image: TrainingImage) -> NDArray[np.uint8]:
     """Convert facies codes to facies indices, which maps need."""
-    return image.codes.searchsorted(realizations).astype(np.uint8)
+    indices = image.codes.searchsorted(realizations)
+    return np.where(np.isnan(realizations), UNKNOWN, indices).astype(np.uint8)
 
 
 def draw_numbers(state: State, run: SweepRun, k: int) -> None:

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from streamlit.testing.v1 import AppTest
 
-from ccwsim import Grid, HardData, Parameters
+from ccwsim import Grid, HardData, Parameters, TrainingImage
 from ccwsim.experiments.plan import plan_sweep
 from ccwsim.experiments.sweep import recommended
 from ccwsim.model.parameters import METHODS
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.session.progress import progress_text
 from ccwsim.ui.session.state import KEY, State
-from ccwsim.ui.sweep.page import choose, is_current, numbers_of, sweep_csv
+from ccwsim.ui.sweep.page import choose, indices_of, is_current, numbers_of, sweep_csv
 from ccwsim.ui.sweep.planning import (
     MAX_SWEPT,
     SweepState,
@@ -328,3 +328,10 @@ def test_kept_realizations_are_read_only_and_few(done):
         assert row.realizations.shape == (2, 48, 64)
         assert not row.realizations.flags.writeable
         assert np.isin(row.realizations, [0, 1]).all()
+
+
+def test_inactive_cells_of_a_realization_have_no_facies():
+    image = TrainingImage([[2, 5, 7]])
+    found = indices_of(np.array([[[7, np.nan], [2, 5]]]), image)
+    assert (found.dtype, found.tolist()) == (np.uint8, [[[2, 255], [0, 1]]])
+    assert indices_of(np.array([[5, 2]], np.uint8), image).tolist() == [[1, 0]]
