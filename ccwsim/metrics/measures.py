@@ -42,10 +42,15 @@ class OfFacies:
         """Geobody statistics of the facies; cells that touch at corners are joined."""
         return geobody_statistics(self.images, self.code)
 
+    @cached_property
+    def known(self) -> Mask:
+        """Mask of the cells whose facies is known, shape of `inside`."""
+        return (self.images.indices < self.images.n_facies).reshape(self.inside.shape)
+
     @property
-    def n_cells(self) -> int:
-        """Number of cells of one image."""
-        return self.inside[0].size
+    def n_cells(self) -> Ints:
+        """Number of known cells of each image, shape (n,)."""
+        return self.known.sum(axis=(1, 2, 3))
 
 
 @dataclass(frozen=True)
@@ -95,12 +100,13 @@ class Measure:
 
 def _boundary(of: OfFacies) -> Floats:
     """Return the share of adjacent cell pairs with only one cell in the facies, or NaN."""
-    unequal, n_pairs = np.zeros(len(of.inside)), 0
+    unequal, n_pairs = np.zeros((2, len(of.inside)))
     for axis in (1, 2, 3):
         here, next_to = (np.delete(of.inside, end, axis) for end in (-1, 0))
-        unequal += (here != next_to).sum(axis=(1, 2, 3))
-        n_pairs += here[0].size
-    return unequal / n_pairs if n_pairs else np.full(len(unequal), np.nan)
+        pairs = np.delete(of.known, -1, axis) & np.delete(of.known, 0, axis)
+        unequal += ((here != next_to) & pairs).sum(axis=(1, 2, 3))
+        n_pairs += pairs.sum(axis=(1, 2, 3))
+    return ratio(unequal, n_pairs)
 
 
 def _chord(axis: int) -> Callable[[OfFacies], Floats]:
@@ -131,7 +137,7 @@ def _unseen(of: OfFacies) -> Floats:
 
     def by_the_rest(k: int) -> float:  # a pattern is unseen if all its locations are in the crop
         here, n = count_patterns(crops.volume(k), *how)
-        return float(n[counts[np.searchsorted(codes, here)] == n].sum() / n.sum())
+        return float(ratio(n[counts[np.searchsorted(codes, here)] == n].sum(), n.sum()))
 
     return np.array(map_parallel(by_the_rest, len(crops)))
 
@@ -143,7 +149,7 @@ def _counted(
     for per, least, volumes in ((PER_CELLS, 0.5, False), (PER_CELLS_VOLUME, 5.0, True)):
 
         def values(of: OfFacies, per: int = per) -> Floats:
-            return per * count(of) / of.n_cells
+            return ratio(per * count(of), of.n_cells)
 
         whole = f"{title} per {per:,} cells"
         yield Measure(whole, definition, values, least, words, digits=1, volumes=volumes)
@@ -153,8 +159,8 @@ MEASURES = (
     Measure(
         "Proportion, %",
         "Share of the cells that have this facies.",
-        lambda of: of.inside.mean(axis=(1, 2, 3)), 0.01, ("too little", "too much"), 100, 1,
-        checked="elsewhere",
+        lambda of: ratio(of.inside.sum(axis=(1, 2, 3)), of.n_cells), 0.01,
+        ("too little", "too much"), 100, 1, checked="elsewhere",
     ),
     Measure(
         "Boundary, %",

@@ -129,7 +129,8 @@ def differing_share(images: Images, codes: Codes | None = None) -> float:
     """Return the share of cells in which two realizations differ, averaged over all pairs.
 
     If c realizations have a facies in a cell, c (c − 1) / 2 pairs of realizations agree in this
-    cell. The numbers of pairs are summed over facies. The share is NaN for a single realization.
+    cell. The numbers of pairs are summed over facies. Unknown cells do not count. The share is NaN
+    for a single realization.
 
     Examples
     --------
@@ -141,13 +142,14 @@ def differing_share(images: Images, codes: Codes | None = None) -> float:
     if n < 2:
         return nan
     lines = stack.indices.reshape(n, -1, nx)
-    rows, agree = max(CELLS_COMPARED // nx, 1), 0
+    rows, agree, n_pairs = max(CELLS_COMPARED // nx, 1), 0, 0
     for first in range(0, lines.shape[1], rows):
         check_stop()
         some = Stack(lines[:, first : first + rows], stack.codes)
         counts = facies_counts(some).astype(np.int64)
         agree += int((counts * (counts - 1)).sum())
-    return 1 - agree / (n * (n - 1) * lines.shape[1] * nx)
+        n_pairs += int((counts.sum(axis=0) * (counts.sum(axis=0) - 1)).sum())
+    return 1 - agree / n_pairs if n_pairs else nan
 
 
 def lags_of(ensemble: Ensemble, way: Direction = "E-W") -> NDArray[np.int64]:

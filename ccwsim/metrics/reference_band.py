@@ -339,7 +339,7 @@ def fit_proportions(ensemble: Ensemble) -> Fit | None:
     at, gap = image.codes.astype(float), MIN_PROPORTION_GAP * image.proportions
     crops = band_of_crops(image, ("proportions",), shape, at, proportions, gap)
     each = proportions(Stack(pieces_of(ensemble.indices, shape), image.codes))
-    n_pieces = ensemble.n * prod(ensemble.indices.shape[1:]) / prod(shape)
+    n_pieces = ensemble.n * ensemble.n_active / prod(shape)
     fit = crops.compare(each, n_pieces)
     expected = ensemble.expected_proportions
     return replace(fit, found=ensemble.proportions.mean(axis=0), reference=expected)
@@ -378,12 +378,12 @@ def fit_patterns(ensemble: Ensemble, sizes: Sequence[int] = PATTERN_SIZES) -> Fi
                 here = count_patterns(images.volume(k), n, *size)
                 both = here, _without(there, here) if rest else there
                 shares = (PatternHistogram(c, counts / counts.sum(), 0) for c, counts in both)
-                found[k, column] = js_divergence(*shares)
+                found[k, column] = js_divergence(*shares) if len(here[0]) else np.nan
         return found
 
     at, without_crop = np.array(sides, float), partial(distances, rest=True)
     crops = band_of_crops(image, ("patterns", *sides), shape, at, without_crop, 0.0)
-    least = MIN_PATTERN_SPREAD * crops.values.mean(axis=0)
+    least = MIN_PATTERN_SPREAD * np.nanmean(crops.values, axis=0)
     crops = replace(crops, min_spread=least, one_sided=True)
     return crops.compare(distances(Stack(pieces_of(ensemble.indices, shape), image.codes)))
 
@@ -415,7 +415,7 @@ def band_of_crops(
 
     def computed() -> ReferenceBand:
         crops = values(Stack(crops_of(image.indices, shape), image.codes))
-        n_independent = image.indices.size / prod(shape)
+        n_independent = np.count_nonzero(image.indices < image.n_facies) / prod(shape)
         allowed = ERRORS[name[0]][image.n_dimensions - 2] if n_errors is None else n_errors
         return ReferenceBand(at, crops, n_independent, allowed, min_gap, shape, min_spread)
 

@@ -96,8 +96,7 @@ def as_stack(images: Images, codes: Codes | None = None, n_axes: int = 2) -> Sta
     if wanted is None or np.array_equal(wanted, stack.codes):
         return stack
     places = np.full(256, UNKNOWN, np.uint8)
-    there = np.unique(stack.indices)
-    there = there[there != UNKNOWN]
+    there = np.setdiff1d(stack.indices, UNKNOWN)
     places[there] = _indices(stack.codes[there], wanted)
     return Stack(places[stack.indices], wanted)
 

@@ -66,7 +66,8 @@ def variogram(
         return unequal / (2 * count_pairs(stack.shape, offsets))
 
     gamma = np.array(map_parallel(one, len(stack), progress), np.float64)
-    shares = np.array([np.mean(i == index, where=i != UNKNOWN) for i in stack.indices])
+    counts = [[np.count_nonzero(i == index), np.count_nonzero(i != UNKNOWN)] for i in stack.indices]
+    shares = ratio(*np.array(counts).T)
     return Variogram(steps, gamma, shares * (1 - shares))
 
 

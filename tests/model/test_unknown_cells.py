@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from ccwsim import Parameters, Secondary, TrainingImage, metrics, simulate
+from ccwsim.metrics.measures import MEASURES, OfFacies
+from ccwsim.metrics.stack import as_stack
 from tests.small_images import blobs
 
 RNG = np.random.default_rng(0)
@@ -86,3 +88,47 @@ def test_every_figure_of_a_masked_ensemble_is_finite_or_missing():
         lambda: metrics.diagnose(TrainingImage(GAPS[0])),
     ):
         call()
+
+
+def test_pairs_of_realizations_are_compared_in_known_cells_only():
+    inside = [cells[~HOLE] for cells in CELLS]
+    shares = [np.mean(inside[a] != inside[b]) for a, b in ((0, 1), (0, 2), (1, 2))]
+    assert metrics.differing_share(GAPS) == pytest.approx(np.mean(shares))
+    one = GAPS.copy()
+    one[2] = np.nan  # a realization without known cells
+    assert metrics.differing_share(one, range(3)) == pytest.approx(shares[0])
+    assert np.isnan(metrics.differing_share(one[1:], range(3)))
+
+
+@pytest.mark.parametrize("volume", [False, True])
+def test_measures_count_known_cells_only(volume):
+    cells = GAPS[:, None] if volume else GAPS
+    of = OfFacies(as_stack(cells, range(3)), 1, TrainingImage(np.nan_to_num(cells[0])))
+    found = {m.name: m.values(of) for m in MEASURES if m.volumes in (None, volume)}
+    for k, image in enumerate(GAPS):
+        pairs = [
+            (a, b)
+            for first, second in ((image[:, 1:], image[:, :-1]), (image[1:], image[:-1]))
+            for a, b in zip(first.ravel(), second.ravel(), strict=True)
+            if not np.isnan(a + b)
+        ]
+        unequal = np.mean([(a == 1) != (b == 1) for a, b in pairs])
+        assert found["boundary"][k] == pytest.approx(unequal)
+        assert found["proportion"][k] == pytest.approx(np.mean(image[~HOLE] == 1))
+        per = 1_000_000 if volume else 10_000
+        assert found["geobodies"][k] == pytest.approx(
+            per * metrics.geobody_statistics(image, 1).n_geobodies[0] / (~HOLE).sum()
+        )
+
+
+@pytest.mark.filterwarnings("error")
+def test_an_ensemble_whose_pieces_are_not_all_active_is_compared_with_crops():
+    image, active = TrainingImage(blobs((128, 128), 2)), np.ones((150, 150), bool)
+    active[:80, :80] = False
+    e = simulate(image, (150, 150), Parameters(16, 4, 1), secondary=Secondary(active=active))
+    fit = metrics.fit_patterns(e)
+    assert fit is not None
+    assert fit.fits
+    crop = np.full((128, 128), np.nan)
+    crop[:64, :64] = image.array[:64, :64]
+    assert metrics.check_ensemble(simulate(crop, (100, 100), Parameters(16, 4, 1)))
