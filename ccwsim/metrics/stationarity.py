@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.metrics.etype import proportions
-from ccwsim.metrics.stack import Codes, Images, Stack, as_image
+from ccwsim.metrics.stack import Codes, Images, Stack, as_image, as_volume
 from ccwsim.metrics.variograms import variogram
 from ccwsim.model.arrays import Floats, Ints, Mask, ratio
 from ccwsim.model.errors import refused
+from ccwsim.model.missing import UNKNOWN
 
 QUARTERS = ("south-west", "south-east", "north-west", "north-east")
 PARTS = (
@@ -122,12 +123,13 @@ def stationarity(image: Images, codes: Codes | None = None) -> Stationarity:
     distance = np.sqrt(np.mean((own - _curves(stack, lags)) ** 2, axis=3))
     shift = ratio(np.abs(shares - whole), deviation, 0.0)  # 0 for a facies in all cells or in none
     variogram_shift = ratio(distance, (deviation**2)[:, None], 0.0)
-    facies = [stack.volume(0) == k for k in range(n_facies)]
+    cells = as_volume(np.ma.masked_equal(indices, UNKNOWN) if UNKNOWN in indices else indices)
+    facies = [cells == k for k in range(n_facies)]
     compared = [_compare_parts(one.mean(axis=0, dtype=float)) for one in facies]
     scores = np.zeros((len(PARTS), n_facies, 2))
     for k, axis in product(range(n_facies), (0, 1)):
         layers = [_half_squares(layer, 1 - axis) for layer in facies[k]]
-        difference, error = _compare_parts(np.mean(layers, axis=0))
+        difference, error = _compare_parts(np.ma.array(layers).mean(axis=0))
         without_error = np.where(difference, np.inf, 0.0)
         scores[:, k, axis] = ratio(np.abs(difference), error, without_error)
     differences, errors = (np.column_stack(each) for each in zip(*compared, strict=True))
@@ -158,14 +160,14 @@ def _quarters(image: NDArray) -> list[NDArray]:
 def _half_squares(facies: Mask, axis: int) -> NDArray[np.float32]:
     """Return ½ (I(x) − I(x + h))² of each cell, averaged over ±h and over the lags 1, 2, 4, …"""
     image = facies.T if axis == 0 else facies
-    n, total = image.shape[1], np.zeros(image.shape, np.float32)
+    n, total = image.shape[1], np.zeros_like(image, np.float32)
     lags = [2**k for k in range(20) if 2**k <= max(min(image.shape) // 4, 1)]
     for lag in lags:
         differs = image[:, lag:] != image[:, :-lag]
         ways = np.zeros(n, np.float32)
         ways[lag:] += 2
         ways[:-lag] += 2
-        each = np.zeros(image.shape, np.float32)
+        each = np.zeros_like(image, np.float32)
         each[:, lag:] += differs
         each[:, :-lag] += differs
         total += each / ways
@@ -174,9 +176,14 @@ def _half_squares(facies: Mask, axis: int) -> NDArray[np.float32]:
 
 
 def _compare_parts(field: NDArray) -> tuple[Floats, Floats]:
-    """Return each part's mean minus the mean of the image, and the standard errors."""
-    means = np.array([quarter.mean(dtype=float) for quarter in _quarters(field)])
-    errors = np.sqrt(_mean_variance(field) * (WEIGHTS**2).sum(axis=1))
+    """Return each part's mean minus the mean of the image, and the standard errors.
+
+    A quarter without known cells gets the mean of the others, with an infinite error.
+    """
+    means = np.array([np.ma.filled(q.mean(dtype=float), field.mean()) for q in _quarters(field)])
+    known = np.array([np.ma.count(quarter) / quarter.size for quarter in _quarters(field)])
+    weights = WEIGHTS**2 @ (known.mean() / np.maximum(known, 1e-300)) / known.mean() ** 2
+    errors = np.sqrt(_mean_variance(field) * weights)
     differences = WEIGHTS @ means
     return np.where(np.abs(differences) < 1e-9, 0.0, differences), errors
 
@@ -187,7 +194,7 @@ def _mean_variance(field: NDArray) -> float:
 
     parts = [_blocks(quarter) for quarter in _quarters(field)]
     ny, nx = (min(part.shape[axis] for part in parts) for axis in range(2))
-    residuals = _without_plane(np.array([part[:ny, :nx] for part in parts]))
+    residuals = _without_plane(np.ma.array([part[:ny, :nx] for part in parts])).filled(0.0)
     spectra = np.fft.rfft2(residuals, (2 * ny, 2 * nx))
     lag_sums = np.fft.irfft2(np.abs(spectra) ** 2, (2 * ny, 2 * nx))  # Σ z(x) z(x + h)
     sums = np.fft.fftshift(lag_sums.mean(axis=0))
@@ -213,14 +220,11 @@ def _blocks(quarter: NDArray) -> Floats:
     return whole.reshape(ny // down, down, nx // along, along).mean(axis=(1, 3), dtype=float)
 
 
-def _without_plane(parts: Floats) -> Floats:
+def _without_plane(parts: np.ma.MaskedArray) -> np.ma.MaskedArray:
     """Return the quarters, shape (4, ny, nx), minus their means and their common slopes."""
     centred = parts - parts.mean(axis=(1, 2), keepdims=True)
     for axis in (1, 2):
-        shape = [1, 1, 1]
-        shape[axis] = -1
-        along = (np.arange(parts.shape[axis]) - (parts.shape[axis] - 1) / 2).reshape(shape)
-        along = np.broadcast_to(along, parts.shape)
+        along = np.indices(parts.shape)[axis] - (parts.shape[axis] - 1) / 2
         centred = centred - along * (centred * along).sum() / max((along**2).sum(), 1.0)
     return centred
 

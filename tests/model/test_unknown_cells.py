@@ -122,6 +122,30 @@ def test_measures_count_known_cells_only(volume):
 
 
 @pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("hole", [np.s_[:64, :64], np.s_[:, :56], np.s_[::21, ::21]])
+def test_gaps_do_not_make_an_image_nonstationary(hole):
+    drifting = 0
+    for seed in range(6):
+        image = blobs((128, 132), 3, seed).astype(float)
+        image[hole] = np.nan
+        drifting += not metrics.stationarity(image).stationary
+        volume = np.repeat(image[None], 3, axis=0)
+        volume[1] = np.nan
+        layers = metrics.stationarity(volume[None])
+        np.testing.assert_allclose(
+            layers.differences, metrics.stationarity(image).differences, atol=1e-6
+        )
+    assert drifting <= 1
+
+
+def test_a_trend_is_found_beside_a_gap():
+    image = blobs((128, 132), 2).astype(float)
+    image[:, 90:] = np.random.default_rng(0).random((128, 42)) < 0.9
+    image[20:70, :40] = np.nan
+    assert metrics.stationarity(image).drifting[7].any()  # the eastern half
+
+
+@pytest.mark.filterwarnings("error")
 def test_an_ensemble_whose_pieces_are_not_all_active_is_compared_with_crops():
     image, active = TrainingImage(blobs((128, 128), 2)), np.ones((150, 150), bool)
     active[:80, :80] = False
