@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from html.parser import HTMLParser
 from io import BytesIO
 from pathlib import Path
@@ -133,10 +134,20 @@ def test_an_evil_address_is_told_of_in_its_own_words(address, query):
         assert "e.vil" not in "".join(style for style in one.styles())
 
 
-@pytest.mark.parametrize("text", [EVIL, "- a", "1. one", "# title", "> said", "a\n===", ":+1:"])
+@pytest.mark.parametrize(
+    "text",
+    [EVIL, "- a", "1. one", "# title", "> said", "a\n===", ":+1:", "http://e.vil", "a@e.vil"],
+)
 def test_plain_words_keep_every_sign(text):
-    kept = plain(text)
+    kept = plain(text).replace("\u2060", "")
     assert "".join(kept.split("\\")) == text.replace("\\", "")
+
+
+@pytest.mark.parametrize("address", ["http://e.vil/x", "HTTPS://e.vil", "www.e.vil", "a.b@e.vil"])
+def test_addresses_are_not_links(address):
+    """Test that an address has none of the forms of which Markdown makes links."""
+    shown = plain(f"{address}, ({address}) _{address}_").replace("\\", "")
+    assert not re.search(r"https?://|www\.|[-.\w+]@", shown, re.IGNORECASE)
 
 
 def document() -> Document:

@@ -17,15 +17,20 @@ from ccwsim.report.verdicts import Verdict
 TEXTS = Path(__file__).parents[1] / "texts.md"
 LINK = re.compile(r"\[([^\]]+)\]\((?:\.\./)?([\w/-]+\.md)(?:#[\w-]+)?\)")
 PICTURE = re.compile(r"^!\[[^\]]*\]\([^)]*\)\n+", re.MULTILINE)
-INSIDE = re.compile(r"[\\`*\[\]<$~|@]|(?<!\w)_|_(?!\w)|:(?=[\w/+-])|&(?=#|\w+;)|(?<=www)\.")
+INSIDE = re.compile(r"[\\`*\[\]<$~|]|(?<!\w)_|_(?!\w)|:(?=[\w/+-])|&(?=#|\w+;)")
 """Characters that have a special meaning in Markdown anywhere in a line."""
+IN_ADDRESS = re.compile(r"(?i)(?<=http)(?=s?:)|(?<=www)(?=\.)|(?=@)")
+"""Positions in web and mail addresses, which become links even if characters are escaped."""
 AT_START = re.compile(r"(?m)^(\s*)([-+#>=])")
 NUMBERED = re.compile(r"(?m)^(\s*\d+)([.)])")
 
 
 def plain(words: str) -> str:
-    """Return text with escaped Markdown characters, so that a page shows the text literally."""
-    escaped = INSIDE.sub(lambda match: "\\" + match[0], words)
+    """Return text with escaped Markdown characters, so that a page shows the text literally.
+
+    Word joiners, which have no width, divide addresses, so that addresses do not become links.
+    """
+    escaped = INSIDE.sub(lambda match: "\\" + match[0], IN_ADDRESS.sub("\u2060", words))
     return NUMBERED.sub(r"\1\\\2", AT_START.sub(r"\1\\\2", escaped))
 
 
