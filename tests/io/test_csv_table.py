@@ -13,12 +13,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ccwsim.io.formats.csv_table import csv_as_bytes
+from ccwsim.io.formats.csv_table import FORMULA, csv_as_bytes
 
 PACKAGE = Path(__file__).parents[2] / "ccwsim"
 WRITER = PACKAGE / "io" / "formats" / "csv_table.py"
 IN_BROWSER = PACKAGE / "ui" / "frontend" / "chart_menu" / "chart_menu.js"
 HOSTILE = ("=1+1", "+1+1", "-1+1", "@SUM(1)", "\t=1", "\r=1", "\n=1", '=HYPERLINK("//e.vil", "x")')
+WIDE = tuple(f"{sign}1+1" for sign in "＝＋－＠")
+DIVIDED = {"a;=1+1": "a;'=1+1", ";=1": ";'=1", "a\t=1+1": "a\t'=1+1", "a;b\t-c;1": "a;b\t'-c;1"}
 NUMBERS = ("-3.5", "+2", "1e-7", "-inf", "nan", "-0")
 
 
@@ -26,9 +28,18 @@ def rows(content: bytes) -> list[list[str]]:
     return list(csv.reader(StringIO(content.decode(), newline="")))
 
 
-@pytest.mark.parametrize("text", HOSTILE)
+@pytest.mark.parametrize("text", HOSTILE + WIDE)
 def test_a_text_is_no_formula(text):
     assert rows(csv_as_bytes([text], [[text, 1]])) == [[f"'{text}"], [f"'{text}", "1"]]
+
+
+@pytest.mark.parametrize(("text", "safe"), DIVIDED.items())
+def test_a_text_is_no_formula_in_a_spreadsheet_with_other_separators(text, safe):
+    assert rows(csv_as_bytes([text], [])) == [[safe]]
+
+
+def test_the_browser_has_the_same_rule():
+    assert f"const FORMULA = /{FORMULA.pattern}/g;" in IN_BROWSER.read_text("utf-8")
 
 
 def test_a_number_stays_a_number():
@@ -37,11 +48,11 @@ def test_a_number_stays_a_number():
 
 
 @given(st.lists(st.text(st.characters(codec="utf-8", exclude_characters="\0")), min_size=1))
-def test_any_text_comes_back_with_an_apostrophe_at_most(texts):
+def test_any_text_comes_back_with_more_apostrophes_at_most(texts):
     (line,) = rows(csv_as_bytes(texts, []))
     for text, read in zip(texts, line, strict=True):
-        assert read.removeprefix("'") == text.replace("\r\n", "\n").removeprefix("'")
-        assert not read.startswith(("=", "@"))
+        assert read.replace("'", "") == text.replace("\r\n", "\n").replace("'", "")
+        assert not any(part.startswith(("=", "@")) for part in read.split(";"))
 
 
 WRITERS = re.compile(r"""csv\.(writer|DictWriter)|to_csv|savetxt|['"](,|;|\\t)['"]\.join""")

@@ -1,12 +1,14 @@
 """Write tables as CSV that spreadsheets show as it is."""
 
 import csv
+import re
 from collections.abc import Iterable
 from io import StringIO
 
 from ccwsim.io.formats.text_tables import is_number
 
-FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")  # a spreadsheet takes such a text for a formula
+# Positions where a spreadsheet begins a formula; many divide lines at semicolons and tabs too.
+FORMULA = re.compile(r"(?:^|(?<=;)|(?<=.\t))(?=[=+\-@\t\r\n＝＋－＠])")
 
 
 def csv_as_bytes(head: Iterable[object], lines: Iterable[Iterable[object]]) -> bytes:
@@ -18,5 +20,5 @@ def csv_as_bytes(head: Iterable[object], lines: Iterable[Iterable[object]]) -> b
 
 
 def _cell(value: object) -> object:
-    is_formula = isinstance(value, str) and value.startswith(FORMULA) and not is_number(value)
-    return f"'{value}" if is_formula else value
+    is_text = isinstance(value, str) and not is_number(value)
+    return FORMULA.sub("'", value) if is_text else value

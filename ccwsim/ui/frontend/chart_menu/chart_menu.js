@@ -106,10 +106,11 @@ function text(axis) {
 }
 
 // An apostrophe keeps a spreadsheet from taking a name for a formula, as in csv_table.py.
+const FORMULA = /(?:^|(?<=;)|(?<=.\t))(?=[=+\-@\t\r\n＝＋－＠])/g;
+
 function cell(value) {
   if (value == null || Number.isNaN(value)) return '';
-  const isFormula = /^[=+\-@\t\r\n]/.test(value) && Number.isNaN(Number(value));
-  const said = (isFormula ? "'" : '') + value;
+  const said = Number.isNaN(Number(value)) ? String(value).replace(FORMULA, "'") : String(value);
   return /[",\r\n]/.test(said) ? `"${said.replace(/"/g, '""')}"` : said;
 }
 
