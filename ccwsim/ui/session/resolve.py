@@ -27,7 +27,7 @@ from ccwsim.io.hard_data.placing import CHOICES, ROW_CHOICES, far_away
 from ccwsim.io.isolated import IsolatedFile
 from ccwsim.io.limits import limited, upload_limits
 from ccwsim.jobs.job import result_in_turn
-from ccwsim.jobs.limits import UNASKED_SECONDS
+from ccwsim.jobs.limits import UNASKED_SECONDS, free_bytes, limits_of_environment
 from ccwsim.metrics import default_parameters
 from ccwsim.model.arrays import Shape
 from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED, MAX_LEVEL, MAX_TEMPLATE, MIN_TEMPLATE
@@ -51,6 +51,7 @@ from ccwsim.sharing.choices import (
     WellTables,
     ZoneLayers,
 )
+from ccwsim.system.memory import format_bytes
 from ccwsim.ui.session.cached import CONTENT, cached, kept_with
 from ccwsim.ui.session.progress import format_duration
 
@@ -65,6 +66,7 @@ SETTLING = ("on_collision", "on_outside", "on_unknown")
 BUT_NAMES = {**CONTENT, TrainingImage: lambda image: image.digest}
 """The functions of `CONTENT`, changed so that names of facies are ignored."""
 Names = tuple[tuple[str, ...], tuple[tuple[str, int], ...]]
+GUIDE_BYTES = 40  # bytes per cell of a map of a guide: the map and its copies while it is checked
 USUAL_VOLUME = 100, 100
 """Default rows and columns of a volume's grid; the number of layers is that of the image."""
 
@@ -85,6 +87,7 @@ def secondary_of(choices: Choices) -> Secondary | None:
 
 @cached(max_entries=16)
 def _secondary(choice: GuideChoice, grid: Grid, image: TrainingImage) -> Secondary:
+    _check_memory(choice, grid, image)
     if choice.saved is not None:
         return choice.saved.fitted(grid, image)
     return Secondary(
@@ -98,6 +101,18 @@ def _secondary(choice: GuideChoice, grid: Grid, image: TrainingImage) -> Seconda
         images=[image_of(other) for other in choice.images],
         **_use_of_images(choice.zones, len(choice.images), grid),
     ).fitted(grid, image)
+
+
+def _check_memory(choice: GuideChoice, grid: Grid, image: TrainingImage) -> None:
+    """Raise `CCWSIMError` if the maps of the guides do not fit into the free memory."""
+    others = choice.active, choice.auxiliary, choice.angle, choice.zones
+    n_maps = sum(guide is not None for guide in others)
+    n_maps += 0 if choice.probabilities is None else image.n_facies
+    needed, free = GUIDE_BYTES * n_maps * grid.n_cells, free_bytes(limits_of_environment())
+    if free is not None and needed > free:
+        raise refused(
+            "memory_of_guides", needed=format_bytes(needed), free=format_bytes(free), n=n_maps
+        )
 
 
 def _active_of(choice: GuideChoice, grid: Grid) -> Any:

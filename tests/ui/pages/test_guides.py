@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tracemalloc
 from dataclasses import replace
 from io import BytesIO
 
@@ -11,6 +12,7 @@ import pytest
 
 from ccwsim import CCWSIMError, Grid, Parameters
 from ccwsim.io import write_maps
+from ccwsim.jobs import limits
 from ccwsim.sharing.choices import (
     Choices,
     DataChoice,
@@ -516,3 +518,18 @@ def test_validate_compares_each_zone_with_its_own_image():
     assert verdict.words == "patterns of all 2 zones are nearest to their own images"
     plain = found[0][-1], found[1][-1]
     assert plain[1][1] < plain[1][0]  # the wall is nearest to the wall
+
+
+@pytest.mark.parametrize("guides", [GuideChoice(Gradient()), ZONED, GUIDES])
+def test_guides_beyond_the_free_memory_are_refused_before_their_maps_are_made(monkeypatch, guides):
+    """Test that a link cannot fill the memory with maps of the largest grid that pages offer."""
+    monkeypatch.setattr(limits, "free_memory", lambda: limits.RESERVE + 2 * 10**9)
+    link = link_of(replace(STUDY, grid=Grid(10_000, 10_000), guides=guides))
+    choices, _, notes = read_link({name: [*values] for name, values in link.items()})
+    assert not notes
+    assert choices.guides == guides
+    tracemalloc.start()
+    with pytest.raises(CCWSIMError, match=r"on this grid, but 2\.0 GB are free"):
+        secondary_of(choices)
+    assert tracemalloc.get_traced_memory()[1] < 10**7
+    tracemalloc.stop()
