@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 import numba
 from numba import types
-from numba.core import caching, codegen, compiler
+from numba.core import boxing, caching, cgutils, codegen, compiler, pythonapi
 
 DIGEST_SIZE = 16  # number of bytes of the digest at the end of a file of compiled code
 TESTED = "0.68"  # minor version of Numba with which the hooks were tested
@@ -22,6 +22,26 @@ TESTED = "0.68"  # minor version of Numba with which the hooks were tested
 def are_known(version: str = numba.__version__) -> bool:
     """Return whether the hooks were tested with the given version of Numba."""
     return version.split(".")[:2] == TESTED.split(".")
+
+
+def _unbox_generator(kind: Any, generator: Any, c: Any) -> pythonapi.NativeValue:
+    """Convert a random generator, which the caller of a kernel holds until the kernel returns.
+
+    Numba adds a reference to the generator and removes this reference only in functions with
+    reference counting, so that each call of another kernel would keep its generator in memory.
+    """
+    if c.context.enable_nrt:
+        return boxing.unbox_numpy_random_generator(kind, generator, c)
+    bits = c.pyapi.object_getattr_string(generator, "bit_generator")
+    unboxed = c.unbox(boxing._bit_gen_type, bits)
+    c.pyapi.decref(bits)
+    native = cgutils.create_struct_proxy(kind)(c.context, c.builder)
+    native.bit_generator, native.parent = unboxed.value, generator
+    return pythonapi.NativeValue(native._getvalue(), is_error=unboxed.is_error)
+
+
+if are_known():
+    pythonapi._unboxers.functions[types.NumPyRandomGeneratorType] = _unbox_generator
 
 
 class _LinkedLibrary(codegen.JITCodeLibrary):

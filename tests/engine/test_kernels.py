@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 import numpy as np
 import pytest
 from numba.core.errors import TypingError
@@ -32,3 +34,14 @@ def test_only_kernels_that_say_so_make_arrays(monkeypatch):
     with pytest.raises(TypingError):
         kernels.kernel(lambda n: np.zeros(n).sum())(3)
     assert kernels.allocating_kernel(lambda n: np.zeros(n))(3).tolist() == [0, 0, 0]
+
+
+@pytest.mark.parametrize("decorate", [kernels.kernel, kernels.allocating_kernel])
+def test_a_kernel_keeps_no_random_generator(monkeypatch, decorate):
+    monkeypatch.setattr(kernels, "FOLDER", "")
+    draw = decorate(lambda rng: rng.random())
+    rng, other = (np.random.default_rng(1) for _ in range(2))
+    held = rng, rng.bit_generator
+    n_references = [*map(sys.getrefcount, held)]
+    assert [draw(rng) for _ in range(5)] == other.random(5).tolist()
+    assert [*map(sys.getrefcount, held)] == n_references
