@@ -1,17 +1,20 @@
 """Test small internal functions by single values."""
 
+from io import BytesIO
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
-from ccwsim import Grid, Parameters, TrainingImage, datasets
+from ccwsim import CCWSIMError, Grid, Parameters, TrainingImage, datasets
 from ccwsim.engine.lengths import lengths_of, templates
 from ccwsim.engine.stages.candidates import n_up_to
 from ccwsim.engine.stages.similarity import sum_type
 from ccwsim.experiments.plan import plan_sweep
 from ccwsim.experiments.sweep import pareto_front
 from ccwsim.flow.answers import at_percentiles, starts_on_grid
-from ccwsim.model.arrays import check_number
+from ccwsim.io import Conversion, preview_wells
+from ccwsim.model.arrays import check_choice, check_number
 from ccwsim.model.facies_property import values_by_facies
 from ccwsim.ui.flow.solving import duration
 from ccwsim.ui.session.resolve import fitted, position_along, taken_by_code
@@ -34,6 +37,17 @@ def test_types_and_counts_of_the_engine():
     assert names == ["uint16"] * 4 + ["uint32"] * 2
     assert n_up_to(np.array([3, 1, 2]), 2) == 2
     assert check_number("share", 1, 0.0, 1.0) == 1.0
+
+
+@pytest.mark.parametrize("value", [None, 3, [], {}, "up", np.array(["upper", "lower"])])
+def test_a_choice_of_any_type_is_refused_in_words(value):
+    for refuse in (
+        lambda: check_choice("on_overlap", value, ("upper", "lower")),
+        lambda: Conversion(on_overlap=value),
+        lambda: preview_wells(BytesIO(b"BHID,From,To,Rock\nA,1,3,1\n"), value),
+    ):
+        with pytest.raises(CCWSIMError, match="must be one of"):
+            refuse()
 
 
 def test_flow():

@@ -19,7 +19,7 @@ from ccwsim.metrics.stack import (
     codes_or_places,
     index_of,
 )
-from ccwsim.model.arrays import Floats, Ints, Mask, as_floats, check_int, ratio
+from ccwsim.model.arrays import Floats, Ints, Mask, as_floats, check_int, check_type, ratio
 from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.missing import UNKNOWN
 from ccwsim.model.study import Study
@@ -184,8 +184,7 @@ def data_match(realizations: Images, hard_data: HardData) -> DataMatch:
     >>> match.n_wrong, match.map.tolist()
     (array([1]), [[1, -1], [-1, 0]])
     """
-    if not isinstance(hard_data, HardData):
-        raise CCWSIMError(f"hard_data must be of type HardData, not {shown(hard_data)}")
+    check_type("hard_data", hard_data, HardData)
     cells = hard_data.cells
     stack = as_values(realizations, hard_data.n_dimensions)
     shape = stack.shape[1:]

@@ -27,8 +27,8 @@ from ccwsim.metrics.lags import Direction, distinct_lags, max_lag
 from ccwsim.metrics.pattern_codes import count_patterns
 from ccwsim.metrics.patterns import PatternHistogram, js_divergence
 from ccwsim.metrics.stack import N_AXES, Stack, as_volume
-from ccwsim.model.arrays import Bytes, Floats, Mask, as_floats, check_int, ratio
-from ccwsim.model.errors import CCWSIMError, refused, shown
+from ccwsim.model.arrays import Bytes, Floats, Mask, as_floats, check_choice, check_int, ratio
+from ccwsim.model.errors import refused
 from ccwsim.system.lru_cache import LruCache
 
 MIN_SIDE, MAX_SIDE = 8, 512
@@ -253,8 +253,7 @@ def fit_curve(
     """
     image = ensemble.training_image
     index = image.index_of(facies)
-    if statistic not in STATISTICS:
-        raise CCWSIMError(f"statistic {shown(statistic)} must be one of {', '.join(STATISTICS)}")
+    check_choice("statistic", statistic, STATISTICS)
     shape = shape_of_crops(ensemble)
     if shape is None or not max_lag(direction, shape):  # there is no lag along a single layer
         return None

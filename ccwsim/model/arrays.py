@@ -90,6 +90,19 @@ def check_number(
     return float(value)  # type: ignore[arg-type]
 
 
+def check_choice(name: str, value: object, allowed: Iterable[str]) -> str:
+    """Return a text of a list, or raise `CCWSIMError`."""
+    if not (isinstance(value, str) and value in tuple(allowed)):
+        raise CCWSIMError(f"{name} = {shown(value)} must be one of {', '.join(allowed)}")
+    return value
+
+
+def check_type(name: str, value: object, *types: Any) -> None:
+    """Raise `CCWSIMError` for an argument of none of the types; the message names the first."""
+    if not isinstance(value, types):
+        raise CCWSIMError(f"{name} = {shown(value)} must be of type {types[0].__name__}")
+
+
 def check_callable(name: str, value: object) -> None:
     """Raise `CCWSIMError` for an argument that is neither callable nor None."""
     if value is not None and not callable(value):

@@ -10,7 +10,14 @@ from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 
-from ccwsim.model.arrays import AXES, check_int, check_number, digest, listing
+from ccwsim.model.arrays import (
+    AXES,
+    check_choice,
+    check_int,
+    check_number,
+    digest,
+    listing,
+)
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE, PARAMETERS
 from ccwsim.model.errors import CCWSIMError, refused, shown
 
@@ -143,10 +150,7 @@ def legal_sizes(level: int, smallest: int, largest: int) -> list[int]:
 def _checked(name: str, value: Any, default: Any) -> Any:
     """Return a parameter's value or three values, or raise an error that names the parameter."""
     if name in CHOICES:
-        if not isinstance(value, str) or value not in CHOICES[name]:
-            allowed = ", ".join(CHOICES[name])
-            raise CCWSIMError(f"{name} = {shown(value)} must be one of {allowed}")
-        return value
+        return check_choice(name, value, CHOICES[name])
     if isinstance(default, bool):
         if not isinstance(value, (bool, np.bool_)):
             raise CCWSIMError(f"{name} = {shown(value)} must be True or False")

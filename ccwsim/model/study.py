@@ -7,8 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ccwsim.model.arrays import AXES, Bytes, Mask, check_int, describe_shape
-from ccwsim.model.errors import CCWSIMError, refused
+from ccwsim.model.arrays import AXES, Bytes, Mask, check_int, check_type, describe_shape
+from ccwsim.model.errors import refused
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import PER_AXIS, Lengths, Parameters, legal_sizes
@@ -38,9 +38,7 @@ class Study:
         names = "training_image", "grid", "parameters", "hard_data"
         kinds = TrainingImage, Grid, Parameters, HardData
         for name, kind in zip(names, kinds, strict=True):
-            if not isinstance(getattr(self, name), kind):
-                given = type(getattr(self, name)).__name__
-                raise CCWSIMError(f"{name}: a {kind.__name__} is needed, not a {given}")
+            check_type(name, getattr(self, name), kind)
         _check_dimensions(self.training_image, self.grid)
         self.hard_data.check(self.grid, self.training_image)
         _check_template(self.training_image, self.parameters)
@@ -50,9 +48,7 @@ class Study:
             none = HardData(np.empty((0, self.grid.n_dimensions)), ())
             object.__setattr__(self, "hard_data", none)
         if self.secondary is not None:
-            if not isinstance(self.secondary, Secondary):
-                given = type(self.secondary).__name__
-                raise CCWSIMError(f"secondary: a Secondary is needed, not a {given}")
+            check_type("secondary", self.secondary, Secondary)
             secondary = self.secondary.fitted(self.grid, self.training_image)
             object.__setattr__(self, "secondary", None if secondary.is_empty else secondary)
         if self.active is not None and self.hard_data.n:

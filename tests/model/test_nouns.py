@@ -248,7 +248,7 @@ class TestStudy:
     @pytest.mark.parametrize("name", ["training_image", "grid", "parameters", "hard_data"])
     def test_other_types_are_refused_by_name(self, name):
         own = {"training_image": self.ti, "grid": Grid(9, 9), "parameters": SMALL}
-        with pytest.raises(CCWSIMError, match=f"{name}.* not a list"):
+        with pytest.raises(CCWSIMError, match=rf"{name} = \[1\] must be of type"):
             Study(**{**own, name: [1]})
 
     def test_data_outside_the_grid_are_named(self):

@@ -122,7 +122,7 @@ def test_bad_input_is_refused_in_one_sentence(kind):
         (lambda: Secondary(auxiliary=[FLAT]), "a list of ccwsim.Auxiliary"),
         (lambda: Auxiliary(FLAT, FLAT * np.nan), "of the grid: some cells have no finite value"),
         (lambda: Auxiliary(FLAT, FLAT, weight=-1), "weight = -1 must be"),
-        (lambda: Study(IMAGE, GRID, P, secondary={"active": 1}), "a Secondary is needed"),
+        (lambda: Study(IMAGE, GRID, P, secondary={"active": 1}), "must be of type Secondary"),
     ],
 )
 def test_wrong_types_are_refused_at_once(make, said):

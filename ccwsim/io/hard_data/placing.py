@@ -14,7 +14,7 @@ from ccwsim import Grid, HardData, TrainingImage
 from ccwsim.io.formats.text_tables import is_number
 from ccwsim.io.hard_data.points import FAR, ImportedPoints, along_wells
 from ccwsim.io.hard_data.rows import RowProblem
-from ccwsim.model.arrays import Floats, Ints, Mask, as_integers, is_whole
+from ccwsim.model.arrays import Floats, Ints, Mask, as_integers, check_choice, is_whole
 from ccwsim.model.classes import Classes, asks_for_codes, classify
 from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.grid import describe_cell
@@ -60,9 +60,7 @@ class Conversion:
         if isinstance(self.classes, (int, np.integer)):
             raise refused("other_classes", classes=shown(self.classes))
         for name, allowed in CHOICES.items():
-            value = getattr(self, name)
-            if value not in allowed:
-                raise CCWSIMError(f"{name} = {shown(value)} must be one of {', '.join(allowed)}")
+            check_choice(name, getattr(self, name), allowed)
 
     @classmethod
     def taken_from(cls, options: dict[str, Any]) -> Conversion:

@@ -35,7 +35,7 @@ from ccwsim.io.hard_data.points import (
 from ccwsim.io.hard_data.rows import Intervals, RowProblems
 from ccwsim.io.limits import limits
 from ccwsim.io.opening import PathOrFile, open_file
-from ccwsim.model.arrays import Floats, Ints, Mask
+from ccwsim.model.arrays import Floats, Ints, Mask, check_choice
 from ccwsim.model.errors import CCWSIMError, refused, shown
 
 STEPS_A_CELL = 16  # points on a deviated well's path within the length of the shortest side
@@ -173,8 +173,7 @@ def preview_wells(
     >>> preview.guess
     {'well': 'BHID', 'depth_from': 'From', 'depth_to': 'To', 'facies': 'Rock'}
     """
-    if table not in WELL_TABLES:
-        raise CCWSIMError(f"table = {shown(table)} must be one of {', '.join(WELL_TABLES)}")
+    check_choice("table", table, WELL_TABLES)
     file = _table(path_or_file)
     return preview_of(file, assign_well_columns(file, table, columns), n_rows)
 
