@@ -147,7 +147,7 @@ def flow_efficiency(inside: NDArray[np.bool_], axis: int, contrast: float = CONT
     """
     k = np.where(inside, 1.0, 1 / contrast)
     name = "xyz"[inside.ndim - 1 - axis]
-    return _along(name, k, tolerance=1e-8).effective_k / float(k.mean())
+    return _along(name, k, tolerance=1e-3).effective_k / float(k.mean())
 
 
 def travel_times(
@@ -318,7 +318,7 @@ def _coarse_k(indices: NDArray[np.uint8], k: Floats, grid: Grid, axis: str, fact
     nz = logs.shape[0] if logs.ndim == 3 else None
     ny, nx = logs.shape[-2:]
     coarse = Grid(ny, nx, tuple(sizes.tolist()), nz=nz)
-    return _along(axis, np.exp(logs), coarse, tolerance=1e-6).effective_k
+    return _along(axis, np.exp(logs), coarse, tolerance=1e-2).effective_k
 
 
 def _values(ensemble: Ensemble, values: FaciesValues, axis: str) -> Floats:

@@ -12,13 +12,24 @@ from scipy import ndimage, sparse
 from scipy.sparse.linalg import spsolve
 
 from ccwsim.jobs.workers import check_stop
-from ccwsim.model.arrays import as_array, as_floats, describe_shape, is_whole, readonly
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.arrays import (
+    as_array,
+    as_floats,
+    as_integers,
+    check_choice,
+    check_number,
+    check_type,
+    describe_shape,
+    readonly,
+)
+from ccwsim.model.bounds import MAX_CONTRAST, MAX_MAGNITUDE
+from ccwsim.model.errors import CCWSIMError, refused, shown
+from ccwsim.model.facies_property import check_magnitudes
 from ccwsim.model.grid import Grid
 
 SIDES = {"x": ("west", "east"), "y": ("south", "north"), "z": ("bottom", "top")}
 """Sides of the grid at both ends of each axis."""
-TOLERANCE = 1e-10  # default norm of the residual, relative to that of the fixed heads and wells
+TOLERANCE = 3e-7  # default sum of the residuals of all cells, relative to the flows
 MAX_ITERATIONS = 300  # maximum number of iterations; usual are 10 to 30
 Floats = NDArray[np.float64]
 Ends = tuple[ArrayLike | None, ArrayLike | None]
@@ -38,7 +49,7 @@ class Flow:
     """Volume per time through the n + 1 faces along each axis, positive to larger indices."""
     wells: dict[tuple[int, ...], float]
     fixed: dict[str, tuple[float, float]]
-    """Mean heads at both ends of each axis ("x", "y", "z") whose two heads are fixed."""
+    """Mean heads at both ends of each axis ("x", "y", "z") with fixed heads; NaN if not fixed."""
     iterations: int
     """Number of iterations of the solver; 0 for a direct solution."""
 
@@ -54,11 +65,14 @@ class Flow:
 
     @property
     def balance(self) -> float:
-        """Inflow minus outflow, relative to the larger of both; 0 for an exact solution."""
-        rates = list(self.wells.values())
+        """Inflow minus outflow, relative to the larger of both; 0 for an exact solution.
+
+        It is 0 if nothing flows, too. A value above 1e-6 in size warns of an inaccurate solution.
+        """
+        parts = [np.array([*self.wells.values()])]
         for axis, flux in enumerate(self.fluxes):
-            rates += [*flux.take(0, axis).ravel(), *-flux.take(-1, axis).ravel()]
-        inflow, outflow = (sum(max(sign * r, 0.0) for r in rates) for sign in (1, -1))
+            parts += [flux.take(0, axis).ravel(), -flux.take(-1, axis).ravel()]
+        inflow, outflow = (np.maximum(sign * np.concatenate(parts), 0).sum() for sign in (1, -1))
         return float((inflow - outflow) / max(inflow, outflow, 1e-300))
 
     @property
@@ -67,19 +81,15 @@ class Flow:
 
         Raises `CCWSIMError` unless two different heads are fixed along one axis and nowhere else.
         """
-        if len(self.fixed) != 1 or self.wells:
-            raise CCWSIMError(
-                "effective_k needs heads on two opposite sides and no wells; solve without wells"
-            )
-        ((name, (low, high)),) = self.fixed.items()
-        if low == high:
-            raise CCWSIMError(f"effective_k needs two different heads, not twice {low:g}")
+        name, (low, high) = next(iter(self.fixed.items()))
+        begin, end = SIDES[name]
+        flow = (self.through[begin] - self.through[end]) / 2
+        if len(self.fixed) > 1 or self.wells or not (flow and abs(low - high) > 0):
+            raise refused("effective_k")
         axis = "xyz".index(name)
         sizes = _cell(self.grid)
         length = self.heads.shape[::-1][axis] * sizes[axis]
         area = np.prod(sizes) * self.heads.size / length
-        begin, end = SIDES[name]
-        flow = (self.through[begin] - self.through[end]) / 2
         return float(flow * length / (area * (low - high)))
 
 
@@ -101,12 +111,14 @@ def darcy(
     is conjugate gradients with an algebraic multigrid preconditioner (PyAMG; Bell et al. 2023), or
     sparse elimination if PyAMG is missing or does not converge. Raises `CCWSIMError` if
     conductivity, heads or wells do not fit the grid, a well is in an inactive cell or cut off from
-    all fixed heads, or no path connects two sides with heads.
+    all fixed heads, or no path connects two sides with heads. The datum of the heads does not
+    matter: only differences of heads are computed.
 
     `conductivity`, shape of the grid, has positive numbers, such as m/s, and NaN in inactive cells,
     through which nothing flows; `active` can mask cells, too. Cell sizes have the same unit of
-    length; without a grid, they are 1, and a map is 1 thick. Iterations end at a relative residual
-    of `tolerance`.
+    length; without a grid, they are 1, and a map is 1 thick. Iterations end if the residuals of the
+    cells, the volumes per time that are lost or gained, sum to at most `tolerance` of the flows
+    through sides and wells.
 
     Examples
     --------
@@ -115,16 +127,28 @@ def darcy(
     ([[0.7778, 0.3333, 0.0556]], 1.3333)
     """
     k, grid = _checked_k(conductivity, grid, active)
-    if not (np.isfinite(anisotropy) and anisotropy > 0):
-        raise CCWSIMError(f"anisotropy = {shown(anisotropy)} must be a number above 0")
+    anisotropy = check_number("anisotropy", anisotropy, 1 / MAX_CONTRAST, MAX_CONTRAST)
+    tolerance = check_number("tolerance", tolerance, 1e-15, 0.1)
     given = {"x": west_east, "y": south_north, "z": bottom_top}
     names = "xyz"[: grid.n_dimensions][::-1]
     if grid.nz is None and bottom_top is not None:
         raise CCWSIMError("bottom_top: a map has no layers; give west_east or south_north")
+    ends = [_heads(given[name], name, np.delete(k.shape, axis)) for axis, name in enumerate(names)]
     mask = np.isfinite(k)
+    labels: NDArray[np.int32] = ndimage.label(mask)[0]  # type: ignore[index]
+    datum = _datum(labels, ends)
+    held = np.isfinite(datum)
+    fixed = {
+        name: (float(low.mean()), float(high.mean()))
+        for name, (low, high) in zip(names, ends, strict=True)
+        if np.isfinite([low.mean(), high.mean()]).any()
+    }
+    _check_paths(labels, datum, fixed, names)
+    rates = _checked_wells({} if wells is None else wells, mask, held)
     sizes = _cell(grid)
-    diagonal, rhs = np.zeros(k.shape), np.zeros(k.shape)
-    faces, sides, fixed = [], [], {}
+    check_magnitudes("cell size", np.array(sizes))
+    outer, rhs = np.zeros(k.shape), np.zeros(k.shape)
+    faces, sides = [], []
     for axis, name in enumerate(names):
         size = sizes["xyz".index(name)]
         own = (anisotropy if name == "z" else 1.0) * np.where(mask, k, 0.0)
@@ -132,25 +156,16 @@ def darcy(
         low, high = (np.delete(own, end, axis) for end in (-1, 0))
         with np.errstate(invalid="ignore", divide="ignore"):
             faces.append(np.nan_to_num(2 * low * high / (low + high)))
-        ends = _heads(given[name], name, np.delete(k.shape, axis))
-        for end, head in zip((0, -1), ends, strict=True):
-            if head is None:
-                sides.append(None)
-                continue
+        for end, head in zip((0, -1), ends[axis], strict=True):
             at = (*[slice(None)] * axis, end)
-            conductance = 2 * own[at]
-            diagonal[at] += conductance
-            rhs[at] += conductance * head
-            sides.append((conductance, head))
-        means = tuple(float(np.mean(head)) for head in ends if head is not None)
-        if len(means) == 2:
-            fixed[name] = means
-    labels: NDArray[np.int32] = ndimage.label(mask)[0]  # type: ignore[index]
-    held = np.isin(labels, np.unique(labels[diagonal > 0])) & mask
-    _check_paths(labels, diagonal, fixed, names)
-    rates = _checked_wells(wells or {}, mask, held)
+            conductance = np.where(np.isnan(head), 0.0, 2 * own[at])
+            above = np.nan_to_num(head - datum[at])
+            outer[at] += conductance
+            rhs[at] += conductance * above
+            sides.append((conductance, above))
     for cell, rate in rates.items():
         rhs[cell] += rate
+    diagonal = outer.copy()
     bands = {}  # diagonals of the matrix above the main diagonal
     for axis, face in enumerate(faces):
         if face.size:
@@ -161,13 +176,13 @@ def darcy(
     diagonals = [diagonal.ravel(), *bands.values(), *bands.values()]
     offsets: Any = [0, *bands, *(-step for step in bands)]
     matrix: Any = sparse.diags(diagonals, offsets, format="csr")
-    heads, use = np.full(k.size, np.nan), held.ravel()
+    use = held.ravel()
     if not use.all():
         matrix = matrix[use][:, use]
-    heads[use], iterations = _solve(matrix, rhs.ravel()[use], tolerance)
-    heads = heads.reshape(k.shape)
-    fluxes = _fluxes(heads, faces, sides)
-    return Flow(grid, readonly(heads), fluxes, rates, fixed, iterations)
+    above = np.zeros(k.shape)  # heads above the datum, whose differences lose no digits
+    above[held], iterations = _solve(matrix, rhs[held], outer[held], tolerance)
+    fluxes = _fluxes(above, faces, sides)
+    return Flow(grid, readonly(datum + above), fluxes, rates, fixed, iterations)
 
 
 def _cell(grid: Grid) -> tuple[float, ...]:
@@ -179,7 +194,7 @@ def _checked_k(
     conductivity: ArrayLike, grid: Grid | None, active: ArrayLike | None
 ) -> tuple[Floats, Grid]:
     k = as_floats(conductivity, "conductivity")
-    grid = Grid.of(k.shape) if grid is None else grid
+    grid = Grid.of(k.shape if grid is None else grid)
     if k.shape != grid.shape:
         raise CCWSIMError(
             f"conductivity of shape {k.shape} does not suit a grid of "
@@ -191,68 +206,95 @@ def _checked_k(
             raise CCWSIMError(f"active must be an array of True and False of shape {k.shape}")
         k = np.where(mask, k, np.nan)
     known = k[~np.isnan(k)]
-    if not known.size or not (np.isfinite(known) & (known > 0)).all():
-        bad = f"{known[~(np.isfinite(known) & (known > 0))][0]:g}" if known.size else "NaN"
-        raise CCWSIMError(
-            f"conductivity {bad} must be above 0; use NaN for some inactive cells, or a small value"
-        )
+    if not known.size:
+        raise CCWSIMError("conductivity: no cell is active; NaN is for some inactive cells only")
+    check_magnitudes(
+        "conductivity", known, ", NaN in inactive cells, and a small value where little flows"
+    )
     return k, grid
 
 
-def _heads(ends: Ends | None, name: str, shape: NDArray) -> list[Floats | None]:
-    """Return the heads at both ends of an axis as numbers or arrays over the side."""
+def _heads(ends: Ends | None, name: str, shape: NDArray) -> list[Floats]:
+    """Return the heads at both ends of an axis as numbers or arrays over the side; NaN for None."""
     sides = " and ".join(SIDES[name])
-    if ends is None:
-        return [None, None]
+    ends = (None, None) if ends is None else ends
     if not isinstance(ends, Sequence) or len(ends) != 2:
         raise CCWSIMError(f"heads of {sides} = {shown(ends)} must be a pair of heads")
     found = []
     for head in ends:
-        values = None if head is None else as_floats(head, f"heads of {sides}")
-        if values is not None and not (
-            np.isfinite(values).all() and values.shape in ((), tuple(shape))
-        ):
-            raise CCWSIMError(f"heads of {sides} must be finite: a number, or an array of {shape}")
+        values = np.array(np.nan) if head is None else as_floats(head, f"heads of {sides}")
+        right = (np.abs(values) <= MAX_MAGNITUDE).all() and values.shape in ((), tuple(shape))
+        if head is not None and not right:
+            raise refused("heads", sides=sides, most=MAX_MAGNITUDE, shape=shape)
         found.append(values)
     return found
 
 
-def _check_paths(labels: NDArray, diagonal: Floats, fixed: dict, names: str) -> None:
+def _datum(labels: NDArray, ends: Sequence[Sequence[Floats]]) -> Floats:
+    """Return the middle of the fixed heads of each body of connected cells; NaN without heads."""
+    low, high = np.full((2, labels.max() + 1), np.nan)
+    for axis, heads in enumerate(ends):
+        for end, head in zip((0, -1), heads, strict=True):
+            np.fmin.at(low, labels.take(end, axis), head)
+            np.fmax.at(high, labels.take(end, axis), head)
+    middle = (low + high) / 2  # exact for equal heads, between which nothing flows
+    return np.where(labels > 0, middle[labels], np.nan)
+
+
+def _check_paths(labels: NDArray, datum: Floats, fixed: dict, names: str) -> None:
     """Raise an error if no path of active cells connects two sides whose heads are fixed."""
-    if not diagonal.any():
+    if np.isnan(datum).all():
         raise CCWSIMError("no head is fixed at an active cell; give west_east or south_north")
-    for name in fixed:
+    for name, heads in fixed.items():
         axis = names.index(name)
         low, high = (np.unique(labels.take(end, axis)) for end in (0, -1))
-        if not np.intersect1d(low, high).any():
+        if not (np.isnan(heads).any() or np.intersect1d(low, high).any()):
             raise CCWSIMError(
                 f"no active cells connect the {' and '.join(SIDES[name])} sides; nothing can flow "
                 "between their heads"
             )
 
 
+def array_axis(axis: str, grid: Grid) -> int:
+    """Return the axis of arrays along x, y or z; raise `CCWSIMError` if the grid lacks it."""
+    names = "xyz"[: grid.n_dimensions]
+    return len(names) - 1 - names.index(check_choice("axis", axis, names))
+
+
+def checked_cell(cell: ArrayLike, shape: tuple[int, ...]) -> tuple[int, ...]:
+    """Return the indices of the cell of a well, or raise `CCWSIMError`."""
+    indices = as_integers(cell, "cell of a well", remedy="give (row, column) of a cell")
+    if indices.shape != (len(shape),) or not ((indices >= 0) & (indices < shape)).all():
+        raise CCWSIMError(f"well in cell {shown(cell)} is outside the grid of {shape}")
+    return tuple(indices.tolist())
+
+
 def _checked_wells(wells: Wells, mask: NDArray, held: NDArray) -> dict[tuple[int, ...], float]:
-    found = {}
-    for cell, rate in wells.items():
-        inside = len(cell) == mask.ndim and all(is_whole(c) for c in cell)
-        if not inside or not all(0 <= c < n for c, n in zip(cell, mask.shape, strict=True)):
-            raise CCWSIMError(f"well in cell {shown(cell)} is outside the grid of {mask.shape}")
+    check_type("wells", wells, Mapping)
+    rates = {}
+    for key, rate in wells.items():
+        cell = checked_cell(key, mask.shape)
         if not mask[cell]:
-            raise CCWSIMError(f"well in cell {shown(cell)} is inactive; move it to an active cell")
+            raise CCWSIMError(f"well in cell {cell} is inactive; move it to an active cell")
         if not held[cell]:
-            raise CCWSIMError(
-                f"well in cell {shown(cell)} is cut off from all fixed heads; move it"
-            )
-        if not np.isfinite(rate):
-            raise CCWSIMError(f"rate of the well in {shown(cell)} must be a finite number")
-        found[tuple(int(c) for c in cell)] = float(rate)
-    return found
+            raise CCWSIMError(f"well in cell {cell} is cut off from all fixed heads; move it")
+        rates[cell] = check_number(
+            f"rate of the well in {cell}", rate, -MAX_MAGNITUDE, MAX_MAGNITUDE
+        )
+    return rates
 
 
-def _solve(matrix: sparse.csr_matrix, rhs: Floats, tolerance: float) -> tuple[Floats, int]:
-    """Return the solution of a symmetric system and the number of iterations, 0 if direct."""
-    x, residual, size = np.zeros(len(rhs)), rhs.copy(), _product(rhs, rhs)
-    with suppress(ImportError):
+def _solve(
+    matrix: sparse.csr_matrix, rhs: Floats, outer: Floats, tolerance: float
+) -> tuple[Floats, int]:
+    """Return the solution of a symmetric system and the number of iterations, 0 if direct.
+
+    `outer` has the conductance between each cell and the fixed heads, whose datum is 0.
+    """
+    x, residual = np.zeros(len(rhs)), rhs.copy()
+    at = np.flatnonzero((outer > 0) | (rhs != 0))  # cells beside fixed heads, and with wells
+    sources, outer = rhs[at], outer[at]
+    with suppress(ImportError, ZeroDivisionError):
         from pyamg import ruge_stuben_solver
 
         # a sweep forward and one backward keep the cycle symmetric at half the default's work
@@ -263,7 +305,7 @@ def _solve(matrix: sparse.csr_matrix, rhs: Floats, tolerance: float) -> tuple[Fl
         way, last = np.zeros(len(rhs)), 1.0
         for iteration in range(MAX_ITERATIONS + 1):
             check_stop()
-            if _product(residual, residual) <= tolerance**2 * size:
+            if np.abs(residual).sum() <= tolerance * np.abs(sources - outer * x[at]).sum():
                 return x, iteration
             better = _cycle(multigrid, residual, 0)
             product = _product(residual, better)
@@ -291,17 +333,14 @@ def _cycle(multigrid: Any, rhs: Floats, n: int) -> Floats:
     return x
 
 
-def _fluxes(heads: Floats, faces: Sequence[Floats], sides: Sequence) -> tuple[Floats, ...]:
-    """Return the flux through each face, from the heads and the conductances of faces."""
-    found = []
+def _fluxes(above: Floats, faces: Sequence[Floats], sides: Sequence) -> tuple[Floats, ...]:
+    """Return the flux through each face, from heads above the datum and conductances of faces."""
+    fluxes = []
     for axis, face in enumerate(faces):
-        flux = np.zeros([n + (a == axis) for a, n in enumerate(heads.shape)])
-        inner = (*[slice(None)] * axis, slice(1, -1))
-        flux[inner] = -np.nan_to_num(face * np.diff(heads, axis=axis))
-        for end, side in zip((0, -1), sides[2 * axis : 2 * axis + 2], strict=True):
-            if side is not None:
-                conductance, head = side
-                inflow = np.nan_to_num(conductance * (head - heads.take(end, axis)))
-                flux[(*[slice(None)] * axis, end)] = inflow if end == 0 else -inflow
-        found.append(readonly(flux))
-    return tuple(found)
+        inner = -face * np.diff(above, axis=axis)
+        flux = np.pad(inner, [(int(a == axis),) * 2 for a in range(above.ndim)])
+        for end, (conductance, head) in zip((0, -1), sides[2 * axis : 2 * axis + 2], strict=True):
+            inflow = conductance * (head - above.take(end, axis))
+            flux[(*[slice(None)] * axis, end)] = inflow if end == 0 else -inflow
+        fluxes.append(readonly(flux))
+    return tuple(fluxes)

@@ -88,6 +88,7 @@ MAX_WRITTEN_DATA = 40
 # Flow
 MIN_CONDUCTIVITY, MAX_CONDUCTIVITY = 1e-14, 1e3
 """Range of hydraulic conductivities on a page, from dense clay in m/s to gravel in m/d."""
+MIN_MAGNITUDE, MAX_MAGNITUDE = 1e-30, 1e30  # range of properties, cell sizes, heads and rates
 MAX_CONTRAST = 1e12  # maximum ratio of two values of a property; larger ratios are mixed units
 
 # Statistics

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from ccwsim.model.arrays import Shape
-from ccwsim.model.bounds import MAX_CONTRAST
+from ccwsim.model.arrays import Shape, check_number
+from ccwsim.model.bounds import MAX_CONTRAST, MAX_MAGNITUDE, MIN_MAGNITUDE
 from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.training_image import TrainingImage
 
@@ -16,12 +16,15 @@ FaciesValues = Mapping[int | str, float]
 
 
 def values_by_facies(
-    image: TrainingImage, values: FaciesValues, what: str = "conductivity"
+    image: TrainingImage,
+    values: FaciesValues,
+    what: str = "conductivity",
+    most: float = MAX_MAGNITUDE,
 ) -> NDArray[np.float64]:
     """Return the value of each facies in the order of the codes, shape (n_facies,).
 
     Raises `CCWSIMError` for a facies without a value, an unknown facies, a value that is not
-    positive, and values that differ by more than a factor of `MAX_CONTRAST`.
+    positive or above `most`, and values that differ by more than a factor of `MAX_CONTRAST`.
     """
     if not isinstance(values, Mapping):
         raise CCWSIMError(f"{what} = {shown(values)} must be a dict with a value of each facies")
@@ -30,19 +33,26 @@ def values_by_facies(
     known = ", ".join(names)
     if unknown := by_code.keys() - set(names.values()):
         raise CCWSIMError(
-            f"{what}: there is no facies {shown(min(unknown, key=str))}; give {known}"
+            f"{what}: there is no facies {shown(min(unknown, key=shown))}; give {known}"
         )
-    for name, code in names.items():
+    found = np.empty(len(names))
+    for k, (name, code) in enumerate(names.items()):
         value = by_code.get(code)
         if value is None:
             raise CCWSIMError(f"{what}: facies {name} has no value; give one for each of {known}")
-        number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
-        if not (number and np.isfinite(value) and value > 0):
-            raise CCWSIMError(f"{what} of {name} = {shown(value)} must be a number above 0")
-    found = np.array([by_code[code] for code in names.values()], float)
-    if found.max() > MAX_CONTRAST * found.min():
-        raise refused("contrast", what=what, low=found.min(), high=found.max(), most=MAX_CONTRAST)
+        found[k] = check_number(f"{what} of {name}", value, MIN_MAGNITUDE, most)
+    check_magnitudes(what, found)
     return found
+
+
+def check_magnitudes(what: str, values: NDArray[np.float64], remedy: str = "") -> None:
+    """Raise `CCWSIMError` for values that are not positive, or too different, for 64-bit sums."""
+    low, high = float(values.min()), float(values.max())
+    if low < MIN_MAGNITUDE or high > min(MAX_MAGNITUDE, MAX_CONTRAST * low):
+        raise refused(
+            "magnitudes", what=what, low=low, high=high, remedy=remedy, least=MIN_MAGNITUDE,
+            most=MAX_MAGNITUDE, factor=MAX_CONTRAST,
+        )  # fmt: skip
 
 
 def cell_values(by_facies: NDArray[np.float64], indices: NDArray[np.uint8]) -> NDArray[np.float64]:

@@ -7,10 +7,19 @@ from multiprocessing import get_context
 
 import numpy as np
 import pytest
-from scipy import sparse
+from scipy import ndimage, sparse
 from scipy.sparse.linalg import spsolve
 
-from ccwsim import Cancelled, CCWSIMError, Ensemble, Grid, HardData, Parameters, TrainingImage, flow
+from ccwsim import (
+    Cancelled,
+    CCWSIMError,
+    Ensemble,
+    Grid,
+    HardData,
+    Parameters,
+    TrainingImage,
+    flow,
+)
 from ccwsim.flow import darcy, starts_at_inflow, tracks
 from ccwsim.flow.tracks import IN_WELL
 
@@ -105,7 +114,7 @@ def test_isolated_cells_have_no_head_and_no_flow():
         ({"west_east": (1, 0), "wells": {(1, 2): 1}, "active": np.eye(4) == 0}, "no active"),
         ({"west_east": (1, None), "wells": {(1, 1): 1}, "active": np.eye(4) == 0}, "inactive"),
         ({"west_east": (1, None), "wells": {(0, 3): 1}, "active": np.eye(4) == 0}, "cut off"),
-        ({"west_east": (np.nan, 0)}, "finite"),
+        ({"west_east": (np.nan, 0)}, "numbers from"),
         ({"west_east": (1, 0), "anisotropy": 0}, "anisotropy"),
         ({"bottom_top": (1, 0)}, "no layers"),
         ({"west_east": 1}, "pair"),
@@ -125,7 +134,7 @@ def test_bad_input_is_one_sentence(options, words):
     ("values", "words"),
     [
         ({"sand": 1.0}, "mud has no value"),
-        ({"sand": 1.0, "mud": 0.0}, "above 0"),
+        ({"sand": 1.0, "mud": 0.0}, "mud = 0.0 must be a number from"),
         ({"sand": 1.0, "mud": 1.0, "silt": 1}, "no facies 'silt'"),
         ({"sand": 1e9, "mud": 1e-8}, "same unit"),
         ([1, 2], "dict"),
@@ -203,6 +212,86 @@ def test_effective_k_is_between_its_bounds_and_equal_on_any_executor():
         flow.effective_k(many, values, n_workers=1, cancel=lambda: True)
     with pytest.raises(CCWSIMError, match="axis"):
         flow.effective_k(e, values, "z")
+
+
+@pytest.mark.parametrize("contrast", [1e2, 1e6, 1e8])
+@pytest.mark.parametrize("n", [12, 60])
+def test_the_datum_of_heads_changes_nothing(n, contrast):
+    k = np.ones((n, n))
+    k[:, n // 2] = 1 / contrast  # a barrier
+    exact = n / (n - 1 + contrast)
+    for datum in (0.0, 3000.0, -1e5):
+        found = darcy(k, west_east=(datum + 1.0, datum))
+        assert found.effective_k == pytest.approx(exact, rel=1e-6)
+        assert abs(found.balance) < 1e-6
+    # bodies of different levels: each has its own datum
+    k[n // 3] = np.nan
+    ends = np.where(np.arange(n) < n // 3, 1e5, 2.0), np.where(np.arange(n) < n // 3, 1e5, 1.0)
+    found = darcy(k, west_east=ends)
+    upper, lower = n - n // 3 - 1, n / (n - 1 + contrast) / n
+    assert found.through["west"] == pytest.approx(upper * lower, rel=1e-6)
+    assert (found.heads[: n // 3] == 1e5).all()
+
+
+def test_iterations_end_when_the_residuals_are_small_beside_the_flows():
+    """The balance of all cells, not only of the sides, is at most the tolerance."""
+    rng = np.random.default_rng(8)
+    for contrast in (1e1, 1e4, 1e8):
+        k = np.where(ndimage.gaussian_filter(rng.normal(size=(40, 50)), 2) < 0, 1.0, 1 / contrast)
+        for tolerance in (1e-3, 1e-6):
+            found = darcy(k, west_east=(1.0, 0.0), wells={(20, 20): 1e-9}, tolerance=tolerance)
+            lost = sum(np.diff(flux, axis=axis) for axis, flux in enumerate(found.fluxes))
+            lost[20, 20] -= 1e-9
+            inflow = found.through["west"] + found.wells[20, 20]
+            assert np.abs(lost).sum() <= 2 * inflow * tolerance * 1.01 + 1e-13
+
+
+@pytest.mark.parametrize(
+    "ends",
+    [
+        {"west_east": (0.1, 0.1)}, {"west_east": (np.full(4, 0.1), 0.1)},
+        {"west_east": (1e5 + 0.1, None)}, {"west_east": (7.3, 7.3), "south_north": (7.3, None)},
+    ],
+)  # fmt: skip
+def test_equal_heads_give_no_flow_at_all_and_an_error_in_words(ends):
+    k = 10.0 ** np.random.default_rng(2).uniform(-6, 0, (4, 5))
+    found = darcy(k, **ends)
+    assert found.balance == 0.0
+    assert not any(flux.any() for flux in found.fluxes)
+    assert np.ptp(found.heads) == 0.0
+    with pytest.raises(CCWSIMError, match="two different heads"):
+        _ = found.effective_k
+    with pytest.raises(CCWSIMError, match="nothing flows into the grid"):
+        starts_at_inflow(found, 3)
+
+
+def test_a_third_head_gives_no_effective_k():
+    found = darcy(np.ones((4, 5)), west_east=(1.0, 0.0), south_north=(0.2, None))
+    assert found.fixed["x"] == (1.0, 0.0)
+    assert found.fixed["y"][0] == 0.2
+    with pytest.raises(CCWSIMError, match="neither wells nor other heads"):
+        _ = found.effective_k
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"tolerance": 0}, "tolerance = 0"), ({"tolerance": -1}, "tolerance = -1"),
+        ({"tolerance": 1}, "tolerance = 1 "), ({"tolerance": np.nan}, "tolerance = nan"),
+        ({"tolerance": "1e-6"}, "tolerance = '1e-6'"), ({"wells": [((1, 1), 2)]}, "wells"),
+        ({"wells": {3: 1}}, "well in cell 3"), ({"wells": {(1, 1): "a"}}, "rate of the well"),
+        ({"conductivity": np.full((4, 4), 1e308)}, "conductivity from 1e.308"),
+        ({"conductivity": np.full((4, 4), 1e-320)}, "conductivity from .*e-321"),
+        ({"conductivity": np.geomspace(1, 1e13, 16).reshape(4, 4)}, "factor of"),
+        ({"conductivity": np.full((4, 4), np.nan)}, "no cell is active"),
+        ({"grid": Grid(4, 4, (1e-200, 1e-200))}, "cell size"), ({"anisotropy": "a"}, "anisotropy"),
+        ({"west_east": (1e308, 0)}, "1e.30"), ({"grid": "a"}, "grid"),
+    ],
+)  # fmt: skip
+def test_numbers_that_cannot_be_computed_are_refused(options, words):
+    given = {"conductivity": np.ones((4, 4)), "west_east": (1, 0), **options}
+    with pytest.raises(CCWSIMError, match=words):
+        darcy(**given)
 
 
 def test_representatives_have_the_rank_asked_for():
