@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.flow.darcy import Ends, Floats, Flow, _cell, darcy
+from ccwsim.flow.darcy import Ends, Floats, Flow, _cell, array_axis, darcy
 from ccwsim.flow.tracks import IN_WELL, LEFT, starts_at_inflow, tracks
 from ccwsim.jobs.workers import Cancel, Progress, Watch, run_all
 from ccwsim.model.arrays import Shape, as_floats, check_int
@@ -31,9 +31,10 @@ class EffectiveK:
     each: Floats
     """Effective conductivity of each realization, shape (n,)."""
     harmonic: Floats
-    """Lower bound: harmonic mean of each realization, shape (n,)."""
+    """Lower bound of each realization, shape (n,): the harmonic mean of the cells in lines along
+    the axis without inactive cells, times their share of the active cells."""
     arithmetic: Floats
-    """Upper bound: arithmetic mean of each realization, shape (n,)."""
+    """Upper bound of each realization, shape (n,): the arithmetic mean of the active cells."""
     image: float
     """Effective conductivity of the training image."""
     image_harmonic: float
@@ -94,6 +95,7 @@ def effective_k(
 ) -> EffectiveK:
     """Return the effective conductivity of each realization and of the image, with bounds.
 
+    The bounds hold for any active cells; sections count with the area of their active cells.
     Raises `CCWSIMError` for a facies without a conductivity, and an axis that the grid lacks.
 
     Examples
@@ -116,10 +118,23 @@ def with_bounds(
     """Return the effective conductivities `each` with their bounds and those of the image."""
     image, own = ensemble.training_image, k * (anisotropy if axis == "z" else 1.0)
     grid = replace(Grid.of(image.shape), cell_size=ensemble.grid.cell_size)
+    number = array_axis(axis, grid)
+    lower, upper = np.array([_bounds(cell_values(own, i), number) for i in ensemble.indices]).T
+    least, most = _bounds(cell_values(own, image.indices), number)
     of_image = _k_of(image.indices, k, grid, axis, anisotropy)
-    shares, bounds = ensemble.proportions, [float(1 / (image.proportions @ (1 / own)))]
-    bounds.append(float(image.proportions @ own))
-    return EffectiveK(each, 1 / (shares @ (1 / own)), shares @ own, of_image, *bounds)
+    return EffectiveK(each, lower, upper, of_image, image_harmonic=least, image_arithmetic=most)
+
+
+def _bounds(k: Floats, axis: int) -> tuple[float, float]:
+    """Return bounds of the effective conductivity along an axis; k is NaN in inactive cells.
+
+    The flow is at least that with the same flow in all lines of cells along the axis that have no
+    inactive cell, and none between them; it is at most that of heads that fall evenly.
+    """
+    active = k[np.isfinite(k)]
+    lines = np.moveaxis(k, axis, 0)[:, np.isfinite(k).all(axis=axis)]
+    lower = lines.size**2 / (active.size * float(np.sum(1 / lines))) if lines.size else 0.0
+    return lower, float(active.mean())
 
 
 def _k_of(indices: NDArray[np.uint8], k: Floats, grid: Grid, axis: str, anisotropy: float) -> float:
@@ -313,7 +328,8 @@ def _coarse_k(indices: NDArray[np.uint8], k: Floats, grid: Grid, axis: str, fact
     for number, n in enumerate(indices.shape):
         own = min(factor, n)
         logs = np.moveaxis(logs, number, -1)[..., : n // own * own]
-        logs = np.moveaxis(logs.reshape(*logs.shape[:-1], -1, own).mean(axis=-1), -1, number)
+        active = np.ma.masked_invalid(logs.reshape(*logs.shape[:-1], -1, own))
+        logs = np.moveaxis(active.mean(axis=-1).filled(np.nan), -1, number)
     sizes = np.array(_cell(grid))[: grid.n_dimensions] * factor
     nz = logs.shape[0] if logs.ndim == 3 else None
     ny, nx = logs.shape[-2:]

@@ -50,6 +50,8 @@ class Flow:
     wells: dict[tuple[int, ...], float]
     fixed: dict[str, tuple[float, float]]
     """Mean heads at both ends of each axis ("x", "y", "z") with fixed heads; NaN if not fixed."""
+    n_active: int
+    """Number of active cells."""
     iterations: int
     """Number of iterations of the solver; 0 for a direct solution."""
 
@@ -79,7 +81,8 @@ class Flow:
     def effective_k(self) -> float:
         """Conductivity of the homogeneous grid with the same flow, Q L / (A Δh).
 
-        Raises `CCWSIMError` unless two different heads are fixed along one axis and nowhere else.
+        A is the mean area of the active cells in the sections across the flow. Raises `CCWSIMError`
+        unless two different heads are fixed along one axis and nowhere else.
         """
         name, (low, high) = next(iter(self.fixed.items()))
         begin, end = SIDES[name]
@@ -89,7 +92,7 @@ class Flow:
         axis = "xyz".index(name)
         sizes = _cell(self.grid)
         length = self.heads.shape[::-1][axis] * sizes[axis]
-        area = np.prod(sizes) * self.heads.size / length
+        area = np.prod(sizes) * self.n_active / length
         return float(flow * length / (area * (low - high)))
 
 
@@ -181,8 +184,8 @@ def darcy(
         matrix = matrix[use][:, use]
     above = np.zeros(k.shape)  # heads above the datum, whose differences lose no digits
     above[held], iterations = _solve(matrix, rhs[held], outer[held], tolerance)
-    fluxes = _fluxes(above, faces, sides)
-    return Flow(grid, readonly(datum + above), fluxes, rates, fixed, iterations)
+    fluxes, n_active = _fluxes(above, faces, sides), int(np.count_nonzero(mask))
+    return Flow(grid, readonly(datum + above), fluxes, rates, fixed, n_active, iterations)
 
 
 def _cell(grid: Grid) -> tuple[float, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from multiprocessing import get_context
 
 import numpy as np
@@ -17,10 +18,11 @@ from ccwsim import (
     Grid,
     HardData,
     Parameters,
+    Secondary,
     TrainingImage,
     flow,
 )
-from ccwsim.flow import darcy, starts_at_inflow, tracks
+from ccwsim.flow import answers, darcy, starts_at_inflow, tracks
 from ccwsim.flow.tracks import IN_WELL
 
 LAYERS = 10.0 ** np.random.default_rng(0).uniform(-4, 0, 40)
@@ -212,6 +214,46 @@ def test_effective_k_is_between_its_bounds_and_equal_on_any_executor():
         flow.effective_k(many, values, n_workers=1, cancel=lambda: True)
     with pytest.raises(CCWSIMError, match="axis"):
         flow.effective_k(e, values, "z")
+
+
+def masked(seed: int) -> tuple[np.ndarray, np.ndarray, Grid]:
+    """Return random conductivities, active cells, at least in one line along x, and a grid."""
+    rng = np.random.default_rng(seed)
+    shape = tuple(rng.integers(1, (4, 9, 9)))[seed % 2 :]
+    k = 10.0 ** rng.uniform(-4, 0, shape)
+    active = ndimage.uniform_filter(rng.random(shape), 1 + seed % 3) < rng.uniform(0.3, 1)
+    active[..., int(rng.integers(shape[-2])), :] = True
+    sizes = tuple(rng.uniform(0.5, 20, len(shape)))
+    return k, active, Grid(*shape[-2:], sizes, nz=shape[0] if len(shape) == 3 else None)
+
+
+def test_bounds_hold_for_any_active_cells():
+    n_tight = 0
+    for seed in range(300):
+        k, active, grid = masked(seed)
+        found = darcy(k, grid, active=active, west_east=(1001.0, 1000.0)).effective_k
+        low, high = answers._bounds(np.where(active, k, np.nan), k.ndim - 1)
+        assert 0 < low <= found * (1 + 1e-6), seed
+        assert found <= high * (1 + 1e-6), seed
+        if active.all():
+            n_tight += 1
+            assert (low, high) == pytest.approx((1 / np.mean(1 / k), k.mean()))
+    assert 5 < n_tight < 295
+
+
+def test_a_strip_of_active_cells_has_the_conductivity_of_its_rock():
+    e, values = ensemble(3), {"mud": 1e-3, "sand": 1.0}
+    active = np.zeros(e.grid.shape, bool)
+    active[4:9] = True
+    indices = np.where(active, e.indices, 255).astype(np.uint8)
+    strip = flow.effective_k(
+        replace(e, indices=indices, secondary=Secondary(active=active)), values
+    )
+    alone = replace(e, indices=e.indices[:, 4:9], grid=Grid(5, 30))
+    for name in ("each", "harmonic", "arithmetic", "efficiency"):
+        wanted = getattr(flow.effective_k(alone, values), name)
+        np.testing.assert_allclose(getattr(strip, name), wanted, rtol=1e-6)
+    assert flow.representatives(replace(e, indices=indices), values).shape == (3,)
 
 
 @pytest.mark.parametrize("contrast", [1e2, 1e6, 1e8])
