@@ -8,12 +8,21 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.flow.darcy import Ends, Floats, Flow, _cell, array_axis, darcy
-from ccwsim.flow.tracks import IN_WELL, LEFT, starts_at_inflow, tracks
+from ccwsim.flow.darcy import Ends, Floats, Flow, _cell, array_axis, checked_cell, darcy
+from ccwsim.flow.tracks import IN_WELL, LEFT, MAX_PARTICLES, starts_at_inflow, tracks
 from ccwsim.jobs.workers import Cancel, Progress, Watch, run_all
-from ccwsim.model.arrays import Shape, as_floats, check_int
+from ccwsim.model.arrays import (
+    Shape,
+    as_array,
+    as_floats,
+    check_callable,
+    check_int,
+    check_number,
+    check_type,
+)
+from ccwsim.model.bounds import MAX_CONTRAST, MAX_MAGNITUDE
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.errors import Cancelled, CCWSIMError, shown
+from ccwsim.model.errors import Cancelled, CCWSIMError, refused, shown
 from ccwsim.model.facies_property import FaciesValues, cell_values, values_by_facies
 from ccwsim.model.grid import Grid
 from ccwsim.system.machine import n_cores
@@ -74,15 +83,14 @@ class Capture:
         others. A probability is worth its price only if its score is clearly the smaller.
         """
         n, total = len(self.captured), self.captured.sum(axis=0)
-        if truth is not None:
-            constant = float(np.mean((self.captured.mean() - truth) ** 2))
-            return float(np.mean((total / n - truth) ** 2)), constant
-        if n < 2:
+        if truth is None and n < 2:
             raise CCWSIMError("a Brier score needs at least two realizations, or the truth")
-        others = [(total - own) / (n - 1) for own in self.captured]
-        pairs = list(zip(others, self.captured, strict=True))
-        own = np.mean([np.mean((p - c) ** 2) for p, c in pairs])
-        return float(own), float(np.mean([np.mean((p.mean() - c) ** 2) for p, c in pairs]))
+        known = self.captured if truth is None else as_array(truth, "truth")
+        if truth is not None and (known.dtype != np.bool_ or known.shape != total.shape):
+            raise CCWSIMError(f"truth must be an array of True and False, shape {total.shape}")
+        predicted = (total - self.captured) / (n - 1) if truth is None else total / n
+        constant = predicted.mean(axis=-1, keepdims=True)
+        return float(np.mean((predicted - known) ** 2)), float(np.mean((constant - known) ** 2))
 
 
 def effective_k(
@@ -160,8 +168,9 @@ def flow_efficiency(inside: NDArray[np.bool_], axis: int, contrast: float = CONT
     >>> round(flow_efficiency(inside, 1), 4), round(flow_efficiency(inside, 0), 4)
     (1.0, 0.0004)
     """
-    k = np.where(inside, 1.0, 1 / contrast)
-    name = "xyz"[inside.ndim - 1 - axis]
+    contrast = check_number("contrast", contrast, 1.0, MAX_CONTRAST)
+    k = np.where(as_floats(inside, "inside"), 1.0, 1 / contrast)
+    name = "xyz"[k.ndim - 1 - check_int("axis", axis, 0, Grid.of(k.shape).n_dimensions - 1)]
     return _along(name, k, tolerance=1e-3).effective_k / float(k.mean())
 
 
@@ -189,7 +198,7 @@ def travel_times(
     """
     k = _values(ensemble, values, axis)
     shares = porosities(ensemble, porosity)
-    n = check_int("n_particles", n_particles, 1)
+    n = check_int("n_particles", n_particles, 1, MAX_PARTICLES)
     solve = partial(_times_of, k=k, shares=shares, grid=ensemble.grid, axis=axis, heads=heads, n=n)
     return np.array(over(ensemble, solve, **run))
 
@@ -197,13 +206,9 @@ def travel_times(
 def porosities(ensemble: Ensemble, porosity: FaciesValues | float) -> Floats:
     """Return the porosity of each facies, or raise `CCWSIMError`."""
     image = ensemble.training_image
-    if isinstance(porosity, Mapping):
-        found = values_by_facies(image, porosity, "porosity")
-    else:
-        found = np.full(image.n_facies, as_floats(porosity, "porosity"))
-    if not ((found > 0) & (found <= 1)).all():
-        raise CCWSIMError(f"porosity {shown(porosity)} must be above 0 and at most 1")
-    return found
+    if not isinstance(porosity, Mapping):
+        porosity = dict.fromkeys(image.codes.tolist(), porosity)
+    return values_by_facies(image, porosity, "porosity", 1.0)
 
 
 def breakthrough(flow: Flow, porosity: Floats | float, axis: str, n: int) -> Floats:
@@ -245,14 +250,14 @@ def capture_probability(
     >>> found.probability.shape, found.probability.max()
     ((10, 12), np.float64(1.0))
     """
-    grid = ensemble.grid
-    if not rate > 0:
-        raise CCWSIMError(f"rate = {shown(rate)} must be above 0, the volume pumped per time")
     k, step = _values(ensemble, values, "x"), check_int("step", step, 1)
+    grid, within = ensemble.grid, check_number("within", within, 0.0, np.inf)
+    rate = check_number("rate", rate, 0.0, MAX_MAGNITUDE, open_below=True)
+    well = checked_cell(well, grid.shape)
     starts, shape = starts_on_grid(grid, step, None if grid.nz is None else well[0])
     solve = partial(
         _captured_in, k=k, shares=porosities(ensemble, porosity), grid=grid, starts=starts,
-        wells={tuple(well): -rate}, heads=(west_east, south_north), within=within,
+        wells={well: -rate}, heads=(west_east, south_north), within=within,
     )  # fmt: skip
     captured = over(ensemble, solve, **run)
     return Capture(starts, shape, np.array(captured))
@@ -339,9 +344,8 @@ def _coarse_k(indices: NDArray[np.uint8], k: Floats, grid: Grid, axis: str, fact
 
 def _values(ensemble: Ensemble, values: FaciesValues, axis: str) -> Floats:
     """Return the conductivity of each facies; raise `CCWSIMError` for an axis the grid lacks."""
-    axes = "xyz"[: ensemble.grid.n_dimensions]
-    if axis not in tuple(axes):
-        raise CCWSIMError(f"axis = {shown(axis)} must be one of {', '.join(axes)}")
+    check_type("ensemble", ensemble, Ensemble)
+    array_axis(axis, ensemble.grid)
     return values_by_facies(ensemble.training_image, values)
 
 
@@ -364,6 +368,12 @@ def over(
     >>> over(e, np.shape)
     [(40, 50), (40, 50)]
     """
+    check_type("ensemble", ensemble, Ensemble)
+    check_type("function", function, Callable)
+    check_callable("progress", progress)
+    check_callable("cancel", cancel)
+    if executor is not None and not hasattr(executor, "submit"):
+        raise refused("executor", given=shown(executor))
     found: list[Any] = [None] * ensemble.n
 
     def task(r: int, watch: Watch) -> None:

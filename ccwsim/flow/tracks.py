@@ -5,15 +5,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.flow.darcy import Floats, Flow, _cell
+from ccwsim.flow.darcy import Floats, Flow, _cell, array_axis
 from ccwsim.jobs.workers import check_stop
-from ccwsim.model.arrays import as_floats
+from ccwsim.model.arrays import as_floats, check_int, check_type
 from ccwsim.model.errors import CCWSIMError
 
 LEFT, IN_WELL, STUCK = 0, 1, 2
 """End of a track: it left the grid, entered the cell of a well, or stopped in a cell."""
 MAX_CROSSINGS = 5  # maximum number of cells of a track, in sums of the sides of the grid
 STEPS_BETWEEN_CHECKS = 64
+MAX_PARTICLES = 1_000_000  # maximum number of particles, which are all followed at once
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,12 +53,18 @@ def tracks(
     >>> found.times, found.paths[0].round(6).tolist()
     (array([0.75]), [[0.0, 0.5, 0.5], [0.25, 1.0, 0.5], [0.75, 2.0, 0.5]])
     """
+    check_type("flow", flow, Flow)
+    check_type("backward", backward, bool, np.bool_)
+    check_type("keep_paths", keep_paths, bool, np.bool_)
     grid, points = flow.grid, as_floats(starts, "starts")
     n_axes = grid.n_dimensions
     if points.ndim != 2 or points.shape[1] != n_axes:
         raise CCWSIMError(f"starts of shape {points.shape} must be (n, {n_axes})")
     shares = as_floats(porosity, "porosity")
-    if shares.shape not in ((), grid.shape) or ((shares <= 0) | (shares > 1)).any():
+    if (
+        shares.shape not in ((), grid.shape)
+        or not (((shares > 0) & (shares <= 1)) | np.isnan(flow.heads)).all()
+    ):
         raise CCWSIMError("porosity must be above 0 and at most 1: a number, or one for each cell")
     cells = grid.cells_of(*points.T)
     if not grid.holds(cells).all() or np.isnan(flow.heads[tuple(cells.T)]).any():
@@ -73,11 +80,11 @@ def tracks(
     at = (points[:, ::-1] - corner) / size - cells  # position in the cell, from 0 to 1
     times, status = np.zeros(n), np.full(n, STUCK, np.int8)
     who = np.arange(n)
-    inside = sinks[tuple(cells.T)]
-    status[inside] = IN_WELL
     log = [(who, times.copy(), cells + at)] if keep_paths else []
-    who, cells, at = who[~inside], cells[~inside], at[~inside]
     for step in range(MAX_CROSSINGS * int(shape.sum())):
+        inside = sinks[tuple(cells.T)]
+        status[who[inside]] = IN_WELL
+        who, cells, at = who[~inside], cells[~inside], at[~inside]
         if not len(who):
             break
         if step % STEPS_BETWEEN_CHECKS == 0:
@@ -114,9 +121,6 @@ def tracks(
         out = ((cells < 0) | (cells >= shape)).any(axis=1)
         status[who[out]] = LEFT
         who, cells, at = who[~out], cells[~out], at[~out]
-        inside = sinks[tuple(cells.T)]
-        status[who[inside]] = IN_WELL
-        who, cells, at = who[~inside], cells[~inside], at[~inside]
     return Tracks(times, status, _paths(log, n, corner, size))
 
 
@@ -141,9 +145,9 @@ def starts_at_inflow(flow: Flow, n: int, axis: str = "x") -> Floats:
     >>> starts_at_inflow(darcy([[1.0], [3.0]], west_east=(1.0, 0.0)), 2).round(2).tolist()
     [[0.0, 1.0], [0.0, 1.67]]
     """
-    grid = flow.grid
-    n_axes = grid.n_dimensions
-    number = n_axes - 1 - "xyz".index(axis)
+    check_type("flow", flow, Flow)
+    grid, number = flow.grid, array_axis(axis, flow.grid)
+    n, n_axes = check_int("n", n, 1, MAX_PARTICLES), grid.n_dimensions
     ends = [np.maximum(s * flow.fluxes[number].take(e, number), 0) for e, s in ((0, 1), (-1, -1))]
     end = int(ends[1].sum() > ends[0].sum())
     inflow = ends[end]

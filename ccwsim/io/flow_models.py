@@ -11,11 +11,21 @@ import numpy as np
 
 from ccwsim.flow.darcy import Ends, Wells, darcy
 from ccwsim.io.atomic import write_bytes
+from ccwsim.io.data_file import printable
 from ccwsim.io.formats.grdecl import geometry_as_bytes, keywords_as_bytes
-from ccwsim.model.arrays import Floats, check_int
+from ccwsim.model.arrays import (
+    Floats,
+    as_floats,
+    check_choice,
+    check_int,
+    check_number,
+    check_type,
+)
+from ccwsim.model.bounds import MAX_CONTRAST
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.facies_property import FaciesValues, cell_values, values_by_facies
+from ccwsim.system.whole_files import unwritable
 
 VISCOSITY, DENSITY, GRAVITY = 1.002e-3, 998.2, 9.80665
 """Viscosity (Pa s) and density (kg/m³) of water at 20 °C, and gravity (m/s²)."""
@@ -35,10 +45,9 @@ def millidarcy(conductivity: Floats, unit: str = "m/s") -> Floats:
     >>> millidarcy(np.array([1e-4])).round()
     array([10372.])
     """
-    if unit == "mD":
+    conductivity = as_floats(conductivity, "conductivity")
+    if check_choice("unit", unit, [*PER_DAY, "mD"]) == "mD":
         return conductivity
-    if unit not in PER_DAY:
-        raise CCWSIMError(f"unit = {shown(unit)} must be one of m/s, m/d and mD")
     per_second = conductivity * (PER_DAY[unit] / PER_DAY["m/s"])
     return per_second * VISCOSITY / (DENSITY * GRAVITY) / MILLIDARCY
 
@@ -47,6 +56,8 @@ def _grdecl_files(
     ensemble: Ensemble, values: FaciesValues, unit: str = "m/s", anisotropy: float = 1.0
 ) -> dict[str, bytes]:
     """Return endings and contents of the files that `write_grdecl` writes."""
+    check_type("ensemble", ensemble, Ensemble)
+    anisotropy = check_number("anisotropy", anisotropy, 1 / MAX_CONTRAST, MAX_CONTRAST)
     k = millidarcy(values_by_facies(ensemble.training_image, values), unit)
     files = {".grdecl": geometry_as_bytes(ensemble.grid)}
     for number, facies, indices in zip(ensemble.numbers, ensemble, ensemble.indices, strict=True):
@@ -83,9 +94,12 @@ def write_grdecl(
     >>> [file.name for file in files]
     ['grid.grdecl', 'grid_1.inc']
     """
+    check_type("path", path, str, os.PathLike)
     stem = Path(path)
     if stem.suffix.lower() != ".grdecl":
-        raise CCWSIMError(f"{stem.name} must end in .grdecl; other files get their name from it")
+        raise CCWSIMError(
+            f"{shown(stem.name)} must end in .grdecl; other files get their name from it"
+        )
     written = []
     for ending, content in _grdecl_files(ensemble, values, unit, anisotropy).items():
         written.append(stem.with_name(stem.stem + ending))
@@ -130,8 +144,9 @@ def to_flopy(
         from flopy import mf6
     except ImportError:
         raise CCWSIMError("flopy is not installed: pip install 'ccwsim[modflow]'") from None
-    if unit not in PER_DAY:
-        raise CCWSIMError(f"unit = {shown(unit)} must be m/s or m/d")
+    check_type("ensemble", ensemble, Ensemble)
+    check_type("workspace", workspace, str, os.PathLike)
+    check_choice("unit", unit, PER_DAY)
     r = check_int("realization", realization, 0, ensemble.n - 1)
     k, grid = ensemble.property(values)[r], ensemble.grid
     # the solution checks heads and wells, and gives the heads from which MODFLOW starts
@@ -145,18 +160,15 @@ def to_flopy(
     dx, dy, dz = (*grid.cell_size, 1.0)[:3]
     bottom = (*grid.origin, 0.0)[2]
     rows: list[list[Any]] = []
+    cells = np.argwhere(active)
     for axis, ends, factor in ((2, west_east, dy * dz / dx), (1, south_north, dx * dz / dy)):
         for end, head in zip((0, k.shape[axis] - 1), ends or (None, None), strict=True):
-            if head is None:
-                continue
-            own = k.take(end, axis)
-            each = np.broadcast_to(np.asarray(head, float), own.shape)
-            for (z, other), value in np.ndenumerate(own):
-                y, x = (other, end) if axis == 2 else (end, other)
-                if not active[z, y, x]:
-                    continue
-                cell = (nz - 1 - z, ny - 1 - y, x)
-                rows.append([cell, float(each[z, other]), float(2 * value * factor)])
+            if head is not None:
+                side = cells[cells[:, axis] == end]
+                each = np.broadcast_to(np.asarray(head, float), np.delete(k.shape, axis))
+                for (z, y, x), at in zip(side.tolist(), np.delete(side, axis, 1), strict=True):
+                    numbers = float(each[tuple(at)]), float(2 * factor * k[z, y, x])
+                    rows.append([(nz - 1 - z, ny - 1 - y, x), *numbers])
     simulation = mf6.MFSimulation(sim_name=MODEL, sim_ws=os.fspath(workspace), verbosity_level=0)
     mf6.ModflowTdis(simulation, time_units="days")
     mf6.ModflowIms(
@@ -182,7 +194,8 @@ def to_flopy(
     mf6.ModflowGwfoc(
         model, head_filerecord=f"{MODEL}.hds", budget_filerecord=f"{MODEL}.cbc", saverecord=saved
     )
-    simulation.write_simulation(silent=True)
+    with unwritable(workspace):
+        simulation.write_simulation(silent=True)
     return simulation
 
 
@@ -197,8 +210,9 @@ def _zipped(files: dict[str, bytes]) -> bytes:
 
 def grdecl_as_zip(name: str, ensemble: Ensemble, values: FaciesValues, **options: Any) -> bytes:
     """Return the files that `write_grdecl` writes to name.grdecl as a zip file, for a download."""
+    check_type("name", name, str)
     files = _grdecl_files(ensemble, values, **options)
-    return _zipped({f"{name}{ending}": content for ending, content in files.items()})
+    return _zipped({f"{printable(name)}{ending}": content for ending, content in files.items()})
 
 
 def flopy_as_zip(ensemble: Ensemble, values: FaciesValues, **options: Any) -> bytes:

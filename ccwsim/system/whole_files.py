@@ -28,7 +28,8 @@ def unwritable(path: str | os.PathLike[str]) -> Iterator[None]:
         raise
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        raise CCWSIMError(f"{os.fspath(path)} cannot be written: {reason}") from error
+        name = "".join(c for c in str(os.fspath(path))[:500] if c.isprintable())
+        raise CCWSIMError(f"{name} cannot be written: {reason}") from error
 
 
 def check_replaceable(path: str | os.PathLike[str]) -> Path:

@@ -336,6 +336,37 @@ def test_numbers_that_cannot_be_computed_are_refused(options, words):
         darcy(**given)
 
 
+def test_an_axis_that_the_grid_lacks_has_no_inflow():
+    found = darcy(np.ones((4, 5)), west_east=(1.0, 0.0))
+    for axis in ("z", "q", 0, None):
+        with pytest.raises(CCWSIMError, match=r"axis = .* must be one of x, y"):
+            starts_at_inflow(found, 3, axis)
+
+
+def test_porosity_may_be_unknown_in_inactive_cells_only():
+    k = np.ones((4, 5))
+    k[3] = np.nan
+    found, porosity = darcy(k, west_east=(1.0, 0.0)), np.where(np.isnan(k), np.nan, 0.2)
+    wanted = tracks(found, [[0.0, 0.5]], porosity=0.2).times
+    assert tracks(found, [[0.0, 0.5]], porosity=porosity).times == pytest.approx(wanted)
+    porosity[0, 0] = np.nan
+    with pytest.raises(CCWSIMError, match="porosity"):
+        tracks(found, [[0.0, 0.5]], porosity=porosity)
+
+
+def test_scores_equal_plain_loops():
+    captured = np.random.default_rng(4).random((5, 12)) < 0.4
+    found = flow.Capture(np.zeros((12, 2)), (3, 4), captured)
+    own, constant = [], []
+    for r in range(5):
+        others = np.delete(captured, r, axis=0).mean(axis=0)
+        own += [(others[k] - captured[r, k]) ** 2 for k in range(12)]
+        constant += [(others.mean() - captured[r, k]) ** 2 for k in range(12)]
+    assert found.brier() == pytest.approx((np.mean(own), np.mean(constant)))
+    with pytest.raises(CCWSIMError, match=r"shape \(12,\)"):
+        found.brier(captured)
+
+
 def test_representatives_have_the_rank_asked_for():
     e, values = ensemble(11), {"mud": 1e-3, "sand": 1.0}
     order = np.argsort(flow.effective_k(e, values).each)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -88,3 +90,35 @@ def test_bad_hand_over_is_one_sentence(tmp_path):
         io.to_flopy(e, VALUES, tmp_path)
     with pytest.raises(CCWSIMError, match="realization"):
         io.to_flopy(e, VALUES, tmp_path, realization=3, west_east=(1, 0))
+    (tmp_path / "file").touch()
+    for folder in (tmp_path / "file", tmp_path / "file" / "below", tmp_path / ("a" * 10_000)):
+        with pytest.raises(CCWSIMError, match="cannot be written") as caught:
+            io.to_flopy(e, VALUES, folder, west_east=(1, 0))
+        assert len(str(caught.value)) < 1000
+    with pytest.raises(CCWSIMError, match="workspace = None"):
+        io.to_flopy(e, VALUES, None, west_east=(1, 0))
+
+
+def test_models_hold_heads_that_vary_along_a_side_and_no_inactive_cell(tmp_path):
+    flopy = pytest.importorskip("flopy")
+    e = ensemble(1, VOLUME.shape, VOLUME)
+    active = np.random.default_rng(6).random(VOLUME.shape) < 0.8
+    indices = np.where(active, e.indices, 255).astype(np.uint8)
+    west = np.arange(12.0).reshape(3, 4)
+    sides = {"west_east": (west, 1.0), "south_north": (None, 2.0)}
+    io.to_flopy(replace(e, indices=indices), VALUES, tmp_path, **sides)
+    model = flopy.mf6.MFSimulation.load(sim_ws=str(tmp_path), verbosity_level=0).get_model()
+    rows = [tuple(row)[:3] for row in model.ghb.stress_period_data.get_data(0)]
+    k = 86400 * e.property(VALUES)[0]
+    wanted = []
+    for z, y, x in np.argwhere(active):
+        cell = 2 - z, 3 - y, x
+        if x == 0:
+            wanted.append((cell, west[z, y], 2 * k[z, y, x] * 20 * 0.5 / 10))
+        if x == 4:
+            wanted.append((cell, 1.0, 2 * k[z, y, x] * 20 * 0.5 / 10))
+        if y == 3:
+            wanted.append((cell, 2.0, 2 * k[z, y, x] * 10 * 0.5 / 20))
+    assert [r[0] for r in sorted(rows)] == [r[0] for r in sorted(wanted)]
+    for row, other in zip(sorted(rows), sorted(wanted), strict=True):
+        assert row[1:] == pytest.approx(other[1:], rel=1e-8)

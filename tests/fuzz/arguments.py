@@ -36,6 +36,7 @@ from ccwsim.model.study import Study
 from ccwsim.sharing.choices import Choices
 from ccwsim.sharing.link import KEYS, link_of, packed, read_link, unpacked
 from ccwsim.sharing.recipe import reproduction_recipe
+from tests.fuzz.flows import flow_call
 
 Act = Callable[[], object]
 ABSURD: tuple[Any, ...] = (
@@ -400,6 +401,11 @@ def judged(source: random.Random) -> Act:
     return act
 
 
+def flows(source: random.Random) -> Act:
+    """Return the call of a function of flow."""
+    return flow_call(source, maybe)
+
+
 def link(source: random.Random) -> Act:
     return lambda: link_of(Choices(seed=source.randint(0, 9)))
 
@@ -407,6 +413,6 @@ def link(source: random.Random) -> Act:
 TARGETS = (
     parameters, json_of_parameters, grid, fitted_grid, grid_of_shape, hard_data, training_image,
     simulation, simulation, simulation_of_anything, samples, address, address, packed_word, classes,
-    points, maps, maps, maps, comparisons, comparisons, judged,
+    points, maps, maps, maps, comparisons, comparisons, judged, flows, flows,
 )  # fmt: skip
 """Functions that return an operation with random arguments, for a source of random numbers."""
