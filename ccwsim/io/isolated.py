@@ -22,7 +22,7 @@ from typing import Any, NamedTuple, TypeVar
 from ccwsim.io.data_file import printable
 from ccwsim.io.limits import MIB, FileLimits, limited
 from ccwsim.jobs.child import ChildProcess, can_start, connect_to_parent
-from ccwsim.jobs.turns import PAGE_TURNS
+from ccwsim.jobs.scheduler import PAGE_TURNS
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.system.lru_cache import LruCache
 from ccwsim.system.memory import address_space, free_memory, give_back_memory

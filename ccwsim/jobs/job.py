@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import time
 import traceback
-from collections import Counter
 from collections.abc import Callable
 from functools import cache
-from threading import Event, Lock, Thread, Timer
+from math import inf
+from threading import Event, Lock, Thread
 from typing import Any, Generic, TypeVar
 
 from ccwsim.jobs.limits import Demand, admit, limits_of_environment
-from ccwsim.jobs.turns import PAGE_TURNS
+from ccwsim.jobs.scheduler import PAGE_TURNS, Lease, Scheduler, Usage
 from ccwsim.jobs.workers import share_cores, stoppable
 from ccwsim.model.errors import Cancelled
 
@@ -25,7 +25,7 @@ NOTHING = Demand(0)
 _admission = Lock()  # held so that two jobs are never promised the same memory
 
 
-class Job(Generic[Result]):
+class Job(Lease, Generic[Result]):
     """Work that the queue of the server starts on a separate thread.
 
     The thread calls work(job), which reports progress to `job.report`, checks `job.is_cancelled`,
@@ -47,22 +47,23 @@ class Job(Generic[Result]):
         self.partial: Result | None = None
         self.result: Result | None = None
         self.error: Exception | None = None
-        self.active_since = 0.0  # times of the queue's clock
-        self._began: float | None = None
         self._first_report: tuple[float, float] | None = None
-        self._cancelled, self._finished, self._first = Event(), Event(), Event()
+        self._finished, self._first = Event(), Event()
         self._work: Callable[[Job[Result]], Result] | None = work
         self._n_bytes, self._abandoned = demand.n_bytes, False
-        self._queue = server_queue()
-        self.session = self._queue.current_session()
+        self._queue = queue = server_queue()
+        session = queue.current_session()
         with _admission:
+            super().__init__(queue.usage_of(session))
             if demand is not NOTHING:
-                admit(demand, self._queue.still_to_take)
-            self._queue.enter(self)
+                admit(demand, queue.still_to_take)
+            queue.request(self)
 
-    def begin(self) -> None:
-        """Start the work on a thread; the queue calls this."""
-        self._began = time.monotonic()
+    def answer(self) -> None:
+        """Start the work on a thread, unless the job was stopped while it waited."""
+        if self.since == inf:
+            self._end(Cancelled("stopped before it began"))
+            return
         try:
             Thread(target=self._run, daemon=True).start()
         except RuntimeError as error:  # the system refuses another thread
@@ -91,7 +92,7 @@ class Job(Generic[Result]):
             self.error = Cancelled("stopped, because the page was closed")
         self._finished.set()
         self._first.set()
-        self._queue.leave(self)
+        self._queue.release(self)
 
     def still_to_take(self) -> float:
         """Return the bytes of memory that the job was promised and has not allocated yet."""
@@ -112,14 +113,13 @@ class Job(Generic[Result]):
 
     def sleep(self, seconds: float) -> None:
         """Make the work wait; raise `Cancelled` if the job is asked to stop meanwhile."""
-        if self._cancelled.wait(seconds):
+        if self.stop.wait(seconds):
             raise Cancelled("stopped before it began")
 
     def cancel(self) -> None:
         """Ask the work to stop; a waiting job ends at once."""
-        self._cancelled.set()
-        if self._queue.withdraw(self):
-            self._end(Cancelled("stopped before it began"))
+        self.stop.set()
+        self._queue.look()
 
     def abandon(self) -> None:
         """Stop the work and drop its result, because its page was closed."""
@@ -128,7 +128,7 @@ class Job(Generic[Result]):
 
     def is_cancelled(self) -> bool:
         """Return whether the job was asked to stop."""
-        return self._cancelled.is_set()
+        return self.stop.is_set()
 
     @property
     def position(self) -> int:
@@ -151,7 +151,7 @@ class Job(Generic[Result]):
     @property
     def seconds(self) -> float:
         """Seconds since the job began; 0 while it waits."""
-        return 0.0 if self._began is None else time.monotonic() - self._began
+        return max(self._queue.clock() - self.since, 0.0)
 
     @property
     def seconds_left(self) -> float | None:
@@ -162,129 +162,39 @@ class Job(Generic[Result]):
         return (time.monotonic() - start) * (1 - self.fraction) / (self.fraction - share)
 
 
-class Queue:
-    """Starts the job whose session has the fewest active jobs and, in a tie, the earliest start.
+class Queue(Scheduler[Job[Any]]):
+    """The jobs of all sessions, of which `n_slots` short ones are active at a time.
 
-    At most `n_slots` short jobs are active at a time; a job that has been active for
-    `MAX_COUNTED_SECONDS` frees its slot. `current_session` returns the name of the session whose
-    page this thread shows, or "".
+    A job that has been active for `MAX_COUNTED_SECONDS` frees its slot. `current_session` returns
+    the name of the session whose page this thread shows, or "".
     """
 
     def __init__(self, n_slots: int, clock: Callable[[], float] = time.monotonic) -> None:
+        super().__init__(n_slots, MAX_COUNTED_SECONDS, clock)
         self.current_session: Callable[[], str] = lambda: ""
-        self._n_slots, self._clock = n_slots, clock
-        self._waiting: list[Job] = []
-        self._active: list[Job] = []
-        self._turns: dict[str, int] = {}  # number of the latest turn of each session that has jobs
-        self._n_begun = 0
-        self._timer: Timer | None = None
-        self._lock = Lock()
 
-    def enter(self, job: Job) -> None:
-        """Append a job to the queue; it begins at once if a slot is free."""
+    def jobs(self) -> list[Job[Any]]:
+        """Return the active and waiting jobs of all sessions."""
         with self._lock:
-            self._waiting.append(job)
-        self.look()
+            return [*self._active, *self._waiting]
 
-    def leave(self, job: Job) -> None:
-        """Remove a job that has ended from the queue."""
-        with self._lock:
-            if job in self._active:
-                self._active.remove(job)
-            self._forget(job.session)
-        self.look()
-
-    def withdraw(self, job: Job) -> bool:
-        """Remove a waiting job; return False if it has begun already."""
-        with self._lock:
-            if job not in self._waiting:
-                return False
-            self._waiting.remove(job)
-            self._forget(job.session)
-        self.look()
-        return True
-
-    def look(self) -> None:
-        """Start the waiting jobs for which slots are free now."""
-        with self._lock:
-            now, begun = self._clock(), []
-            while self._waiting and self._n_slots > sum(
-                now - job.active_since < MAX_COUNTED_SECONDS for job in self._active
-            ):
-                job = self._next(self._waiting, self._busy(), self._turns)
-                self._waiting.remove(job)
-                self._active.append(job)
-                self._n_begun += 1
-                self._turns[job.session] = self._n_begun
-                job.active_since = now
-                begun.append(job)
-            self._look_again(now)
-        for job in begun:
-            job.begin()
-
-    def position(self, job: Job) -> int:
-        """Return the position of a waiting job, from 1; 0 if it does not wait."""
-        with self._lock:
-            if job not in self._waiting:
-                return 0
-            ahead, waiting = 1, list(self._waiting)
-            busy, turns = self._busy(), dict(self._turns)
-            while (following := self._next(waiting, busy, turns)) is not job:
-                waiting.remove(following)
-                busy[following.session] += 1
-                turns[following.session] = self._n_begun + ahead
-                ahead += 1
-            return ahead
-
-    def jobs_of(self, session: str) -> list[Job]:
+    def jobs_of(self, session: str) -> list[Job[Any]]:
         """Return the active and waiting jobs of a session."""
-        with self._lock:
-            return [job for job in (*self._active, *self._waiting) if job.session == session]
+        return [job for job in self.jobs() if job.usage.name == session]
 
-    @property
-    def n_active(self) -> int:
-        """Number of active jobs."""
-        return len(self._active)
+    def usage_of(self, session: str) -> Usage:
+        """Return the usage that the jobs of a session share; a session without jobs is new."""
+        return next((job.usage for job in self.jobs_of(session)), Usage(session))
 
     @property
     def n_of_others(self) -> int:
         """Number of active and waiting jobs of sessions other than that of this thread."""
-        session = self.current_session()
-        with self._lock:
-            return sum(job.session != session for job in (*self._active, *self._waiting))
+        return len(self.jobs()) - len(self.jobs_of(self.current_session()))
 
     @property
     def still_to_take(self) -> float:
         """Bytes of memory that all jobs were promised and have not allocated yet."""
-        with self._lock:
-            jobs = [*self._active, *self._waiting]
-        return sum(job.still_to_take() for job in jobs)
-
-    def _busy(self) -> Counter[str]:
-        return Counter(job.session for job in self._active)
-
-    def _forget(self, session: str) -> None:
-        if all(job.session != session for job in (*self._active, *self._waiting)):
-            self._turns.pop(session, None)
-
-    @staticmethod
-    def _next(waiting: list[Job], busy: Counter[str], turns: dict[str, int]) -> Job:
-        def rank(job: Job) -> tuple[int, int]:
-            return busy[job.session], turns.get(job.session, 0)
-
-        return min(waiting, key=rank)  # the first session in case of a tie
-
-    def _look_again(self, now: float) -> None:
-        """If jobs wait, check the queue again as soon as the next active job frees its slot."""
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
-        if self._waiting:
-            times = (job.active_since for job in self._active)
-            first = min(since for since in times if now - since < MAX_COUNTED_SECONDS)
-            self._timer = Timer(max(first + MAX_COUNTED_SECONDS - now, 0.01), self.look)
-            self._timer.daemon = True
-            self._timer.start()
+        return sum(job.still_to_take() for job in self.jobs())
 
 
 @cache

@@ -7,7 +7,7 @@ from threading import Condition
 from typing import Any, Generic, TypeVar
 
 from ccwsim.jobs.job import Job
-from ccwsim.jobs.turns import PAGE_TURNS
+from ccwsim.jobs.scheduler import PAGE_TURNS
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.system.log import reason
 from ccwsim.system.lru_cache import LruCache

@@ -4,10 +4,11 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar, copy_context
+from functools import partial
 from threading import Event
 from typing import Protocol
 
-from ccwsim.jobs.cores import CoreLease, Cores, Usage
+from ccwsim.jobs.scheduler import Cores, Lease, Usage
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.system.machine import n_cores
 
@@ -73,8 +74,8 @@ class Watch:
     def __init__(self, stop: StopFlag) -> None:
         self.share = 0.0
         """Finished share of the task, from 0 to 1."""
-        self.lease: CoreLease | None = None
-        """The lease of a core; None if the task does not share cores with other runs."""
+        self.yield_core: Callable[[], None] | None = None
+        """Yields the core if that is due; None if the task does not share cores with other runs."""
         self._stop = stop
 
     def report(self, share: float) -> None:
@@ -84,8 +85,8 @@ class Watch:
 
     def check(self) -> None:
         """Raise `Cancelled` if the task was asked to stop; yield the core if that is due."""
-        if self.lease is not None and not self._stop.is_set():
-            self.lease.yield_if_due()
+        if self.yield_core is not None and not self._stop.is_set():
+            self.yield_core()
         if self._stop.is_set():
             raise Cancelled("the simulation was stopped")
 
@@ -112,7 +113,9 @@ def run_all(
         if cores is None:
             task(number, watch)
             return
-        with cores.lease(usage, stop) as watch.lease:
+        lease = Lease(usage, stop)
+        with cores.held(lease):
+            watch.yield_core = partial(cores.yield_if_due, lease)
             watch.check()
             task(number, watch)
 
@@ -133,7 +136,7 @@ def run_all(
         finally:
             stop.set()
             if cores:
-                cores.let_stopped_go()
+                cores.look()
             for future in futures:
                 future.cancel()
             wait(futures)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import streamlit as st
 
-from ccwsim.jobs.turns import PAGE_TURNS
+from ccwsim.jobs.scheduler import PAGE_TURNS
 from ccwsim.sharing.link import link_of
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.session.address import page_link, shown_of, take_address

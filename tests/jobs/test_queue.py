@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import gc
+import random
 import weakref
+from math import inf
 from threading import Event
 
 import pytest
@@ -11,6 +13,7 @@ import pytest
 from ccwsim import Cancelled
 from ccwsim.jobs import job as jobs
 from ccwsim.jobs.job import MAX_COUNTED_SECONDS, Job, Queue
+from ccwsim.jobs.scheduler import Lease, Usage
 from ccwsim.system.memory import give_back_memory
 from ccwsim.ui.session.progress import delay_text
 from ccwsim.ui.session.server import GRACE, SessionMonitor
@@ -18,12 +21,12 @@ from ccwsim.ui.session.server import GRACE, SessionMonitor
 SLOW = 60
 
 
-class Waiting:
-    """A job in the queue: its session, and functions called when it begins or is abandoned."""
+class Waiting(Lease):
+    """A job in the queue; functions are called when it begins, is stopped or is abandoned."""
 
-    def __init__(self, session: str, begin, abandon=lambda: None) -> None:
-        self.session, self.begin, self.abandon = session, begin, abandon
-        self.active_since = 0.0
+    def __init__(self, usage: Usage, answer, abandon=lambda: None) -> None:
+        super().__init__(usage)
+        self.answer, self.abandon = answer, abandon
 
 
 class Clock:
@@ -47,13 +50,22 @@ class Log:
     def enter(self, *names: str) -> None:
         """Add jobs to the queue; the first letter of a name is the session of the job."""
         for name in names:
-            place = Waiting(name[0], lambda name=name: self.begun.append(name))
+            usage = self.queue.usage_of(name[0])
+            place = Waiting(usage, lambda name=name: self.begun.append(name))
             self.places[name] = place
-            self.queue.enter(place)
+            self.queue.request(place)
 
     def leave(self, *names: str) -> None:
         for name in names:
-            self.queue.leave(self.places[name])
+            self.queue.release(self.places[name])
+
+    def is_active(self, name: str) -> bool:
+        return self.places[name] in self.queue._active
+
+    def let_the_next_begin(self) -> None:
+        """Let time pass until the active jobs do not count any more."""
+        self.clock.now += MAX_COUNTED_SECONDS + 0.1
+        self.queue.look()
 
     def position(self, name: str) -> int:
         return self.queue.position(self.places[name])
@@ -89,6 +101,23 @@ def test_the_positions_are_the_order_in_which_jobs_begin():
     assert sorted(said, key=said.__getitem__) == log.begun
 
 
+@pytest.mark.parametrize("seed", range(20))
+def test_positions_are_the_order_of_any_jobs_of_which_none_ends(seed):
+    log, rng = Log(1), random.Random(seed)
+    for k in range(rng.randint(5, 20)):
+        log.enter(f"{rng.choice('abcd')}{k}")
+        if rng.random() < 0.3:
+            log.leave(rng.choice([name for name in log.begun if log.is_active(name)]))
+        if rng.random() < 0.3:
+            log.let_the_next_begin()
+    waiting = [name for name in log.places if log.position(name)]
+    expected = sorted(waiting, key=log.position)
+    n_begun = len(log.begun)
+    for _ in expected:
+        log.let_the_next_begin()
+    assert log.begun[n_begun:] == expected
+
+
 def test_a_long_job_does_not_count_where_others_wait():
     log = Log(1)
     log.enter("a1", "b1", "c1")
@@ -101,13 +130,18 @@ def test_a_long_job_does_not_count_where_others_wait():
     assert log.begun[-1] == "c1"
 
 
-def test_who_waits_can_withdraw_and_who_has_begun_cannot():
+def test_who_waits_can_be_stopped_and_who_has_begun_goes_on():
     log = Log(1)
     log.enter("a1", "b1", "c1")
-    assert log.queue.withdraw(log.places["b1"])
-    assert not log.queue.withdraw(log.places["a1"])
+    stopped = log.places["b1"]
+    for name in ("a1", "b1"):
+        log.places[name].stop.set()
+        log.queue.look()
+    assert log.begun == ["a1", "b1"]
+    assert stopped.since == inf
+    assert log.queue.jobs() == [log.places["a1"], log.places["c1"]]
     log.leave("a1")
-    assert log.begun == ["a1", "c1"]
+    assert log.begun == ["a1", "b1", "c1"]
 
 
 @pytest.fixture
@@ -199,7 +233,7 @@ class Room:
         def abandon() -> None:
             self.dropped.append(name)
 
-        self.queue.enter(Waiting(name[0], lambda: None, abandon))
+        self.queue.request(Waiting(self.queue.usage_of(name[0]), lambda: None, abandon))
 
     def look(self, now: float) -> None:
         self.clock.now = now

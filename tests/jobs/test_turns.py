@@ -6,7 +6,7 @@ from threading import Event, Thread
 
 import pytest
 
-from ccwsim.jobs.turns import Turns
+from ccwsim.jobs.scheduler import Turns
 from tests.waiting import wait_until
 
 SLOW = 60
@@ -50,7 +50,7 @@ def pages(turns: Turns, names: str) -> tuple[dict[str, Page], list[str]]:
     here = {}
     for k, name in enumerate(names):
         here[name] = Page(turns, began, name)
-        wait_until(lambda k=k: len(turns._began) + len(turns._waiting) == k + 1, name)
+        wait_until(lambda k=k: turns.n_active + len(turns._waiting) == k + 1, name)
     return here, began
 
 
@@ -58,14 +58,14 @@ def test_a_few_work_at_a_time_in_the_order_in_which_they_come():
     turns = Turns(2, SLOW)
     here, began = pages(turns, "abcd")
     wait_until(lambda: sorted(began) == ["a", "b"], "two pages")
-    assert len(turns._began) == 2
+    assert turns.n_active == 2
     here["b"].finish()
     wait_until(lambda: began[2:] == ["c"], "the third")
     here["a"].finish()
     wait_until(lambda: began[2:] == ["c", "d"], "the fourth")
     here["c"].finish()
     here["d"].finish()
-    assert len(turns._began) == 0
+    assert turns.n_active == 0
 
 
 def test_a_page_that_waits_lets_another_work_and_comes_next():
@@ -97,7 +97,7 @@ def test_an_error_ends_the_turn():
     turns = Turns(1)
     with pytest.raises(ZeroDivisionError), turns.turn():
         raise ZeroDivisionError
-    assert len(turns._began) == 0
+    assert turns.n_active == 0
 
 
 def test_a_thread_without_a_turn_only_waits():
@@ -105,4 +105,4 @@ def test_a_thread_without_a_turn_only_waits():
     assert not turns.wait(event, 0.0)
     event.set()
     assert turns.wait(event, 0.0)
-    assert len(turns._began) == 0
+    assert turns.n_active == 0

@@ -17,6 +17,7 @@ from ccwsim.experiments.timing import TimingCase
 from ccwsim.jobs import limits
 from ccwsim.jobs.job import Job, Queue, server_queue
 from ccwsim.jobs.limits import RESERVE
+from ccwsim.jobs.scheduler import Lease, Usage
 from ccwsim.jobs.statistics import StatisticsWorker, Task
 from ccwsim.sharing.choices import DataChoice
 from ccwsim.system.lru_cache import LruCache
@@ -37,12 +38,11 @@ SLOW = 120
 CELLS = SMALL.grid.ny * SMALL.grid.nx * SMALL.n_realizations
 
 
-class Somebody:
+class Somebody(Lease):
     """A job of another session."""
 
-    session, active_since = "somebody else", 0.0
-
-    def begin(self) -> None: ...
+    def __init__(self) -> None:
+        super().__init__(Usage("somebody else"))
 
     def still_to_take(self) -> float:
         return 0.0
@@ -61,7 +61,7 @@ def busy(monkeypatch):
     queue = Queue(1, StillClock())
     monkeypatch.setattr("ccwsim.jobs.job.server_queue", lambda: queue)
     other = Somebody()
-    queue.enter(other)
+    queue.request(other)
     return queue, other
 
 
@@ -141,7 +141,7 @@ def test_a_run_says_which_place_it_has_in_the_queue_and_can_be_withdrawn(busy):
 def test_a_run_that_waited_gives_its_results_when_it_is_its_turn(busy):
     queue, other = busy
     app = launched_waiting()
-    queue.leave(other)
+    queue.release(other)
     assert settled(app).session_state[KEY].ensemble.n == SMALL.n_realizations
 
 
@@ -157,7 +157,7 @@ def test_statistics_wait_in_the_queue_too_and_say_so(busy):
     statistic = Task(("six",), lambda progress: 6)
     bench.ask(statistic)
     assert bench.position == 1
-    queue.leave(other)
+    queue.release(other)
     assert bench.wait_for(statistic, SLOW) == 6
     assert bench.position == 0
 
@@ -169,7 +169,7 @@ def test_statistics_of_a_tab_that_was_closed_are_worked_out_when_they_are_asked_
     bench.ask(statistic)
     (place,) = (p for p in queue.jobs_of("") if p is not other)
     place.abandon()
-    queue.leave(other)
+    queue.release(other)
     bench.ask(Task(("eight",), lambda progress: 8))
     assert bench.wait_for(statistic, SLOW) == 7
 
@@ -239,7 +239,7 @@ def test_times_that_others_disturbed_are_told(monkeypatch, alone):
     for module in ("jobs.job", "ui.benchmark.measurement"):
         monkeypatch.setattr(f"ccwsim.{module}.server_queue", lambda: queue)
     if not alone:
-        queue.enter(Somebody())
+        queue.request(Somebody())
     case = TimingCase(SMALL.parameters, (32, 32))
     run = TimingRun(datasets.load("channels"), [case], 1, 0).start()
     assert run.job.wait(SLOW)
