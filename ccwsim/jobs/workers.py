@@ -107,30 +107,32 @@ def run_all(
     """
     stop = Event()
     cores, usage = None if _needs_no_core.get() else _shared_cores, _usage.get() or Usage()
-
-    def run(number: int, watch: Watch) -> None:
-        """Run a task as soon as it has a core, unless it was stopped before."""
-        if cores is None:
-            task(number, watch)
-            return
-        lease = Lease(usage, stop)
-        with cores.held(lease):
-            watch.yield_core = partial(cores.yield_if_due, lease)
-            watch.check()
-            task(number, watch)
-
     watches = [Watch(stop) for _ in range(n)]
-    with nullcontext(pool) if pool else ThreadPoolExecutor(min(n, n_workers)) as threads:
+    numbers, finished = iter(range(n)), []
+
+    def work() -> None:
+        """Run the next tasks, and keep a core between them as long as its slice lasts."""
+        lease = Lease(usage, stop)
+        with cores.held(lease) if cores else nullcontext():
+            for number in numbers:
+                watch = watches[number]
+                watch.yield_core = partial(cores.yield_if_due, lease) if cores else None
+                watch.check()
+                task(number, watch)
+                finished.append(number)
+
+    n_threads = min(n, n_workers if pool is None else pool._max_workers)
+    with nullcontext(pool) if pool else ThreadPoolExecutor(n_threads) as threads:
         futures: list[Future[None]] = []
         try:
-            futures += [_submit(threads, run, k, watches[k]) for k in range(n)]
+            futures += [_submit(threads, work) for _ in range(n_threads)]
             pending = set(futures)
             while pending:
-                finished, pending = wait(pending, POLL_SECONDS)
-                for future in finished:
+                ended, pending = wait(pending, POLL_SECONDS)
+                for future in ended:
                     future.result()
                 if progress:
-                    progress(sum(w.share for w in watches) / n, n - len(pending))
+                    progress(sum(watch.share for watch in watches) / n, len(finished))
                 if pending and cancel and cancel():
                     break
         finally:
@@ -140,13 +142,11 @@ def run_all(
             for future in futures:
                 future.cancel()
             wait(futures)
-    return [k for k, f in enumerate(futures) if not f.cancelled() and f.exception() is None]
+    return sorted(finished)
 
 
-def _submit(
-    pool: ThreadPoolExecutor, run: Callable[[int, Watch], None], number: int, watch: Watch
-) -> Future[None]:
+def _submit(pool: ThreadPoolExecutor, work: Callable[[], None]) -> Future[None]:
     try:
-        return pool.submit(copy_context().run, run, number, watch)
+        return pool.submit(copy_context().run, work)
     except RuntimeError as error:
         raise CCWSIMError(f"the executor takes no work: {error}; give an open one") from error

@@ -214,16 +214,12 @@ def map_parallel(
             progress(1.0)
         return only
     results: list = [None] * n
-    n_tasks = min(n, n_cores())  # few tasks, because starting one takes as long as a small image
 
-    def task(number: int, watch: Watch) -> None:
-        watch.check()
-        numbers = range(number, n, n_tasks)
-        for done, k in enumerate(numbers, 1):
-            results[k] = function(k)
-            watch.report(done / len(numbers))
+    def task(k: int, watch: Watch) -> None:
+        results[k] = function(k)
+        watch.report(1.0)
 
     if n:
         report = (lambda fraction, _: progress(fraction)) if progress else None
-        run_all(task, n_tasks, n_tasks, report)
+        run_all(task, n, n_cores(), report)
     return results

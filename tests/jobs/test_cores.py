@@ -21,6 +21,7 @@ from ccwsim.jobs.scheduler import (
     Usage,
 )
 from ccwsim.jobs.workers import run_all
+from tests.waiting import wait_until
 
 STRIPES = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
 SMALL = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
@@ -275,6 +276,27 @@ def test_two_runs_both_get_on_and_give_what_each_gives_alone(shared, monkeypatch
         thread.join(120)
     assert found == {1: alone[0].digest, 2: alone[1].digest}
     assert not shared._waiting
+
+
+@pytest.mark.parametrize(
+    ("seconds", "expected"), [(0.0, ["one"] * 3 + ["two"]), (0.1, ["one", "two", "one", "one"])]
+)
+def test_small_tasks_of_a_run_share_a_time_slice(monkeypatch, seconds, expected):
+    clock, began = Clock(), []
+    cores = Cores(1, clock)
+    monkeypatch.setattr(workers, "_shared_cores", cores)
+    other = Thread(target=run_all, args=(lambda number, watch: began.append("two"), 1, 1))
+
+    def task(number: int, watch: object) -> None:
+        began.append("one")
+        if not number:
+            other.start()
+            wait_until(lambda: bool(cores._waiting), "the other run")
+        clock.now += seconds
+
+    assert run_all(task, 3, 1) == [0, 1, 2]
+    other.join(60)
+    assert began == expected
 
 
 def test_a_run_that_waits_for_a_core_can_be_stopped(shared):
