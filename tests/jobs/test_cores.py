@@ -317,6 +317,16 @@ def test_a_run_that_waits_for_a_core_can_be_stopped(shared):
     assert simulate(STRIPES, Grid(40, 50), SMALL).n == 1
 
 
+def test_a_task_that_fails_gives_its_core_back(shared):
+    def fails(number, watch):
+        raise ZeroDivisionError
+
+    for n in (1, 3):
+        with pytest.raises(ZeroDivisionError):
+            run_all(fails, n, 2)
+        assert (shared.n_active, shared._waiting) == (0, [])
+
+
 def test_kernels_are_looked_for_while_tasks_with_all_cores_wait_for_it(shared, monkeypatch):
     """Test that the tasks of `compilation.walk`, which holds a lock, do not wait for a core."""
     monkeypatch.setattr(compilation, "_can_compile_apart", lambda: True)
