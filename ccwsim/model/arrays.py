@@ -176,6 +176,16 @@ def readonly(array: NDArray) -> NDArray:
     return view
 
 
+class ReadOnly:
+    """A base class of objects whose arrays stay read-only when they are copied or unpickled."""
+
+    def __setstate__(self, state: dict[str, object]) -> None:
+        for value in state.values():
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)
+        vars(self).update(state)
+
+
 def smallest_integers(array: NDArray[np.int64]) -> NDArray[np.integer]:
     """Return `array` in the smallest integer type for its values."""
     if not array.size:

@@ -11,7 +11,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.model.arrays import as_array, as_floats, as_integers, digest, frozen, is_table
+from ccwsim.model.arrays import (
+    ReadOnly,
+    as_array,
+    as_floats,
+    as_integers,
+    digest,
+    frozen,
+    is_table,
+)
 from ccwsim.model.backends import notebook, reader
 from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.grid import Grid, describe_cell
@@ -22,7 +30,7 @@ if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
 
-class HardData:
+class HardData(ReadOnly):
     """Cells with a known facies, one datum for each cell.
 
     Arrays are read-only int64, sorted by layer, row, then column, without duplicates. Empty data,

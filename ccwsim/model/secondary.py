@@ -23,7 +23,7 @@ SUM_TOLERANCE = 0.01
 
 
 @dataclass(frozen=True, eq=False)
-class Auxiliary:
+class Auxiliary(arrays.ReadOnly):
     """A variable that is known in the training image and in the grid, such as a depth.
 
     Patches are preferred whose values in the image equal the values in the grid.
@@ -60,7 +60,7 @@ class Auxiliary:
 
 
 @dataclass(frozen=True, eq=False)
-class Secondary:
+class Secondary(arrays.ReadOnly):
     """What conditions a simulation besides hard data.
 
     Raises `CCWSIMError` if values have a wrong type; shapes and facies are checked when a `Study`

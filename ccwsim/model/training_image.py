@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _CONTINUOUS = "for continuous values use TrainingImage.from_array with a threshold or classes"
 
 
-class TrainingImage:
+class TrainingImage(arrays.ReadOnly):
     """A map or volume of facies codes, in which patches are searched (the TI).
 
     Facies are at most 254 integer codes, whose order has no meaning. Images with equal codes and

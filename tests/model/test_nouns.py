@@ -1,5 +1,7 @@
 """Test training image, grid, hard data, study and ensemble: contents and refused arguments."""
 
+import copy
+import pickle
 from contextlib import suppress
 
 import numpy as np
@@ -10,6 +12,7 @@ from hypothesis.extra import numpy as hnp
 
 from ccwsim import CCWSIMError, Ensemble, Grid, HardData, Parameters, TrainingImage, simulate
 from ccwsim.model.arrays import as_integers, digest, smallest_integers
+from ccwsim.model.secondary import Auxiliary, Secondary
 from ccwsim.model.study import Study
 from tests.small_images import blobs, noise
 
@@ -340,3 +343,22 @@ class TestArrays:
         assert digest(a) == digest(a.copy(order="F"))
         different = [a, a.reshape(3, 4), a.astype(int), np.roll(a, 1), a.tolist()]
         assert len({digest(d) for d in different}) == len(different)
+
+
+@pytest.mark.parametrize(
+    "copied", [copy.copy, copy.deepcopy, lambda o: pickle.loads(pickle.dumps(o))]
+)
+def test_arrays_stay_read_only_in_copies(copied):
+    image = TrainingImage(blobs((20, 30), 3), name="blobs", facies_names=["a", "b", "c"])
+    secondary = Secondary(
+        np.arange(600).reshape(20, 30) > 5, auxiliary=[Auxiliary(np.eye(9), np.eye(9))]
+    )
+    data = HardData([[3, 4], [7, 7]], [0, 2])
+    assert copied(image) == image
+    assert copied(image).facies_names == ("a", "b", "c")
+    assert copied(data) == data
+    auxiliary = copied(secondary).auxiliary[0]
+    for noun in (copied(image), copied(data), auxiliary):
+        arrays = [each for each in vars(noun).values() if isinstance(each, np.ndarray)]
+        assert len(arrays) >= 2
+        assert not any(array.flags.writeable for array in arrays)
