@@ -59,6 +59,32 @@ def test_the_cluster_gives_the_same(client):
 
 
 @pytest.mark.slow
+def test_the_study_is_sent_once_to_the_cluster(client, monkeypatch):
+    sent: list[int] = []
+    submit = client.submit
+
+    def counting(fn, *args, **kwargs):
+        sent.extend(len(arg) for arg in args if isinstance(arg, bytes))
+        return submit(fn, *args, **kwargs)
+
+    monkeypatch.setattr(client, "submit", counting)
+    study(20, executor=client)
+    assert len(sent) == 1
+    assert sent[0] > IMAGE.indices.nbytes
+
+
+@pytest.mark.slow
+def test_a_scheduler_without_workers_is_said_in_words(monkeypatch):
+    monkeypatch.setattr("ccwsim.run.executors.cluster.WORKER_SECONDS", 0.1)
+    none = {"n_workers": 0, "processes": False, "dashboard_address": None}
+    with (
+        distributed.Client(**none, set_as_default=False) as client,
+        pytest.raises(CCWSIMError, match="no worker"),
+    ):
+        study(1, executor=client)
+
+
+@pytest.mark.slow
 def test_a_task_on_the_only_thread_of_a_cluster_may_use_this_cluster():
     def task() -> Ensemble:
         return study(3, executor=distributed.get_client())

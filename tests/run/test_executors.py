@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import os
+import tempfile
 import threading
 import time
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor
 
 import numpy as np
 import pytest
 
 from ccwsim import Cancelled, CCWSIMError, Ensemble, HardData, Parameters, TrainingImage, simulate
-from ccwsim.model.grid import Grid
-from ccwsim.model.study import Study
-from ccwsim.run.executors import worker
-from ccwsim.run.executors.worker import FileFlag, FlagWatch, deserialized, serialized, study_key
+from ccwsim.engine.kernel_cache import SOURCE
+from ccwsim.engine.prepared_image import PreparedImage
+from ccwsim.run.executors import parts
+from ccwsim.run.executors.parts import Folder, simulate_part
 from tests.processes import process_pool
 from tests.small_images import blobs
 
@@ -105,42 +106,42 @@ def test_any_executor_will_do_and_sources_come_with_it():
     np.testing.assert_array_equal(found.sources, here.sources)
 
 
+class Looking(InLine):
+    """An executor that keeps the arguments of its tasks."""
+
+    def __init__(self) -> None:
+        self.arguments: list[tuple] = []
+
+    def submit(self, fn, /, *args, **kwargs):
+        self.arguments.append(args)
+        return super().submit(fn, *args, **kwargs)
+
+
+def test_parts_are_consecutive_realizations():
+    looking = Looking()
+    study(12, executor=looking, first_realization=3, n_workers=1)
+    assert [k for _, _, numbers, *_ in looking.arguments for k in numbers] == list(range(3, 15))
+
+
 @pytest.mark.slow
-def test_small_realizations_travel_in_batches():
-    sizes: list[int] = []
-
-    class Counting(InLine):
-        def submit(self, fn, /, *args, **kwargs):
-            sizes.append(len(args[0].numbers))
-            return super().submit(fn, *args, **kwargs)
-
-    study(200, executor=Counting(), n_workers=1)
+def test_small_realizations_travel_in_parts():
+    looking = Looking()
+    study(200, executor=looking, n_workers=1)
+    sizes = [len(numbers) for _, _, numbers, *_ in looking.arguments]
     assert max(sizes) > 1
     assert len(sizes) < 100
 
 
-def test_the_study_is_sent_only_to_a_worker_that_does_not_know_it(monkeypatch):
-    monkeypatch.setattr(worker, "_studies", type(worker._studies)())
-    contents: list[bytes | None] = []
-
-    class Looking(InLine):
-        def submit(self, fn, /, *args, **kwargs):
-            contents.append(args[1])
-            return super().submit(fn, *args, **kwargs)
-
-    study(40, executor=Looking(), n_workers=1)
-    n_first = sum(content is not None for content in contents)
-    assert 1 <= n_first <= 2
-    study(40, executor=Looking(), n_workers=1)
-    assert sum(content is not None for content in contents) == n_first
-
-
-def test_a_deserialized_study_has_read_only_arrays():
-    there = deserialized(serialized(Study(IMAGE, Grid(60, 50), P, DATA, 3)))
-    assert study_key(there) == study_key(Study(IMAGE, Grid(60, 50), P, DATA, 3))
-    assert study_key(there) != study_key(Study(IMAGE, Grid(60, 50), P, DATA, 4))
-    assert not there.training_image.indices.flags.writeable
-    assert there.training_image.facies_names == ("a", "b", "c")
+def test_a_worker_prepares_a_study_once(monkeypatch):
+    prepared = []
+    monkeypatch.setattr(
+        parts, "PreparedImage", lambda study: prepared.append(study) or PreparedImage(study)
+    )
+    parts._image_of.cache_clear()
+    for _ in range(2):
+        study(5, executor=InLine(), n_workers=1)
+    assert len(prepared) == 1
+    assert prepared[0].hard_data == DATA
 
 
 class TestCancel:
@@ -181,25 +182,32 @@ class TestCancel:
         assert 0 < seen[-1][0] < 0.5
         assert seen[-1][1] == 0
 
-    def test_a_flag_is_seen_where_its_file_can_be(self, monkeypatch):
-        monkeypatch.setattr("ccwsim.run.executors.worker.FLAG_SECONDS", 3600)
-        flag = FileFlag()
-        elsewhere = FileFlag(path=flag.path, host="another machine")
-        watch = FlagWatch(flag)
-        watch.begin(3)
-        assert flag.shares([3]) == {3: 0.0}
-        flag.report(3, 0.5)
-        flag.report(7, 0.0)
-        assert flag.shares([3, 5, 7]) == {3: 0.5, 7: 0.0}
-        flag.set()
-        flag.report(3, 1.0)
-        assert flag.shares([3, 7]) == {}
-        flag.set()
-        assert flag.is_set()
-        assert not elsewhere.is_set()
-        watch.check()  # the next poll is not due
+    def test_a_folder_is_seen_only_on_its_machine(self):
+        folder = Folder()
+        elsewhere = Folder(path=folder.path, host="another machine")
+        assert folder.share(3) == 0.0
+        assert not folder.report(3, 0.25)
+        assert not folder.report(3, 0.5)
+        assert not folder.report(7, 0.125)
+        assert (folder.share(3), folder.share(5), folder.share(7)) == (0.5, 0.0, 0.125)
+        folder.stop()
+        assert folder.report(3, 1.0)
+        assert not elsewhere.report(3, 1.0)
+        assert folder.share(3) == 0.0
+        folder.stop()
+
+    def test_a_worker_begins_no_part_of_a_stopped_run(self):
+        looking = Looking()
+        study(1, executor=looking)
+        content, _, _, _, folder = looking.arguments[0]
+        assert simulate_part(content, SOURCE, range(3), False, folder) == {}
+
+    def test_no_reports_are_left(self, monkeypatch, tmp_path):
+        monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+        study(2, executor=InLine())
         with pytest.raises(Cancelled):
-            FlagWatch(flag).check()
+            study(40, executor=InLine(), n_workers=1, cancel=lambda: True)
+        assert list(tmp_path.iterdir()) == []
 
 
 def ended() -> None:
@@ -226,10 +234,9 @@ class TestErrors:
         with pytest.raises(CCWSIMError, match="executor"):
             study(executor=value)
 
-    def test_another_version_at_a_worker_is_refused(self, monkeypatch):
-        monkeypatch.setattr(worker, "SOURCE", "another")
+    def test_another_version_at_a_worker_is_refused(self):
         with pytest.raises(CCWSIMError, match="another version"):
-            study(executor=InLine())
+            simulate_part(b"", "another", range(3), False, Folder())
 
     def test_an_error_of_the_callback_reaches_the_caller(self, processes):
         def broken(fraction: float, n_done: int) -> None:
@@ -240,14 +247,23 @@ class TestErrors:
             study(500, executor=processes, progress=broken)
         assert same(study(4, executor=processes), study(4))
 
-    def test_a_task_that_fails_stops_the_others(self):
+    @pytest.mark.parametrize(
+        ("error", "match"),
+        [
+            (ValueError("a broken disk"), "broken disk"),
+            (ModuleNotFoundError("no ccwsim"), "cannot import a module .no ccwsim"),
+            (CancelledError(), "executor was cancelled"),
+        ],
+    )
+    def test_a_task_that_fails_stops_the_others(self, error, match):
         class Failing(InLine):
             def submit(self, fn, /, *args, **kwargs):
                 future: Future = Future()
-                future.set_exception(ValueError("a broken disk"))
+                future.set_exception(error)
                 return future
 
-        with pytest.raises(ValueError, match="broken disk"):
+        kind = ValueError if isinstance(error, ValueError) else CCWSIMError
+        with pytest.raises(kind, match=match):
             study(executor=Failing())
 
 

@@ -8,8 +8,8 @@ from typing import Any
 
 from ccwsim.model.arrays import check_int
 from ccwsim.model.errors import refused, shown
-from ccwsim.run.executors.batches import BatchBackend, BatchRunner
-from ccwsim.run.executors.cluster import ClusterBackend, connect, executor_of_environment
+from ccwsim.run.executors.cluster import ClusterRunner, connect, executor_of_environment
+from ccwsim.run.executors.parts import PartRunner
 from ccwsim.run.executors.threads import Take, ThreadRunner, Work
 from ccwsim.system.machine import n_cores
 
@@ -18,7 +18,7 @@ __all__ = ["Take", "Work", "connect", "executor_of_environment", "runner_of"]
 
 def runner_of(
     work: Work, executor: Any = None, n_workers: int | None = None
-) -> ThreadRunner | BatchRunner:
+) -> ThreadRunner | PartRunner:
     """Return a runner for an executor or a Dask client; for None, a runner on threads."""
     workers = n_cores() if n_workers is None else check_int("n_workers", n_workers, 1)
     if executor is None or _is_own_pool(executor):
@@ -26,10 +26,10 @@ def runner_of(
     if isinstance(executor, ThreadPoolExecutor):
         return ThreadRunner(work, workers, executor)
     if isinstance(executor, Executor):
-        return BatchRunner(BatchBackend(executor, workers), work)
+        return PartRunner(work, executor, workers)
     dask = sys.modules.get("distributed")  # if distributed is not imported, no client can exist
     if dask is not None and isinstance(executor, dask.Client):
-        return BatchRunner(ClusterBackend(executor), work)
+        return ClusterRunner(work, executor)
     raise refused("executor", given=shown(executor))
 
 

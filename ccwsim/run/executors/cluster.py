@@ -1,29 +1,25 @@
-"""Batches for a Dask cluster; Dask, an optional extra, is imported only when used."""
+"""The workers of a Dask cluster; Dask, an optional extra, is imported only when used."""
 
-import asyncio
+from __future__ import annotations
+
 import os
 import secrets
 import socket
 import time
-from collections.abc import Iterable
-from concurrent.futures import CancelledError, Future, InvalidStateError
 from contextlib import suppress
-from dataclasses import dataclass
 from threading import Lock
 from typing import Any
 from urllib.parse import urlsplit
 
-from ccwsim.model.errors import CCWSIMError, refused
-from ccwsim.run.executors.batches import BatchBackend
+from ccwsim.model.errors import refused
+from ccwsim.run.executors.parts import PartRunner
 from ccwsim.run.executors.threads import Work
-from ccwsim.run.executors.worker import Reply, simulate_batch
 
 SCHEDULER = "CCWSIM_SCHEDULER"
 """Environment variable with the address of a Dask scheduler, such as tcp://host:8786."""
 CONNECT_SECONDS = 5.0
 COUNT_SECONDS = 2.0  # seconds between two counts of the workers, whose number may change
-RESULT_SECONDS = 3.0  # seconds to wait for a reply before it is requested again
-MAX_LOSSES = 5  # maximum number of times the study is sent again after its workers were lost
+WORKER_SECONDS = 30.0  # seconds to wait for the first worker
 
 _clients: dict[str, Any] = {}
 _lock = Lock()
@@ -62,115 +58,71 @@ def executor_of_environment() -> Any:
         return client
 
 
-@dataclass(frozen=True)
-class ClusterFlag:
-    """A stop flag that workers read from the scheduler of a Dask cluster."""
+class Topic:
+    """A channel like `Folder`: a topic of reports and a stop event, both at the Dask scheduler."""
 
-    name: str
+    def __init__(self, name: str, client: Any = None) -> None:
+        self._name, self._client = name, client
+        self._shares: dict[int, float] = {}
+        if client is not None:
+            client.subscribe_topic(name, self._hear)
 
-    def is_set(self) -> bool:
-        """Return whether the work should stop."""
+    def __reduce__(self) -> tuple[type[Topic], tuple[str]]:
+        return Topic, (self._name,)  # workers need no client
+
+    def report(self, first: int, share: float) -> bool:
+        """Send the finished share of a part to the caller; return whether to stop."""
+        from distributed import Event, get_worker
+
+        get_worker().log_event(self._name, (first, share))
+        return bool(Event(self._name).is_set())
+
+    def _hear(self, event: tuple[float, Any]) -> None:
+        first, share = event[1]
+        self._shares[first] = share
+
+    def share(self, first: int) -> float:
+        """Return the latest reported share of a part."""
+        return self._shares.get(first, 0.0)
+
+    def stop(self) -> None:
+        """Ask all workers to stop."""
         from distributed import Event
 
-        return bool(Event(self.name).is_set())
-
-    def report(self, number: int, share: float) -> None:
-        """Send the finished share of a realization to all subscribers."""
-        from distributed import get_worker
-
-        get_worker().log_event(self.name, (number, share))
+        with suppress(Exception):  # the scheduler may be gone
+            Event(self._name, client=self._client).set()
+            self._client.unsubscribe_topic(self._name)
 
 
-class ClusterBackend(BatchBackend):
-    """Sends batches to the workers of a `distributed.Client`, which stays open.
+class ClusterRunner(PartRunner):
+    """Runs realizations on the workers of a `distributed.Client`; Dask repeats lost parts."""
 
-    It does not use `Client.get_executor()`, because futures of that executor would wait for a
-    killed worker until the connection times out.
-    """
+    def __init__(self, work: Work, client: Any) -> None:
+        from distributed import KilledWorker
 
-    def __init__(self, client: Any) -> None:
-        super().__init__(client, 0)
-        self._client = client
-        self._next_count = 0.0
-        self._n_losses = 0
-        self._stopped = False
-        self._shares: dict[int, float] = {}
+        super().__init__(work, client.get_executor(pure=False), 1)
+        self._errors = {KilledWorker: "workers_ended", **self._errors}
+        self._client, self._next_count = client, 0.0
 
-    def open(self, work: Work) -> None:
-        """Send the study to every worker."""
-        from distributed import Event, secede
+    def _send(self, content: bytes) -> tuple[Any, Topic]:
+        """Send the content once, as the result of a task, which Dask repeats if it is lost."""
+        from distributed import secede
 
         with suppress(ValueError, KeyError):  # not called in a task, or already done
             secede()  # a task that waits for other tasks must not keep its thread from them
-        super().open(work)
-        self._flag.set()  # the folder of the base class is not needed
-        self._flag = ClusterFlag(f"ccwsim-{secrets.token_hex(8)}")
-        self._event = Event(self._flag.name, client=self._client)
-        self._client.subscribe_topic(self._flag.name, self._hear)
-        self._scatter()
-
-    def _scatter(self) -> None:
+        sent = self._client.submit(bytes, content, pure=False)
         try:
-            self._study = self._client.scatter(self._content, broadcast=True, hash=False)
-        except Exception as error:
-            raise refused("study_not_sent", error=error) from error
+            self._client.wait_for_workers(1, WORKER_SECONDS)
+        except TimeoutError as error:
+            raise refused("no_dask_workers", seconds=WORKER_SECONDS) from error
+        with suppress(Exception):  # a worker without the content fetches it with its first part
+            self._client.replicate([sent])
+        return sent, Topic(f"ccwsim-{secrets.token_hex(8)}", self._client)
 
     def n_workers(self) -> int:
-        """Number of threads of all workers together, at least 1."""
+        """Return the number of threads of all workers together, at least 1."""
         if time.monotonic() > self._next_count:
             with suppress(Exception):
-                self._n_workers = sum(self._client.nthreads().values())
+                self._n_workers = max(sum(self._client.nthreads().values()), 1)
             self._next_count = time.monotonic() + COUNT_SECONDS
-        return max(self._n_workers, 1)
-
-    def submit(self, numbers: tuple[int, ...], with_study: bool) -> Future[Reply]:
-        """Send a batch without the study, which the workers have; Dask repeats lost batches."""
-        request, future = self._request(numbers), Future()
-        task = self._client.submit(simulate_batch, request, self._study, pure=False)
-        task.add_done_callback(lambda task: self._fetch(task, future))
-        future.add_done_callback(lambda future: task.cancel() if future.cancelled() else None)
-        return future
-
-    def _fetch(self, task: Any, future: Future[Reply]) -> None:
-        """Move a reply to its future; ask again, because Dask waits long for a lost worker."""
-        seconds = RESULT_SECONDS
-        while not self._stopped and not future.done():
-            try:
-                future.set_result(task.result(timeout=seconds))
-            except TimeoutError:
-                seconds *= 2
-            except InvalidStateError:  # the future was cancelled meanwhile
-                return
-            except BaseException as error:  # `CancelledError` of asyncio is not an `Exception`
-                with suppress(InvalidStateError):
-                    future.set_exception(error)
-
-    def _hear(self, event: tuple[float, Any]) -> None:
-        number, share = event[1]
-        self._shares[number] = share
-
-    def shares(self, numbers: Iterable[int]) -> dict[int, float]:
-        """Return which share of each realization is finished, as its worker last reported."""
-        return {number: self._shares[number] for number in numbers if number in self._shares}
-
-    def recovers(self, error: BaseException) -> bool:
-        """Send the study again if it was lost with its workers; otherwise call the base class."""
-        from distributed import KilledWorker
-
-        if isinstance(error, KilledWorker):
-            raise refused("workers_ended", error=error) from error
-        if not isinstance(error, (CancelledError, asyncio.CancelledError)) or self._stopped:
-            return super().recovers(error)
-        self._n_losses += 1
-        if self._client.status != "running" or self._n_losses > MAX_LOSSES:
-            raise CCWSIMError("the Dask scheduler or all of its workers were lost") from error
-        self._next_count = 0.0
-        self._scatter()
-        return True
-
-    def stop(self) -> None:
-        """Set the event that workers poll."""
-        self._stopped = True
-        with suppress(Exception):  # the scheduler may be gone
-            self._event.set()
-            self._client.unsubscribe_topic(self._flag.name)
+        return self._n_workers

@@ -30,13 +30,19 @@ class Work(NamedTuple):
 class ThreadRunner:
     """Runs realizations on threads or a given `pool`; kernels release the interpreter lock."""
 
-    def __init__(self, work: Work, n_workers: int, pool: ThreadPoolExecutor | None = None) -> None:
+    def __init__(
+        self,
+        work: Work,
+        n_workers: int,
+        pool: ThreadPoolExecutor | None = None,
+        image: PreparedImage | None = None,
+    ) -> None:
         self._work, self._n_workers, self._pool = work, n_workers, pool
+        self._image = image or PreparedImage(work.study)
 
     def prepare(self, progress: Progress | None, cancel: Cancel | None) -> bool:
         """Prepare the image and compile the kernels; return False if the run was cancelled."""
-        study = self._work.study
-        self._image = image = PreparedImage(study)
+        study, image = self._work.study, self._image
         if is_compiled(study, image):
             return True
         waiting = (lambda *_: progress(0.0, 0)) if progress else None
