@@ -1,6 +1,9 @@
 """The training image, prepared for the search in each orientation of the path (section 4.2)."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
 from functools import cached_property
 from math import prod
 from typing import Any, NamedTuple
@@ -34,6 +37,8 @@ from ccwsim.system.lru_cache import LruCache
 
 KEPT_BYTES = 500_000_000
 """Maximum total size, in bytes, of the prepared parts of an image that are stored in memory."""
+MAX_IMAGES, MAX_IMAGES_BYTES = 16, 128 * 2**20
+"""Maximum number and total size, in bytes, of prepared images that are kept between runs."""
 THIN = 3.0  # maximum mean thickness, in cells, of a facies that is thin
 
 
@@ -159,18 +164,28 @@ def steers(study: Study) -> bool:
     return several and not placed and not p.published_draw and not p.match_proportions
 
 
+@dataclass(eq=False)
 class PreparedImage:
     """The prepared training image, which all realizations of a study share.
 
     Each part is computed when it is first needed; two threads may compute the same part. The most
-    recently used parts, up to KEPT_BYTES in total, remain in memory.
+    recently used parts, up to KEPT_BYTES in total, remain in memory. No part depends on the seed.
     """
 
-    def __init__(self, study: Study) -> None:
-        self.study = study
+    study: Study
+
+    def __post_init__(self) -> None:
+        study = self.study
         self.lengths = lengths_of(study.parameters, study.grid.shape)
         """Lengths at each scale, along the axes of the grid, for the default template."""
         self._parts: LruCache[Any] = LruCache(max_bytes=KEPT_BYTES)
+
+    @cached_property
+    def key(self) -> tuple[Hashable, ...]:
+        """Everything that determines the parts: equal for studies that differ in the seed."""
+        study, secondary = self.study, self.study.secondary
+        inputs = study.training_image, study.grid, study.parameters, study.hard_data
+        return *inputs, secondary and secondary.digest
 
     def oriented(self, orientation: int, template: Triple) -> OrientedImage:
         """Return the prepared image in one orientation, at the coarsest scale.
@@ -337,3 +352,29 @@ class PreparedImage:
     def isolated_datum_thresholds(self) -> NDArray[np.float64]:
         """Thresholds, by facies index, below which a datum is isolated (see `resimulation`)."""
         return isolated_datum_thresholds(self.base)
+
+
+_images: LruCache[PreparedImage] = LruCache(MAX_IMAGES, MAX_IMAGES_BYTES, min_values=0)
+_keeps: ContextVar[bool] = ContextVar("keeps", default=True)
+
+
+@contextmanager
+def fresh_images() -> Iterator[None]:
+    """Prepare all images of a thread anew, so that measured times include their preparation."""
+    token = _keeps.set(False)
+    try:
+        yield
+    finally:
+        _keeps.reset(token)
+
+
+def prepared_image(study: Study) -> PreparedImage:
+    """Return the prepared image of a study, which may be kept from a study with another seed."""
+    image = PreparedImage(study)
+    return _images.get_or_make(image.key, lambda: image) if _keeps.get() else image
+
+
+def keep(image: PreparedImage) -> None:
+    """Keep an image for later runs, as far as all images fit; called when its parts are made."""
+    if _keeps.get():
+        _images.put(image.key, image)

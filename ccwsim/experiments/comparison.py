@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ccwsim.engine.prepared_image import fresh_images
 from ccwsim.jobs.workers import Cancel, Progress
 from ccwsim.metrics import Anodi, Band, Fit, Scaling, anodi, band, fit_curve
 from ccwsim.metrics.bands import STATISTICS, curves_of
@@ -146,6 +147,7 @@ class Comparison:
         return PairRatio(name, other, *self.anodi.relative(name, other), errors)
 
 
+@fresh_images()
 def compare(
     training_image: TrainingImage | ArrayLike,
     grid_shape: Shape | Grid,

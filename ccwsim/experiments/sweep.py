@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ccwsim.engine.prepared_image import fresh_images
 from ccwsim.experiments.plan import label, varied
 from ccwsim.experiments.timing import typical_seconds
 from ccwsim.jobs.workers import Cancel, Progress
@@ -97,6 +98,7 @@ class Sweep:
         return known[errors[known] <= errors[best] + np.maximum(tolerance, apart)]
 
 
+@fresh_images()
 def sweep(
     training_image: TrainingImage | ArrayLike,
     grid_shape: Shape | Grid,

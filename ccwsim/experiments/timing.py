@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ccwsim import Cancelled, CCWSIMError, Grid, HardData, Parameters, TrainingImage, simulate
 from ccwsim.datasets.sampling import sample_random
 from ccwsim.engine.corrections.resimulation import MAX_COMPARED
+from ccwsim.engine.prepared_image import fresh_images
 from ccwsim.engine.stages.conditioning import MAX_DATA
 from ccwsim.jobs.workers import Cancel, Progress
 from ccwsim.model.arrays import Shape, check_int, frozen
@@ -62,6 +63,7 @@ class Timing(TimingCase):
         return float(np.median(self.cpu_seconds))
 
 
+@fresh_images()
 def time_study(
     training_image: TrainingImage,
     grid_shape: Shape | Grid,

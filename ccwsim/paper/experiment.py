@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ccwsim import datasets
 from ccwsim.datasets.catalogue import reference_field
 from ccwsim.datasets.sampling import sample_random
+from ccwsim.engine.prepared_image import fresh_images
 from ccwsim.io import read_hard_data, read_training_image
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled, CCWSIMError, refused
@@ -174,6 +175,7 @@ class ExperimentRun:
         """Report the finished share of an experiment that does not count steps."""
         self.progress(share)
 
+    @fresh_images()
     def simulate(
         self,
         image: TrainingImage,

@@ -23,6 +23,8 @@ class LruCache(Generic[Value]):
         self._max_values, self._max_bytes, self._min_values = max_values, max_bytes, min_values
         self._values: OrderedDict[Hashable, Value] = OrderedDict()
         self._lock = Lock()
+        self.n_bytes = 0
+        """Bytes of the values when the latest value was stored."""
 
     def get(self, key: Hashable) -> Value | None:
         """Return a value, or None if it is not in the cache."""
@@ -36,10 +38,12 @@ class LruCache(Generic[Value]):
         with self._lock:
             self._values[key] = value
             self._values.move_to_end(key)
+            self.n_bytes = n_bytes(self._values)
             while len(self._values) > self._max_values or (
-                len(self._values) > self._min_values and n_bytes(self._values) > self._max_bytes
+                len(self._values) > self._min_values and self.n_bytes > self._max_bytes
             ):
                 self._values.popitem(last=False)
+                self.n_bytes = n_bytes(self._values)
 
     def get_or_make(self, key: Hashable, make: Callable[[], Value]) -> Value:
         """Return a value, computed if absent from the cache. Two threads may compute it twice."""
@@ -56,6 +60,8 @@ def n_bytes(value: Any) -> int:
     """Return the bytes of all arrays and texts in a value."""
     if isinstance(value, np.ndarray):
         return value.nbytes
+    if isinstance(value, LruCache):
+        return value.n_bytes
     if isinstance(value, str | bytes):
         return len(value)
     if isinstance(value, dict):

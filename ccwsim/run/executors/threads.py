@@ -4,7 +4,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
-from ccwsim.engine.prepared_image import PreparedImage
+from ccwsim.engine.prepared_image import PreparedImage, keep, prepared_image
 from ccwsim.engine.realization import (
     Realization,
     compile_kernels,
@@ -38,7 +38,7 @@ class ThreadRunner:
         image: PreparedImage | None = None,
     ) -> None:
         self._work, self._n_workers, self._pool = work, n_workers, pool
-        self._image = image or PreparedImage(work.study)
+        self._image = image or prepared_image(work.study)
 
     def prepare(self, progress: Progress | None, cancel: Cancel | None) -> bool:
         """Prepare the image and compile the kernels; return False if the run was cancelled."""
@@ -59,4 +59,7 @@ class ThreadRunner:
         def task(k: int, watch: Watch) -> None:
             take(k, simulate_realization(study, first + k, self._image, keep_sources, watch))
 
-        return run_all(task, n, self._n_workers, progress, cancel, self._pool)
+        try:
+            return run_all(task, n, self._n_workers, progress, cancel, self._pool)
+        finally:
+            keep(self._image)
