@@ -17,6 +17,7 @@ from ccwsim.sharing.choices import Choices
 from ccwsim.ui.study.run import part_of
 from tests.small_images import blobs
 
+dask = pytest.importorskip("dask", reason="dask.distributed is an optional extra")
 distributed = pytest.importorskip("distributed", reason="dask.distributed is an optional extra")
 
 P = Parameters(16, 4, 1, n_candidates=5)
@@ -124,6 +125,24 @@ def test_realizations_of_a_killed_worker_are_done_again(client, which):
     assert killed == doomed
     assert found.n == 300
     assert same(found, study(300))
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="processes cannot be killed here")
+def test_a_part_that_ends_its_workers_is_said_in_words():
+    kind = {"n_workers": 1, "threads_per_worker": 1, "dashboard_address": None}
+    with (
+        dask.config.set({"distributed.scheduler.allowed-failures": 0}),
+        distributed.Client(**kind, set_as_default=False) as client,
+    ):
+        pids = list(client.run(os.getpid).values())
+
+        def kill(fraction: float, n_done: int) -> None:
+            if n_done and pids:
+                os.kill(pids.pop(), signal.SIGKILL)
+
+        with pytest.raises(CCWSIMError, match="workers ended again and again"):
+            study(300, executor=client, progress=kill)
 
 
 @pytest.mark.slow
