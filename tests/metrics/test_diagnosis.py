@@ -15,6 +15,8 @@ from ccwsim.metrics import (
     diagnose,
     feature_spacing,
     granulometry,
+    local_direction,
+    main_direction,
     proportions,
     stationarity,
     templates_that_fit,
@@ -275,3 +277,22 @@ def test_a_facies_that_few_patches_contain_is_warned_of():
         np.broadcast_to(np.array([1, 0, 0, 0, 0, 1])[:, None, None], (6, 12, 40))
     )
     assert "facies 1" in warn_of_edges(Parameters((4, 4, 8), (1, 1, 2), 0), layers)
+
+
+STRIPES = np.tile([[0], [0], [0], [1], [1], [1]], (8, 48))
+
+
+def test_a_volume_with_gaps_has_the_direction_of_its_middle_layer():
+    volume = np.stack([STRIPES] * 5).astype(float)
+    volume[0, :3, :3] = np.nan  # only in the lowest layer
+    assert main_direction(TrainingImage(volume)) == main_direction(STRIPES) == (90.0, 0.0)
+
+
+@pytest.mark.parametrize("shape", [(1, 30), (30, 1), (3, 20, 20)])
+def test_rows_of_cells_and_volumes_have_no_direction(shape):
+    with pytest.raises(CCWSIMError, match="at least 2 × 2 cells"):
+        local_direction(
+            np.resize([0, 1], shape)
+            if len(shape) == 2
+            else TrainingImage(np.resize([0, 1, 1], shape))
+        )
