@@ -1,7 +1,6 @@
 """Steady single-phase flow through a map or a volume: heads, fluxes and effective conductivity."""
 
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -294,12 +293,12 @@ def _solve(
 
     `outer` has the conductance between each cell and the fixed heads, whose datum is 0.
     """
+    from pyamg import ruge_stuben_solver  # slow to import
+
     x, residual = np.zeros(len(rhs)), rhs.copy()
     at = np.flatnonzero((outer > 0) | (rhs != 0))  # cells beside fixed heads, and with wells
     sources, outer = rhs[at], outer[at]
-    with suppress(ImportError, ZeroDivisionError):
-        from pyamg import ruge_stuben_solver
-
+    with suppress(ZeroDivisionError):
         # a sweep forward and one backward keep the cycle symmetric at half the default's work
         before, after = (("gauss_seidel", {"sweep": s}) for s in ("forward", "backward"))
         multigrid = ruge_stuben_solver(
