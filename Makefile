@@ -41,6 +41,6 @@ format: install ## Put the source in order
 benchmark: install ## Print the table of times and memory
 	$(BIN)/python -m benchmarks
 
-clean: ## Remove caches and compiled kernels, not .venv
+clean: ## Remove caches of the checkout, not .venv
 	find . -path ./.venv -prune -o -name __pycache__ -type d -print | xargs rm -rf
 	rm -rf .pytest_cache .ruff_cache .hypothesis

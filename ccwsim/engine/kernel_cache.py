@@ -8,6 +8,7 @@ import atexit
 import os
 import re
 import shutil
+import sys
 import tempfile
 import time
 from contextlib import suppress
@@ -15,11 +16,14 @@ from hashlib import blake2b
 from pathlib import Path
 
 import numba
+from numba import config
 
 PACKAGE = Path(__file__).parents[1]
 FOLDER_VARIABLE = "_CCWSIM_KERNELS"
 """Environment variable that contains the folder of kernels, for compiling processes."""
 DECORATED = re.compile(rb"^@\w*kernel$", re.MULTILINE)
+USER_CACHES = {"darwin": "Library/Caches", "win32": "AppData/Local"}
+"""Folder for caches in the home folder, by platform; ".cache" on others."""
 UNUSED_DAYS = 7  # number of days without use after which folders of other versions are removed
 
 
@@ -33,7 +37,7 @@ def _digest_of_sources(package: Path = PACKAGE) -> str:
 
 
 SOURCE = _digest_of_sources()  # digest of all files that contain kernels
-CHECKED = "-checked" if getattr(numba.config, "BOUNDSCHECK", None) else ""
+CHECKED = "-checked" if getattr(config, "BOUNDSCHECK", None) else ""
 NAME = f"kernels-{SOURCE}-numba{numba.__version__}{CHECKED}"
 """Name of the folder that contains the compiled kernels.
 
@@ -41,39 +45,47 @@ Kernels that check the bounds of arrays (`NUMBA_BOUNDSCHECK=1`) have a folder of
 Numba would load unchecked code otherwise."""
 
 
-def _cache_folder() -> str:
-    """Return the folder of compiled kernels: beside the package, or in the user's cache folder.
+def _user_folder() -> Path | None:
+    """Return the folder of compiled kernels of this user, or None without a home folder."""
+    caches = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    if not caches.is_absolute():
+        try:
+            caches = Path.home() / USER_CACHES.get(sys.platform, ".cache")
+        except RuntimeError:  # in some containers users have no home folder
+            return None
+    return caches / "ccwsim" / NAME
 
-    If neither folder is writable, for example in a read-only container, precompiled kernels are
-    copied to a temporary folder, because Numba needs a writable folder. Return "" if no temporary
-    folder can be created.
+
+def _cache_folder() -> str:
+    """Return the folder of compiled kernels in the user's cache folder.
+
+    If this folder is not writable, for example in a read-only container, its kernels are copied to
+    a temporary folder, because Numba needs a writable folder. Return "" if no temporary folder can
+    be created.
     """
     if given := os.environ.get(FOLDER_VARIABLE):
         return given
-    places = [PACKAGE / "__pycache__" / NAME]
-    with suppress(RuntimeError):  # in some containers users have no home folder
-        home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-        places.append(home / "ccwsim" / NAME)
-    for place in places:
-        if _is_writable(place):
-            return str(place)
-    warm = [place for place in places if place.is_dir()]
+    place = _user_folder()
+    if place and _is_writable(place):
+        return str(place)
     try:
         temporary = tempfile.mkdtemp(prefix="ccwsim-")
     except OSError:
         return ""
     atexit.register(shutil.rmtree, temporary, ignore_errors=True)
     folder = Path(temporary) / NAME
-    for file in warm[0].rglob("*.nb[ic]") if warm else ():  # shutil.copytree would copy file modes
-        copy = folder / file.relative_to(warm[0])
-        copy.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(file, copy)
+    if place and os.path.isdir(place):
+        for file in place.rglob("*.nb[ic]"):  # shutil.copytree would copy file modes
+            copy = folder / file.relative_to(place)
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(file, copy)
     return str(folder)
 
 
 def _is_writable(place: Path) -> bool:
     """Return whether a folder is writable or can be created."""
-    there = next(folder for folder in (place, *place.parents) if folder.exists())
+    # unlike `Path.exists`, this function raises no error if a folder is not accessible
+    there = next(folder for folder in (place, *place.parents) if os.path.exists(folder))
     return os.access(there, os.W_OK | os.X_OK)
 
 

@@ -116,6 +116,26 @@ def test_the_name_of_the_folder_says_all_that_the_code_depends_on(name, tmp_path
     assert kernel_cache.NAME.endswith(f"{kernel_cache.SOURCE}-numba{numba.__version__}")
 
 
+def test_kernels_are_stored_in_the_cache_folder_of_the_user_and_not_beside_the_package(
+    monkeypatch, tmp_path
+):
+    """Test a writable package, which stays as it was installed, with and without a cache folder."""
+    monkeypatch.delenv(kernel_cache.FOLDER_VARIABLE, raising=False)
+    monkeypatch.setattr("pathlib.Path.home", lambda: tmp_path / "home")
+    own = "ccwsim", kernel_cache.NAME
+    for given in (None, "", "relative"):
+        if given is None:
+            monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+        else:
+            monkeypatch.setenv("XDG_CACHE_HOME", given)
+        for platform, caches in (("linux", ".cache"), ("darwin", "Library/Caches")):
+            monkeypatch.setattr("sys.platform", platform)
+            expected = tmp_path.joinpath("home", caches, *own)
+            assert kernel_cache._cache_folder() == str(expected)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert kernel_cache._cache_folder() == str(tmp_path.joinpath(*own))
+
+
 def test_only_folders_of_other_versions_that_were_long_unused_are_removed(tmp_path):
     names = "kernels-own", "kernels-old", "kernels-recent", "something-else"
     for name in names:

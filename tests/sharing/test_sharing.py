@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from ccwsim import Grid, HardData, Parameters, TrainingImage, datasets, save_project, simulate
+from ccwsim.engine.kernel_cache import FOLDER
 from ccwsim.io import training_image_as_bytes
 from ccwsim.metrics import fit_curve, fit_flow
 from ccwsim.model.study import Study
@@ -65,6 +66,7 @@ def test_script_and_command_give_the_same_cells(what, tmp_path):
         line = [sys.executable, *words[1:]]
         env = {"PYTHONPATH": str(ROOT), "PATH": "", "HOME": str(tmp_path)}
         env |= {"NUMBA_CACHE_DIR": "", "LANG": "C.UTF-8"}
+        env["XDG_CACHE_HOME"] = str(Path(FOLDER).parents[1])  # kernels of these tests
         subprocess.run(line, cwd=tmp_path, check=True, capture_output=True, env=env)
         out = tmp_path / "realizations.npz"
         with np.load(out) as saved:

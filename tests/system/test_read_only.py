@@ -75,6 +75,19 @@ def test_kernels_are_read_where_nothing_can_be_written(tmp_path):
         path.chmod(0o755)
 
 
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="permissions of POSIX")
+@pytest.mark.skipif(IS_ROOT and not MORTAL, reason="root enters any folder")
+def test_an_inaccessible_cache_folder_stops_no_run(tmp_path):
+    locked, room = tmp_path / "locked", tmp_path / "room"
+    locked.mkdir(mode=0)
+    room.mkdir()
+    n, folder = run(ROOT, room, locked / "cache")
+    locked.chmod(0o755)
+    assert n > 0
+    assert folder.startswith(str(room))
+
+
 def test_where_there_is_no_room_at_all_kernels_are_compiled_each_time(monkeypatch):
     def full(**_):
         raise OSError("no space left on device")
