@@ -6,9 +6,13 @@ import ast
 import importlib
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
 
 import ccwsim
 
@@ -42,8 +46,16 @@ LAYERS = (
 )
 """Layers from the lowest to the highest; a folder may import only from lower layers."""
 
-SPECIAL = {"streamlit": ("ui", "app", "pages"), "plotly": ("figures",), "pandas": ("ui", "pages")}
+SPECIAL = {
+    "streamlit": ("ui", "app", "pages"),
+    "pandas": ("ui", "pages"),  # Streamlit needs pandas
+    "plotly": ("figures",),
+    "jinja2": ("report",),
+    "markupsafe": ("report",),  # Jinja needs MarkupSafe
+}
 """For some packages, the only parts of the program that may import the package."""
+CORE = {"PyWavelets": "pywt", "pillow": "PIL"}
+"""Names of the modules of packages that are always installed, if they differ from the package."""
 
 MAX_MODULES = 25
 """Maximum number of modules in a folder."""
@@ -117,14 +129,29 @@ def test_a_folder_imports_only_lower_ones():
     assert not upward
 
 
-def test_only_the_screen_knows_streamlit_and_only_figures_know_plotly():
+def test_optional_packages_are_imported_in_the_folders_for_them_or_by_needs():
+    """Test that nothing imports a package that may be missing, except where that is checked."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    names = [Requirement(text).name for text in project["dependencies"]]
+    always = {*sys.stdlib_module_names, "ccwsim", *(CORE.get(name, name) for name in names)}
     offenders = []
     for path in files():
         inside = path.relative_to(PACKAGE if PACKAGE in path.parents else ROOT).parts
-        roots = {name.split(".")[0] for name in imported(path)}
         own = inside[0].removesuffix(".py")
-        offenders += [f"{path}: {p}" for p in roots & SPECIAL.keys() if own not in SPECIAL[p]]
+        roots = {name.split(".")[0] for name in imported(path)} - always
+        offenders += [f"{path}: {p}" for p in roots if own not in SPECIAL.get(p, ())]
+        text = path.read_text("utf-8")
+        if "find_spec" in text and path != PACKAGE / "model" / "extras.py":
+            offenders.append(f"{path}: find_spec")
     assert not offenders
+
+
+@pytest.mark.parametrize("package", ["streamlit", "plotly", "jinja2"])
+def test_a_folder_that_needs_a_package_checks_it_before_its_modules_are_imported(package):
+    tree = parsed(PACKAGE / SPECIAL[package][0] / "__init__.py")
+    first = [ast.unparse(node) for node in tree.body[1:3]]
+    check = f"check_installed({package!r})"
+    assert first == ["from ccwsim.model.extras import check_installed", check]
 
 
 def test_a_stage_knows_nothing_of_the_loop_that_runs_it():

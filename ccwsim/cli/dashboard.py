@@ -9,6 +9,7 @@ import click
 
 import ccwsim
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.extras import check_installed
 
 
 @click.command(context_settings={"ignore_unknown_options": True})
@@ -20,6 +21,7 @@ def command(port: int | None, streamlit_options: tuple[str, ...]) -> int:
     Options of `streamlit run`, such as --server.headless=true, are passed on. Without
     --server.address, only this machine can reach the dashboard.
     """
+    check_installed("streamlit")
     line = command_line(app_file(), port, streamlit_options)
     if os.name == "posix":
         sys.stdout.flush()

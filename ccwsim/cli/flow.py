@@ -9,6 +9,7 @@ import click
 from ccwsim.cli.inputs import options_in
 from ccwsim.cli.options import EPILOGS, check_writable, quiet
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.extras import check_installed
 
 if TYPE_CHECKING:
     from ccwsim.flow import EffectiveK
@@ -31,6 +32,8 @@ def command(
     values, unit, axis = dict(conductivity), unit or "m/s", axis or "x"
     if modflow is not None and axis == "z":
         raise CCWSIMError("--modflow writes models with heads along x or y; leave out --axis z")
+    if modflow is not None:
+        check_installed("flopy")
     for path in filter(None, (output, grdecl)):
         check_writable(path)
     from ccwsim import flow, io

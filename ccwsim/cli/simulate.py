@@ -14,6 +14,7 @@ import click
 from ccwsim.cli.inputs import image_and_data_options, inputs_of
 from ccwsim.cli.options import EPILOGS, GroupedCommand, check_writable, quiet
 from ccwsim.model.errors import Cancelled, CCWSIMError, refused
+from ccwsim.model.extras import check_installed
 
 if TYPE_CHECKING:
     from ccwsim.model.ensemble import Ensemble
@@ -40,6 +41,8 @@ def command(**given: Any) -> int:
     for output in options.output:
         check_output(output)
     streamed = streamed_output(options.output)
+    if options.scheduler is not None:
+        check_installed("distributed")
     inputs = inputs_of(options)
     _say(options, *inputs.notes)
     from ccwsim.cli.progress import ProgressLine, stop_on_signals

@@ -3,6 +3,11 @@
 Functions that return charts take a `Theme` and heights in pixels. `names` are the names of the
 facies, and `colours` are the colours of the facies as "#rrggbb".
 """
+# ruff: noqa: E402 - the modules below import plotly
+
+from ccwsim.model.extras import check_installed
+
+check_installed("plotly")
 
 from ccwsim.figures.curves import Bundle as Bundle
 from ccwsim.figures.curves import LayerData as LayerData

@@ -1,6 +1,7 @@
 """Steady single-phase flow through a map or a volume: heads, fluxes and effective conductivity."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any

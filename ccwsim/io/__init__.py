@@ -16,6 +16,7 @@ Row 0 of an array is in the south, and layer 0 at the bottom. Functions raise `C
 line numbers if there are any, for files that cannot be read or written, and data that do not fit.
 """
 
+from ccwsim.io.atomic import can_write as can_write
 from ccwsim.io.flow_models import flopy_as_zip as flopy_as_zip
 from ccwsim.io.flow_models import grdecl_as_zip as grdecl_as_zip
 from ccwsim.io.flow_models import millidarcy as millidarcy
@@ -45,7 +46,6 @@ from ccwsim.io.hard_data.wells import read_wells as read_wells
 from ccwsim.io.limits import limited as limited
 from ccwsim.io.limits import upload_limits as upload_limits
 from ccwsim.io.maps import MAP_FORMATS as MAP_FORMATS
-from ccwsim.io.maps import can_write as can_write
 from ccwsim.io.maps import maps_as_bytes as maps_as_bytes
 from ccwsim.io.maps import write_maps as write_maps
 from ccwsim.io.opening import FileSummary as FileSummary

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from importlib import import_module
 from math import inf
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -177,13 +175,6 @@ def _full_shape(name: str, shape: tuple[int, ...], n: int) -> tuple[int, int, in
         said = " × ".join(map(str, shape))
         raise CCWSIMError(f"{name} has {n} values, which do not fill {said} cells; correct shape")
     return n // cells if len(shape) == 2 else int(shape[0]), int(shape[-2]), int(shape[-1])
-
-
-def optional_package(module: str, files: str, extra: str) -> Any:
-    """Return a module that only some files need; raise an error that names the `extra`."""
-    said = f"{files} need the package {module.partition('.')[0]}; install it: pip install '{extra}'"
-    with broken(said, ImportError):
-        return import_module(module)
 
 
 @contextmanager

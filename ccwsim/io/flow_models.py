@@ -24,6 +24,7 @@ from ccwsim.model.arrays import (
 from ccwsim.model.bounds import MAX_CONTRAST
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.extras import needs
 from ccwsim.model.facies_property import FaciesValues, cell_values, values_by_facies
 from ccwsim.system.whole_files import unwritable
 
@@ -140,10 +141,7 @@ def to_flopy(
     >>> model.modelgrid.shape
     (1, 40, 50)
     """
-    try:
-        from flopy import mf6
-    except ImportError:
-        raise CCWSIMError("flopy is not installed: pip install 'ccwsim[modflow]'") from None
+    mf6 = needs("flopy").mf6
     check_type("ensemble", ensemble, Ensemble)
     check_type("workspace", workspace, str, os.PathLike)
     check_choice("unit", unit, PER_DAY)

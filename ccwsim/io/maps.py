@@ -1,7 +1,6 @@
 """Write named maps of one grid, such as the maps of an E-type, for other programs."""
 
 from collections.abc import Mapping
-from importlib.util import find_spec
 from io import BytesIO
 
 import numpy as np
@@ -23,22 +22,9 @@ from ccwsim.model.grid import Grid
 MAP_FORMATS = ("npz", "gslib", "sgems", "dat", "grdecl", "vti", "tif", "nc")
 """Formats of maps, named by file ending."""
 
-_NEEDS = {"tif": "rasterio", "nc": "xarray"}  # optional package that is needed to write each format
-
 NO_VALUE = -9999.0
 """Code of a cell without a value in text files, because few programs read "nan"."""
 DECIMALS = 6  # number of decimals of real numbers in text files
-
-
-def can_write(kind: str) -> bool:
-    """Return whether the package that a format needs is installed.
-
-    Examples
-    --------
-    >>> can_write("vti")
-    True
-    """
-    return kind not in _NEEDS or find_spec(_NEEDS[kind]) is not None
 
 
 def write_maps(

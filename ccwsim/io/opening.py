@@ -6,7 +6,6 @@ import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from importlib.util import find_spec
 from pathlib import Path
 from stat import S_ISREG
 from typing import Any, BinaryIO, Protocol
@@ -33,6 +32,7 @@ from ccwsim.io.limits import check_bytes, check_cells, limited, limits
 from ccwsim.model.arrays import is_table
 from ccwsim.model.classes import are_codes
 from ccwsim.model.errors import CCWSIMError, refused
+from ccwsim.model.extras import is_installed
 
 
 class Readable(Protocol):
@@ -196,7 +196,7 @@ def refusal(content: bytes) -> str:
 def _recognized(content: bytes, name: str) -> tuple[str, bytes]:
     """Return the kind of a file, a key of `READERS` if it can be read, and texts in UTF-8."""
     kind = kind_of(content)
-    if kind == "tiff" and not (find_spec("rasterio") and is_map(content, name)):
+    if kind == "tiff" and not (is_installed("rasterio") and is_map(content, name)):
         kind = "picture"
     if kind != "text":
         return kind, content

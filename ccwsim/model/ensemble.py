@@ -13,6 +13,7 @@ from numpy.typing import DTypeLike, NDArray
 from ccwsim.model.arrays import AXES, LazyStack, describe_shape, digest, is_whole, listing, readonly
 from ccwsim.model.backends import notebook
 from ccwsim.model.errors import CCWSIMError, refused
+from ccwsim.model.extras import is_installed, needs
 from ccwsim.model.facies_property import FaciesProperty, FaciesValues, values_by_facies
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
@@ -255,10 +256,7 @@ class Ensemble:
         >>> array.sel(x=105.0, method="nearest").dims
         ('realization', 'y')
         """
-        try:
-            from xarray import DataArray
-        except ImportError:
-            raise CCWSIMError("xarray is not installed: pip install 'ccwsim[files]'") from None
+        xarray = needs("xarray")
         image = self.training_image
         axes = reversed(list(zip(AXES, self.grid.axes, strict=False)))
         coordinates = {"realization": self.numbers, **dict(axes)}
@@ -271,10 +269,10 @@ class Ensemble:
         }
         attributes |= {"crs": self.grid.crs} if self.grid.crs else {}
         dimensions = list(coordinates)
-        return DataArray(np.array(self), coordinates, dimensions, "facies", attributes)
+        return xarray.DataArray(np.array(self), coordinates, dimensions, "facies", attributes)
 
-    def _repr_html_(self) -> str:
-        return notebook().ensemble_html(self)
+    def _repr_html_(self) -> str | None:
+        return notebook().ensemble_html(self) if is_installed("plotly") else None
 
     def __repr__(self) -> str:
         return f"Ensemble({self.n} realizations of {describe_shape(self.grid.shape)})"

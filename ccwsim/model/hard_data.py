@@ -22,6 +22,7 @@ from ccwsim.model.arrays import (
 )
 from ccwsim.model.backends import notebook, reader
 from ccwsim.model.errors import CCWSIMError, refused, shown
+from ccwsim.model.extras import is_installed
 from ccwsim.model.grid import Grid, describe_cell
 from ccwsim.model.missing import known_values
 from ccwsim.model.training_image import TrainingImage
@@ -185,8 +186,8 @@ class HardData(ReadOnly):
         """Return a plotly Figure with the data as points at their columns and rows."""
         return notebook().data_chart(self)
 
-    def _repr_html_(self) -> str:
-        return notebook().data_html(self)
+    def _repr_html_(self) -> str | None:
+        return notebook().data_html(self) if is_installed("plotly") else None
 
     def __eq__(self, other: object) -> bool:
         return self.digest == other.digest if isinstance(other, HardData) else NotImplemented

@@ -15,6 +15,7 @@ from ccwsim.model.backends import notebook
 from ccwsim.model.bounds import MAX_FACIES
 from ccwsim.model.classes import Classes, classify
 from ccwsim.model.errors import CCWSIMError, refused, shown
+from ccwsim.model.extras import is_installed
 from ccwsim.model.missing import UNKNOWN, known_values
 
 if TYPE_CHECKING:
@@ -235,8 +236,8 @@ class TrainingImage(arrays.ReadOnly):
         """Return the image, or the middle layer of a volume, as a plotly Figure."""
         return notebook().image_chart(self)
 
-    def _repr_html_(self) -> str:
-        return notebook().image_html(self)
+    def _repr_html_(self) -> str | None:
+        return notebook().image_html(self) if is_installed("plotly") else None
 
     def __repr__(self) -> str:
         name, size = self.name or "unnamed", arrays.describe_shape(self.shape)

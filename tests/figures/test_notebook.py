@@ -106,7 +106,7 @@ def test_without_xarray_it_is_said_what_to_install(ensemble, monkeypatch):
     from ccwsim import CCWSIMError
 
     monkeypatch.setitem(sys.modules, "xarray", None)
-    with pytest.raises(CCWSIMError, match=r"ccwsim\[files\]"):
+    with pytest.raises(CCWSIMError, match=r"xarray; install it: pip install .*\[files\]"):
         ensemble.to_xarray()
 
 

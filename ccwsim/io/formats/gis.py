@@ -11,10 +11,11 @@ from zipfile import ZipFile
 import numpy as np
 
 from ccwsim.io.archive import opened_archive
-from ccwsim.io.data_file import DataFile, broken, optional_package, printable
+from ccwsim.io.data_file import DataFile, broken, printable
 from ccwsim.io.formats.tables import table_of
 from ccwsim.io.limits import check_table, limits
 from ccwsim.model.errors import CCWSIMError, refused
+from ccwsim.model.extras import needs
 
 GIS_FILES = {"geopackage": "GeoPackage", "shapefile": "Shapefile", "shp": "Shapefile"}
 """Names of the formats that pyogrio reads."""
@@ -75,7 +76,7 @@ def read_gis(content: bytes, name: str, kind: str) -> DataFile:
     """Return the points of a GeoPackage or a zipped Shapefile as a table."""
     if kind == "shp":
         raise refused("shapefile_without_table", name=name)
-    pyogrio = optional_package("pyogrio", f"{GIS_FILES[kind]} files", "ccwsim[files]")
+    pyogrio = needs("pyogrio")
     if kind == "shapefile":
         content = _parts(content, name)
     with broken(f"{name}: the file cannot be read", remedy="save it again"):

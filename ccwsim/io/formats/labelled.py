@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim import CCWSIMError, Grid
-from ccwsim.io.data_file import DataFile, broken, optional_package
+from ccwsim.io.data_file import DataFile, broken
 from ccwsim.io.formats.rasters import code_and_wkt
 from ccwsim.io.limits import MAX_VARIABLES, check_cells
 from ccwsim.model.arrays import AXES, labelled_axes, oriented_values
 from ccwsim.model.errors import refused
+from ccwsim.model.extras import needs
 
 _MATLAB = "MATLAB_class"
 _CRS_VARIABLE = "spatial_ref"  # name of the variable whose attributes state the coordinate system
@@ -23,10 +24,10 @@ REALIZATION = "realization"  # name of the axis of realizations, as in files of 
 
 def read_netcdf(content: bytes, name: str) -> DataFile:
     """Return the variables of a NetCDF file that have at least two axes."""
-    xarray = optional_package("xarray", "NetCDF files", "ccwsim[files]")
+    xarray = needs("xarray")
     engine = "scipy" if content.startswith(b"CDF") else "h5netcdf"
     if engine == "h5netcdf":
-        optional_package("h5netcdf", "NetCDF-4 files", "ccwsim[files]")
+        needs("h5netcdf")
     with broken(f"{name}: the NetCDF file cannot be read", remedy="save it again"):
         opened = xarray.open_dataset(BytesIO(content), engine=engine, decode_times=False)
     with opened as dataset:
@@ -73,7 +74,7 @@ def _file_of(arrays: dict[str, Any], name: str) -> DataFile:
 
 def read_hdf5(content: bytes, name: str) -> DataFile:
     """Return the arrays of an HDF5 file: MATLAB 7.3, NetCDF-4 or any other."""
-    h5py = optional_package("h5py", "HDF5, MATLAB 7.3 and NetCDF-4 files", "ccwsim[files]")
+    h5py = needs("h5py")
     with (
         broken(f"{name}: the HDF5 file cannot be read", remedy="save it again"),
         h5py.File(BytesIO(content)) as file,
@@ -120,7 +121,7 @@ def _grid(array: NDArray, is_matlab: bool) -> NDArray:
 
 def netcdf_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
     """Return maps as NetCDF variables; coordinates (z,) y, x are cell centres in world units."""
-    xarray = optional_package("xarray", ".nc files", "ccwsim[files]")
+    xarray = needs("xarray")
     axes = dict(reversed(list(zip(AXES, grid.axes, strict=False))))
     variables = {name: (tuple(axes), netcdf_integers(values)) for name, values in maps.items()}
     return _netcdf(xarray.Dataset(variables, axes), grid.crs)
@@ -128,7 +129,6 @@ def netcdf_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
 
 def realizations_as_netcdf(array: Any) -> bytes:
     """Return the DataArray of an ensemble as NetCDF; integers have at most 32 bits."""
-    optional_package("xarray", ".nc files", "ccwsim[files]")
     codes = netcdf_integers(np.asarray(array.attrs["flag_values"]))
     small = array.astype(codes.dtype if array.dtype.kind in "ui" else np.float64)
     small.attrs |= {"flag_values": codes, "seed": str(array.attrs["seed"])}

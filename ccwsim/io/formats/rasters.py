@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.io.data_file import DataFile, broken, distinct_names, optional_package
+from ccwsim.io.data_file import DataFile, broken, distinct_names
 from ccwsim.io.limits import MAX_VARIABLES, check_cells
 from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.extras import needs
 from ccwsim.model.grid import Grid
 
 DRIVERS = {
@@ -62,15 +63,13 @@ def read_raster(content: bytes, name: str, kind: str) -> DataFile:
 @contextmanager
 def _opened(content: bytes, name: str, kind: str) -> Iterator[Any]:
     """Yield a raster, with the bands of its first page, as an open dataset of rasterio."""
-    rasterio = optional_package("rasterio", f"{DRIVERS[kind][0]} files", "ccwsim[files]")
-    from rasterio.io import MemoryFile
-
+    rasterio = needs("rasterio")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", rasterio.errors.NotGeoreferencedWarning)
         with (
             broken(f"{name}: the raster cannot be read", remedy="save it again"),
             rasterio.Env(GDAL_PAM_ENABLED="NO"),
-            MemoryFile(content) as memory,
+            rasterio.MemoryFile(content) as memory,
             rasterio.open(memory.name, driver=DRIVERS[kind][1]) as file,
         ):
             yield file
@@ -78,9 +77,7 @@ def _opened(content: bytes, name: str, kind: str) -> Iterator[Any]:
 
 def _page(part: str) -> Any:
     """Return a page of an opened TIFF as an open dataset of rasterio."""
-    import rasterio
-
-    return rasterio.open(part, driver="GTiff")
+    return needs("rasterio").open(part, driver="GTiff")
 
 
 def _has_mask(page: Any) -> bool:
@@ -102,9 +99,7 @@ def _geometry(page: Any) -> dict[str, Any]:
 def code_and_wkt(said: str) -> tuple[str, str]:
     """Return a coordinate system as the authority's code and as WKT; otherwise the given text."""
     with suppress(Exception):
-        from rasterio.crs import CRS
-
-        crs = CRS.from_user_input(said)
+        crs = needs("rasterio").CRS.from_user_input(said)
         return _code_of(crs), crs.to_wkt()
     return said, said
 
@@ -119,9 +114,7 @@ def geotiff_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
     """Return maps as a GeoTIFF, north up, with one named band per map and a common data type."""
     if grid.nz is not None:
         raise CCWSIMError("a GeoTIFF can show maps, not volumes; write vti, npz or gslib")
-    rasterio = optional_package("rasterio", ".tif files", "ccwsim[files]")
-    from rasterio.io import MemoryFile
-
+    rasterio = needs("rasterio")
     (sx, sy), (ox, oy) = grid.cell_size, grid.origin
     kind = _common_type(maps)
     north_west = rasterio.Affine(sx, 0, ox, 0, -sy, oy + grid.ny * sy)
@@ -132,7 +125,7 @@ def geotiff_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
     if grid.crs:
         with broken(f"crs = {shown(grid.crs)} is unknown to GDAL", remedy="correct it"):
             profile["crs"] = rasterio.CRS.from_user_input(grid.crs)
-    with MemoryFile() as memory:
+    with rasterio.MemoryFile() as memory:
         with memory.open(driver="GTiff", interleave="band", **profile) as file:
             for band, (name, values) in enumerate(maps.items(), start=1):
                 file.write(values[::-1].astype(kind), band)

@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.archive import opened_archive
-from ccwsim.io.data_file import DataFile, broken, distinct_names, optional_package
+from ccwsim.io.data_file import DataFile, broken, distinct_names
 from ccwsim.io.formats.text_tables import column_of_numbers, read_delimited
 from ccwsim.io.limits import check_table, limits
 from ccwsim.model.arrays import as_array
 from ccwsim.model.errors import CCWSIMError, refused, shown
+from ccwsim.model.extras import needs
 
 NAME = "the table"  # name of a table in messages
 
@@ -82,7 +83,7 @@ def is_excel(content: bytes) -> bool:
 
 def read_excel(content: bytes, name: str) -> DataFile:
     """Return the first sheet that has values, read like a text with the same cells."""
-    openpyxl = optional_package("openpyxl", "Excel files", "ccwsim[files]")
+    openpyxl = needs("openpyxl")
     with opened_archive(content, name) as archive:
         archive.check(list(archive.infos))
     with broken(f"{name}: the workbook cannot be read", remedy="save it as CSV"):

@@ -12,6 +12,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from ccwsim.model.errors import refused
+from ccwsim.model.extras import needs
 from ccwsim.run.executors.parts import PartRunner
 from ccwsim.run.executors.threads import Work
 
@@ -30,17 +31,14 @@ def connect(address: str, seconds: float = CONNECT_SECONDS) -> Any:
 
     Raises `CCWSIMError` if dask.distributed is not installed or the scheduler does not answer.
     """
-    try:
-        from distributed import Client
-    except ImportError as error:
-        raise refused("no_dask") from error
+    distributed = needs("distributed")
     try:
         # Check the address first, because a client without a scheduler retries for a long time.
         parts = urlsplit(address)
         if not parts.hostname or not parts.port:
             raise ValueError("host and port are needed")
         socket.create_connection((parts.hostname, parts.port), seconds).close()
-        return Client(address, timeout=seconds, set_as_default=False)
+        return distributed.Client(address, timeout=seconds, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise refused("no_scheduler", address=address, reason=reason) from error
@@ -72,10 +70,9 @@ class Topic:
 
     def report(self, first: int, share: float) -> bool:
         """Send the finished share of a part to the caller; return whether to stop."""
-        from distributed import Event, get_worker
-
-        get_worker().log_event(self._name, (first, share))
-        return bool(Event(self._name).is_set())
+        distributed = needs("distributed")
+        distributed.get_worker().log_event(self._name, (first, share))
+        return bool(distributed.Event(self._name).is_set())
 
     def _hear(self, event: tuple[float, Any]) -> None:
         first, share = event[1]
@@ -87,10 +84,8 @@ class Topic:
 
     def stop(self) -> None:
         """Ask all workers to stop."""
-        from distributed import Event
-
         with suppress(Exception):  # the scheduler may be gone
-            Event(self._name, client=self._client).set()
+            needs("distributed").Event(self._name, client=self._client).set()
             self._client.unsubscribe_topic(self._name)
 
 
@@ -98,18 +93,15 @@ class ClusterRunner(PartRunner):
     """Runs realizations on the workers of a `distributed.Client`; Dask repeats lost parts."""
 
     def __init__(self, work: Work, client: Any) -> None:
-        from distributed import KilledWorker
-
         super().__init__(work, client.get_executor(pure=False), 1)
-        self._errors = {KilledWorker: "workers_ended", **self._errors}
+        self._errors = {needs("distributed").KilledWorker: "workers_ended", **self._errors}
         self._client, self._next_count = client, 0.0
 
     def _send(self, content: bytes) -> tuple[Any, Topic]:
         """Send the content once, as the result of a task, which Dask repeats if it is lost."""
-        from distributed import secede
-
         with suppress(ValueError, KeyError):  # not called in a task, or already done
-            secede()  # a task that waits for other tasks must not keep its thread from them
+            # a task that waits for other tasks must not keep its thread from them
+            needs("distributed").secede()
         sent = self._client.submit(bytes, content, pure=False)
         try:
             self._client.wait_for_workers(1, WORKER_SECONDS)

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from ccwsim.io import flopy_as_zip, grdecl_as_zip
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import Demand
 from ccwsim.jobs.statistics import Fraction, StatisticsWorker
+from ccwsim.model.extras import is_installed
 from ccwsim.model.facies_property import cell_values
 from ccwsim.model.numbers import three_digits, with_power
 from ccwsim.system.machine import n_cores
@@ -250,7 +250,7 @@ def model_downloads(
     files = [Download("GRDECL with permeability", "models_grdecl", "_grdecl.zip", made)]
     named = zip(image.facies_names, settings.conductivity, strict=True)
     said = [f"K of {name} {with_power(value, 6)} m/s" for name, value in named]
-    if settings.axis != "z" and find_spec("flopy"):
+    if settings.axis != "z" and is_installed("flopy"):
         ends = zip(SIDES[settings.axis], settings.heads, strict=True)
         said += [*(f"head {head:g} m {side}" for side, head in ends), *["a well"] * settings.pumps]
         options = {answers.HEADS_ALONG[settings.axis]: settings.heads, "wells": settings.wells}
