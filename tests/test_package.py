@@ -21,40 +21,57 @@ from packaging.requirements import Requirement
 from packaging.version import Version
 
 import ccwsim
-from ccwsim.engine.kernel_cache import FOLDER, NAME
 from tools import tutorials
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
 EXTRAS = PROJECT["optional-dependencies"]
-USED_EXTRAS = [name for name in EXTRAS if name != "dev"]
 
 
 def required(name: str) -> set[str]:
-    """Return the requirements in a file, without included files."""
-    lines = (ROOT / name).read_text("utf-8").splitlines()
-    return {str(Requirement(line)) for line in lines if line and line[0] not in "#-"}
+    """Return the requirements in a file and in the files that it includes."""
+    found = set()
+    for line in (ROOT / name).read_text("utf-8").splitlines():
+        if line.startswith("-r "):
+            found |= required(line.removeprefix("-r "))
+        elif line and not line.startswith("#"):
+            found.add(str(Requirement(line)))
+    return found
 
 
-def declared(requirements: list[str]) -> set[str]:
-    texts = {str(Requirement(text)) for text in requirements}
-    return {text for text in texts if not text.startswith("ccwsim")}
+def declared(texts: list[str]) -> set[str]:
+    """Return requirements, with those of extras in place of `ccwsim[extra]`."""
+    found = set()
+    for requirement in map(Requirement, texts):
+        if requirement.name != "ccwsim":
+            found.add(str(requirement))
+        for extra in requirement.extras if requirement.name == "ccwsim" else ():
+            found |= declared(EXTRAS[extra])
+    return found
 
 
 @pytest.mark.parametrize(
-    ("file", "wanted"),
+    ("file", "extras"),
     [
-        ("requirements.txt", PROJECT["dependencies"]),
-        ("requirements-dask.txt", EXTRAS["dask"]),
-        ("requirements-dev.txt", EXTRAS["dev"]),
+        ("requirements.txt", ["dashboard"]),
+        ("requirements-dask.txt", ["dashboard", "dask"]),
+        ("requirements-dev.txt", ["all", "dev"]),
     ],
 )
-def test_requirements_are_those_of_the_project(file, wanted):
-    assert required(file) == declared(wanted)
+def test_requirements_are_those_of_the_project(file, extras):
+    texts = [*PROJECT["dependencies"], f"ccwsim[{','.join(extras)}]"]
+    only_docs = required("requirements-docs.txt") if file == "requirements-dev.txt" else set()
+    assert required(file) == declared(texts) | only_docs
+
+
+def test_the_extra_all_has_all_others_but_that_of_developers():
+    others = EXTRAS.keys() - {"all", "dev"}
+    assert declared(EXTRAS["all"]) == declared([f"ccwsim[{','.join(others)}]"])
 
 
 def test_packages_whose_private_parts_are_used_stay_within_a_minor_version():
-    required = {r.name: r.specifier for r in map(Requirement, PROJECT["dependencies"])}
+    texts = [*PROJECT["dependencies"], *EXTRAS["dashboard"]]
+    required = {r.name: r.specifier for r in map(Requirement, texts)}
     for name in ("streamlit", "numba"):
         bounds = {bound.operator: Version(bound.version) for bound in required[name]}
         lower, upper = bounds[">="], bounds["<"]
@@ -85,8 +102,7 @@ def built(tmp_path_factory) -> Path:
 
 LOWEST = "".join(
     f"{required.name}{str(bound).replace('>=', '==')}\n"
-    for extra in (PROJECT["dependencies"], *(EXTRAS[name] for name in USED_EXTRAS))
-    for required in map(Requirement, extra)
+    for required in map(Requirement, declared([*PROJECT["dependencies"], "ccwsim[all]"]))
     for bound in required.specifier
     if str(bound).startswith(">=") and required.name != "numba"
 )
@@ -107,25 +123,33 @@ def install(programs: Path, built: Path, extras: str = "") -> None:
 
 @pytest.fixture(scope="module")
 def installed(built, tmp_path_factory) -> Path:
-    """Return the programs of a new environment, whose package has the kernels of this checkout."""
+    """Return the programs of a new environment without extras."""
     folder = tmp_path_factory.mktemp("lowest") / "env"
     venv.create(folder)
     programs = folder / ("Scripts" if os.name == "nt" else "bin")
     install(programs, built)
-    where = "import ccwsim, pathlib; print(pathlib.Path(ccwsim.__file__).parent)"
-    package = Path(run(programs / "python", "-c", where, cwd=built).strip())
-    if Path(FOLDER).is_dir():
-        shutil.copytree(FOLDER, package / "__pycache__" / NAME, dirs_exist_ok=True)
     return programs
 
 
-def run(program: Path, *arguments: str, cwd: Path) -> str:
-    """Run a program outside this checkout and return its output."""
+@pytest.fixture(scope="module")
+def with_dashboard(built, installed) -> Path:
+    """Return the same programs, from now on with the extra `dashboard`."""
+    install(installed, built, "[dashboard]")
+    return installed
+
+
+def finished(program: Path, *arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    """Run a program outside this checkout."""
     without = "PYTHONPATH", "CCWSIM_DATA", "PYTHONDONTWRITEBYTECODE"
     environment = {k: v for k, v in os.environ.items() if k not in without}
-    done = subprocess.run(
+    return subprocess.run(
         [program, *arguments], cwd=cwd, env=environment, capture_output=True, text=True
     )
+
+
+def run(program: Path, *arguments: str, cwd: Path) -> str:
+    """Run a program as `finished` does, and return its output."""
+    done = finished(program, *arguments, cwd=cwd)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
 
@@ -193,16 +217,35 @@ def test_the_command_line_runs_from_an_empty_folder(installed, tmp_path):
 
 
 @pytest.mark.slow
-def test_the_how_to_pages_are_installed(installed, tmp_path):
+def test_without_extras_the_dashboard_says_what_to_install(installed, tmp_path):
+    there = "from importlib.util import find_spec as f; print(*map(f, ('streamlit', 'pandas')))"
+    assert run(installed / "python", "-c", there, cwd=tmp_path).split() == ["None", "None"]
+    assert "channels" in run(installed / "ccwsim", "datasets", cwd=tmp_path)
+    done = finished(installed / "ccwsim", "dashboard", cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr == (
+        "ccwsim: the dashboard needs the package streamlit; "
+        "install it: pip install 'ccwsim[dashboard]'\n"
+    )
+
+
+@pytest.mark.slow
+def test_the_how_to_pages_are_installed(with_dashboard, tmp_path):
     script = "from ccwsim.ui.widgets.text import how_tos; print(*how_tos(), sep=', ')"
-    titles = run(installed / "python", "-c", script, cwd=tmp_path)
+    titles = run(with_dashboard / "python", "-c", script, cwd=tmp_path)
     assert {"Simulate", "Paper", "Measures"} <= set(titles.strip().split(", "))
 
 
 @pytest.mark.slow
-def test_the_dashboard_starts_from_an_empty_folder(installed, tmp_path):
+def test_the_dashboard_starts_from_an_empty_folder(with_dashboard, tmp_path):
     port = 18_000 + os.getpid() % 2_000
-    command = [installed / "ccwsim", "dashboard", "--port", str(port), "--server.headless=true"]
+    command = [
+        with_dashboard / "ccwsim",
+        "dashboard",
+        "--port",
+        str(port),
+        "--server.headless=true",
+    ]
     server = subprocess.Popen(command, cwd=tmp_path)
     try:
         end = time.monotonic() + 120
@@ -221,8 +264,8 @@ def test_the_dashboard_starts_from_an_empty_folder(installed, tmp_path):
 
 @pytest.mark.slow
 def test_all_modules_run_with_all_extras(built, installed, tmp_path):
-    """Test the modules last, because the other tests must not need an extra."""
-    install(installed, built, f"[{','.join(USED_EXTRAS)}]")
+    """Test all extras after the other tests, which must not need them."""
+    install(installed, built, "[all]")
     script = """
 import importlib, os, pkgutil
 os.environ["NUMBA_DISABLE_JIT"] = "1"  # compiling would take minutes, and Numba is pinned
@@ -238,3 +281,13 @@ assert e.n_mismatched.tolist() == [0]
 e.to_xarray()
 """
     run(installed / "python", "-c", script, cwd=tmp_path)
+
+
+@pytest.mark.slow
+def test_a_package_that_was_used_leaves_nothing_beside_it(installed, tmp_path):
+    """Uninstall last: compiled kernels are stored in the user's cache folder."""
+    simulate = "simulate", "channels", "--grid", "40x40", "--quiet", "--output", "out.npz"
+    run(installed / "ccwsim", *simulate, cwd=tmp_path)
+    pip = [sys.executable, "-m", "pip", "--python", installed / "python", "uninstall"]
+    subprocess.run([*pip, "-q", "-y", "ccwsim"], check=True, capture_output=True)
+    assert not list(installed.parent.rglob("*ccwsim*"))
