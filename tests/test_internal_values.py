@@ -37,6 +37,9 @@ def test_types_and_counts_of_the_engine():
     assert names == ["uint16"] * 4 + ["uint32"] * 2
     assert n_up_to(np.array([3, 1, 2]), 2) == 2
     assert check_number("share", 1, 0.0, 1.0) == 1.0
+    assert check_number("within", float("inf"), 0.0, float("inf")) == float("inf")
+    with pytest.raises(CCWSIMError, match="within = "):
+        check_number("within", 10**400, 0.0, float("inf"))
 
 
 @pytest.mark.parametrize("value", [None, 3, [], {}, "up", np.array(["upper", "lower"])])

@@ -82,7 +82,8 @@ def check_number(
     """Return a number from `low` (above it, if `open_below`) to `high`, or raise `CCWSIMError`."""
     is_number = isinstance(value, (int, float, np.integer, np.floating))
     in_range = is_number and low <= value <= high and not (open_below and value == low)
-    if not in_range or isinstance(value, bool):
+    too_long = isinstance(value, int) and abs(value) >= 2**1023  # for a floating-point number
+    if not in_range or too_long or isinstance(value, bool):
         above = "more than" if open_below else "from"
         raise CCWSIMError(
             f"{name} = {shown(value)} must be a number {above} {low:g}, up to {high:g}"
