@@ -2,15 +2,16 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
-from itertools import product
+from functools import cached_property
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.engine.prepared_image import fresh_images
-from ccwsim.jobs.workers import Cancel, Progress
+from ccwsim.experiments.trials import run_trials
+from ccwsim.jobs.workers import Cancel, Progress, progress_of_part
 from ccwsim.metrics import Anodi, Band, Fit, Scaling, anodi, band, fit_curve
 from ccwsim.metrics.bands import STATISTICS, curves_of
 from ccwsim.metrics.lags import axes_of, max_lag
@@ -42,21 +43,19 @@ class ComparedCurves:
 
 
 def _compared_curves(
-    ensembles: Sequence[Ensemble], facies: int, progress: Callable[[float], None]
+    ensembles: Sequence[Ensemble], facies: int, progress: Callable[..., None]
 ) -> dict[tuple[int, str, str], ComparedCurves]:
     """Return the curves of a facies by (facies code, statistic, direction)."""
     image, shape = ensembles[0].training_image, ensembles[0].grid.shape
     code = int(image.codes[image.index_of(facies)])
     wanted = list(product(STATISTICS, axes_of(shape)))
+    ends = pairwise(np.linspace(0, 1, len(wanted) * len(ensembles) + 1).tolist())
     curves: dict[tuple[int, str, str], ComparedCurves] = {}
-    for k, (statistic, way) in enumerate(wanted):
+    for statistic, way in wanted:
         lags = np.arange(max_lag(way, image.shape, shape) + 1)
         bands, fits = [], []
         for ensemble in ensembles:
-
-            def report(share: float, n_done: int = k * len(ensembles) + len(bands)) -> None:
-                progress((n_done + share) / (len(wanted) * len(ensembles)))
-
+            report = progress_of_part(progress, *next(ends))
             each = curves_of(statistic, ensemble, code, way, lags, report)
             bands.append(band(each, LOW, HIGH))
             fits.append(fit_curve(ensemble, statistic, code, way))
@@ -187,21 +186,26 @@ def compare(
     if facies is not None:
         image.index_of(facies)
     _check(image, grid, settings, data, seed, secondary)
-    course = _Course(progress, cancel, len(settings) * n_realizations)
-    report = on_partial or (lambda _: None)
+
+    def simulated(setting: Parameters | Ensemble, report: Callable[..., None]) -> Ensemble:
+        if isinstance(setting, Ensemble):
+            return setting
+        study = image, grid, setting, data, n_realizations, seed
+        return simulate(*study, progress=report, cancel=cancel, secondary=secondary)
+
+    report, n_done = on_partial or (lambda _: None), len(settings) * n_realizations
+    simulating = progress_of_part(progress, 0.0, SIMULATED), cancel, n_realizations
     found = Comparison((), ())
-    for k, (name, ensemble) in enumerate(settings.items()):
-        course.check()
-        if isinstance(ensemble, Parameters):
-            study = image, grid, ensemble, data, n_realizations, seed
-            simulating = partial(course.simulating, k, len(settings), n_realizations)
-            ensemble = simulate(*study, progress=simulating, cancel=cancel, secondary=secondary)
+    trials = run_trials([*settings.values()], simulated, [1.0] * len(settings), *simulating)
+    for name, ensemble in zip(settings, trials, strict=True):
         found = Comparison((*found.names, name), (*found.ensembles, ensemble))
         report(found)
     code = int(image.codes[-1]) if facies is None else facies
-    found = _with_curves(found, code, course, SIMULATED, CURVES_DONE)
+    found = _with_curves(
+        found, code, progress_of_part(progress, SIMULATED, CURVES_DONE, n_done, cancel)
+    )
     report(found)
-    found = _with_patterns(found, course)
+    found = _with_patterns(found, progress_of_part(progress, CURVES_DONE, 1.0, n_done, cancel))
     report(found)
     return found
 
@@ -214,29 +218,7 @@ def add_curves(
 ) -> Comparison:
     """Return a comparison that also has the curves of another facies, given by its code."""
     n = sum(e.n for e in comparison.ensembles)
-    return _with_curves(comparison, facies, _Course(progress, cancel, n), 0.0, 1.0)
-
-
-@dataclass(frozen=True)
-class _Course:
-    """Report the progress of all steps, and raise `Cancelled` if `cancel` returns True."""
-
-    progress: Progress | None
-    cancel: Cancel | None
-    n: int
-
-    def simulating(self, k: int, n_settings: int, each: int, share: float, n_done: int) -> None:
-        if self.progress:
-            self.progress(SIMULATED * (k + share) / n_settings, k * each + n_done)
-
-    def check(self) -> None:
-        if self.cancel and self.cancel():
-            raise Cancelled("the comparison was stopped")
-
-    def at(self, low: float, high: float, share: float) -> None:
-        self.check()
-        if self.progress:
-            self.progress(low + share * (high - low), self.n)
+    return _with_curves(comparison, facies, progress_of_part(progress, 0.0, 1.0, n, cancel))
 
 
 def _check(
@@ -257,16 +239,13 @@ def _check(
             raise CCWSIMError(f"setting {name}: {error}") from None
 
 
-def _with_curves(
-    found: Comparison, facies: int, course: _Course, low: float, high: float
-) -> Comparison:
-    more = _compared_curves(found.ensembles, facies, partial(course.at, low, high))
+def _with_curves(found: Comparison, facies: int, report: Callable[..., None]) -> Comparison:
+    more = _compared_curves(found.ensembles, facies, report)
     return replace(found, curves={**found.curves, **more})
 
 
-def _with_patterns(found: Comparison, course: _Course) -> Comparison:
+def _with_patterns(found: Comparison, report: Callable[..., None]) -> Comparison:
     stacks = dict(zip(found.names, found.ensembles, strict=True))
-    report = partial(course.at, CURVES_DONE, 1.0)
     try:
         patterns = anodi(stacks, found.ensembles[0].training_image, progress=report)
     except Cancelled:

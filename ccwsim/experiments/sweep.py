@@ -2,6 +2,7 @@
 
 import tomllib
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from math import prod
 from pathlib import Path
@@ -13,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from ccwsim.engine.prepared_image import fresh_images
 from ccwsim.experiments.plan import label, varied
 from ccwsim.experiments.timing import typical_seconds
+from ccwsim.experiments.trials import run_trials
 from ccwsim.jobs.workers import Cancel, Progress
 from ccwsim.metrics import Quality, judge
 from ccwsim.metrics.diagnosis import MIN_ACROSS, templates_that_fit
@@ -20,7 +22,7 @@ from ccwsim.model.arrays import Shape, check_int, frozen
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
-from ccwsim.model.numbers import seconds
+from ccwsim.model.numbers import seconds as in_seconds
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.secondary import Secondary
 from ccwsim.model.training_image import TrainingImage
@@ -137,36 +139,34 @@ def sweep(
     data = HardData.of(hard_data, grid, image)
     if facies is not None:
         image.index_of(facies)
+
+    def tried(parameters: Parameters, report: Callable[..., None]) -> SweepRow | str:
+        """Return the result of a setting, or the reason why it has none."""
+        study = image, grid, parameters, data, n, seed
+        options: Any = {"progress": lambda share, _: report(share), "cancel": cancel}
+        options |= {"n_workers": 1, "keep_sources": True, "secondary": secondary}
+        try:
+            ensemble = simulate(*study, **options)
+            kept = frozen(ensemble.realizations[: max(n_kept, 1)])  # others can be freed
+            return SweepRow(parameters, judge(ensemble, facies), kept)
+        except Cancelled:
+            raise
+        except CCWSIMError as error:
+            return str(error)
+
     sizes = image.shape, grid.shape, image.n_facies, data.n
-    ahead = np.cumsum([0.0, *(typical_seconds(p, *sizes, judged=True) for p in settings)])
+    seconds = [typical_seconds(p, *sizes, judged=True) for p in settings]
     rows: list[SweepRow] = []
     failed: list[tuple[Parameters, str]] = []
-    for k, parameters in enumerate(settings):
-        if cancel and cancel():
-            break
-
-        def report(share: float, _: int, k: int = k) -> None:
-            if progress:
-                progress((ahead[k] + share * (ahead[k + 1] - ahead[k])) / ahead[-1], k)
-
-        try:
-            study = image, grid, parameters, data, n, seed
-            ensemble = simulate(
-                *(*study, 1, report, cancel), keep_sources=True, secondary=secondary
-            )
-            kept = frozen(ensemble.realizations[: max(n_kept, 1)])  # others can be freed
-            row = SweepRow(parameters, judge(ensemble, facies), kept)
-        except Cancelled:
-            break
-        except CCWSIMError as error:
-            failed.append((parameters, str(error)))
-            continue
-        rows.append(row)
-        if found:
-            found(row)
-        report(1.0, n, k)
-    if progress and len(rows) + len(failed) == len(settings):
-        progress(1.0, len(settings))
+    with suppress(Cancelled):
+        trials = run_trials(settings, tried, seconds, progress, cancel)
+        for parameters, outcome in zip(settings, trials, strict=True):
+            if isinstance(outcome, str):
+                failed.append((parameters, outcome))
+                continue
+            rows.append(outcome)
+            if found:
+                found(outcome)
     return Sweep(tuple(rows), tuple(failed), len(settings), image.shape)
 
 
@@ -279,5 +279,5 @@ def _first_reason(sweep: Sweep, alike: list[int]) -> str:
     limits = {name: 100 * TOLERANCES[name] for name in ("patterns", "proportions")}
     alike_by = _SAID["alike"].format(tau=TOLERANCES["connection"], **limits)
     are = f"cannot be told apart by {n} realizations each" if same else alike_by
-    named, fastest = f"{'; '.join(labels[:MAX_NAMED])}{more}", seconds(sweep.times[k])
+    named, fastest = f"{'; '.join(labels[:MAX_NAMED])}{more}", in_seconds(sweep.times[k])
     return f"These {are}: {named}. The fastest setting is {labels[0]}, {fastest}."

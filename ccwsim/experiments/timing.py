@@ -1,19 +1,19 @@
 """Estimate and measure the CPU time of a realization by grid size and number of data."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from itertools import accumulate
 from math import prod
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim import Cancelled, CCWSIMError, Grid, HardData, Parameters, TrainingImage, simulate
+from ccwsim import CCWSIMError, Grid, HardData, Parameters, TrainingImage, simulate
 from ccwsim.datasets.sampling import sample_random
 from ccwsim.engine.corrections.resimulation import MAX_COMPARED
 from ccwsim.engine.prepared_image import fresh_images
 from ccwsim.engine.stages.conditioning import MAX_DATA
-from ccwsim.jobs.workers import Cancel, Progress
+from ccwsim.experiments.trials import run_trials
+from ccwsim.jobs.workers import Cancel, Progress, progress_of_part
 from ccwsim.model.arrays import Shape, check_int, frozen
 from ccwsim.model.errors import refused
 
@@ -79,12 +79,9 @@ def time_study(
     batch = max(min(CELLS_AT_ONCE // grid.n_cells, n), 1)
     seconds, wrong = [], []
     for first in range(0, n, batch):
-
-        def report(fraction: float, n_done: int, first: int = first) -> None:
-            if progress:
-                progress((first + fraction * min(batch, n - first)) / n, first + n_done)
-
-        study = training_image, grid, parameters, hard_data, min(batch, n - first), seed
+        size = min(batch, n - first)
+        report = progress_of_part(progress, first / n, (first + size) / n, first)
+        study = training_image, grid, parameters, hard_data, size, seed
         ensemble = simulate(
             *study, n_workers=1, progress=report, cancel=cancel, first_realization=first
         )
@@ -116,16 +113,9 @@ def time_cases(
     for case in cases:
         if not 0 <= case.n_data <= case.n_cells:
             raise refused("too_many_data_to_time", n_data=case.n_data, n_cells=case.n_cells)
-    work = [_typical(training_image, case) for case in cases]
-    ends, fields = list(accumulate(work, initial=0.0)), {}
-    for number, case in enumerate(cases):
-        if cancel and cancel():
-            raise Cancelled(f"stopped after {number} of {len(cases)} settings")
+    fields = {}
 
-        def report(fraction: float, _: int, number: int = number) -> None:
-            if progress:
-                progress((ends[number] + fraction * work[number]) / ends[-1], number)
-
+    def timed(case: TimingCase, report: Callable[..., None]) -> Timing:
         data, shape = None, case.grid_shape
         if case.n_data:
             if shape not in fields:
@@ -133,9 +123,10 @@ def time_cases(
             data = sample_random(fields[shape], case.n_data, seed)
         image = image_of_case(training_image, case)
         study = image, case.grid_shape, case.parameters, data, n_realizations, seed
-        yield time_study(*study, report, cancel)
-        if progress:
-            progress(ends[number + 1] / ends[-1], number + 1)
+        return time_study(*study, lambda share, _: report(share), cancel)
+
+    work = [_typical(training_image, case) for case in cases]
+    yield from run_trials(cases, timed, work, progress, cancel)
 
 
 def image_of_case(training_image: TrainingImage, case: TimingCase) -> TrainingImage:

@@ -17,6 +17,30 @@ POLL_SECONDS = 0.05  # seconds between two checks of progress and cancel
 Progress = Callable[[float, int], None]  # called with the finished share and the finished tasks
 Cancel = Callable[[], bool]  # returns True if the work should stop
 
+
+def progress_of_part(
+    progress: Progress | None,
+    low: float,
+    high: float,
+    n_before: int = 0,
+    cancel: Cancel | None = None,
+) -> Callable[..., None]:
+    """Return a function report(share, n_done=0) for a part of the work, from `low` to `high`.
+
+    `progress` is called with the finished share of the whole work, and with the number of finished
+    tasks, which includes the `n_before` tasks of earlier parts. The function raises `Cancelled` if
+    `cancel` returns True.
+    """
+
+    def report(share: float, n_done: int = 0) -> None:
+        if cancel and cancel():
+            raise Cancelled("stopped")
+        if progress:
+            progress((1 - share) * low + share * high, n_before + n_done)
+
+    return report
+
+
 _shared_cores: Cores | None = None
 
 

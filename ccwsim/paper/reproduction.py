@@ -4,8 +4,8 @@ import time
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import accumulate
 
+from ccwsim.experiments.trials import run_trials
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.numbers import seconds
 from ccwsim.paper.comparison import sampled_data, stone_wall, variability
@@ -83,25 +83,19 @@ def reproduce(
     """Run experiments of the paper; a stopped run has the experiments that are finished."""
     start, finished, stopped = time.perf_counter(), [], False
     cancelled = cancel or (lambda: False)
-    ends = list(accumulate((e.weight for e in experiments), initial=0.0))
-    for k, experiment in enumerate(experiments):
 
-        def share(done: float, k: int = k) -> None:
-            if progress:
-                progress((ends[k] + done * experiments[k].weight) / ends[-1], k)
+    def tried(experiment: Experiment, report: Callable[..., None]) -> Finished:
+        run = ExperimentRun(inputs or PaperInputs(), extent, seed, report, cancelled)
+        return _tried(experiment, run)
 
-        run = ExperimentRun(inputs or PaperInputs(), extent, seed, share, cancelled)
-        try:
-            if cancelled():
-                raise Cancelled("stopped")
-            finished.append(_tried(experiment, run))
-        except Cancelled:
-            stopped = True
-            break
-        if on_finished:
-            on_finished(finished[-1])
-        if progress:
-            progress(ends[k + 1] / ends[-1], k + 1)
+    weights = [experiment.weight for experiment in experiments]
+    try:
+        for result in run_trials(experiments, tried, weights, progress, cancel):
+            finished.append(result)
+            if on_finished:
+                on_finished(result)
+    except Cancelled:
+        stopped = True
     seconds = time.perf_counter() - start
     return Reproduction(inputs or PaperInputs(), extent, seed, tuple(finished), stopped, seconds)
 

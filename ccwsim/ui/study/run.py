@@ -15,7 +15,7 @@ from ccwsim.engine.realization import is_ready
 from ccwsim.experiments.timing import typical_seconds
 from ccwsim.jobs.job import PATIENCE, Job, server_queue
 from ccwsim.jobs.limits import Demand, limits_of_environment, needs_consent
-from ccwsim.jobs.workers import Cancel, Progress
+from ccwsim.jobs.workers import Cancel, Progress, progress_of_part
 from ccwsim.model.bounds import MAX_REALIZATIONS, MAX_SEED
 from ccwsim.model.numbers import seconds as in_seconds
 from ccwsim.run.executors import executor_of_environment
@@ -273,10 +273,7 @@ def _with_part(
     if size == job.n:
         return simulate_range(0, size, job.report, job.is_cancelled)
     done = before.n if before else 0
-
-    def report(fraction: float, n_done: int) -> None:
-        job.report((done + fraction * size) / job.n, done + n_done)
-
+    report = progress_of_part(job.report, done / job.n, (done + size) / job.n, done)
     parts = [before] if before else []
     try:
         return concatenate([*parts, simulate_range(done, size, report, job.is_cancelled)])
