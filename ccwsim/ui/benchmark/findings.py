@@ -124,19 +124,17 @@ def describe_plan(n_cases: int, n_realizations: int, seconds: float) -> str:
 
 def why_ended(run: TimingRun) -> str:
     """Return the reason why a run ended early, or an empty text."""
-    error = run.error
-    if isinstance(error, Cancelled):
-        n = len(run.timings)
-        kept = "; these are shown." if n else ": nothing was measured."
-        return f"Stopped after {n} of {len(run.cases)} settings{kept}"
-    return failed(error) if error else ""
+    if isinstance(run.error, Cancelled):
+        kept = "; these are shown." if run.rows else ": nothing was measured."
+        return f"Stopped after {run.n_finished}{kept}"
+    return failed(run.error) if run.error else ""
 
 
 def describe_run(run: TimingRun | None) -> str:
     """Describe the training image and parameters of a run."""
     if run is None:
         return ""
-    image, p = run.training_image, max(run.cases, key=lambda c: len(c.grid_shape)).parameters
+    image, p = run.training_image, max(run.settings, key=lambda c: len(c.grid_shape)).parameters
     template, overlap = map(_sizes, (p.template_size, p.overlap_size))
     off = (
         "" if p.exact_data else "; data only condition the search, and mismatches are not corrected"
@@ -144,7 +142,7 @@ def describe_run(run: TimingRun | None) -> str:
     return (
         f"Training image {pretty(image.name)}, {describe_shape(image.shape)} cells, "
         f"{image.n_facies} facies; template {template}, overlap {overlap}, K {p.n_candidates}"
-        f"{_how_maps(run.cases)}; median time of {plural(run.n_realizations, 'realization')}, "
+        f"{_how_maps(run.settings)}; median time of {plural(run.n_realizations, 'realization')}, "
         "including preparation of the training image; one thread; seed "
         f"{run.seed}{off}."
     )
@@ -167,10 +165,9 @@ def _how_maps(cases: Sequence[TimingCase]) -> str:
 
 def progress_label(run: TimingRun) -> str:
     """Return a text with the number of timed settings and the name of the setting being timed."""
-    n = len(run.timings)
-    text = f"{n} of {len(run.cases)} settings"
-    if n < len(run.cases):
-        case = run.cases[n]
+    text, to_come = run.n_finished, run.settings[len(run.rows) :]
+    if to_come:
+        case = to_come[0]
         data = f", {case.n_data} data" if case.n_data else ""
         text += f" · now {size_text(case.grid_shape)}, level {level_of(case.parameters)}{data}"
     return text
@@ -302,7 +299,7 @@ def timings_csv(runs: Sequence[TimingRun], machine: str) -> bytes:
     """Return CSV with a line per timed realization, including its setting and the machine."""
     lines = []
     for run in runs:
-        for timing in list(run.timings):
+        for timing in list(run.rows):
             p, own = timing.parameters, image_of_case(run.training_image, timing)
             sizes = map(_sizes, (p.level, p.template_size, p.overlap_size))
             setting = [p.method, *sizes, p.n_candidates, p.exact_data]

@@ -1,11 +1,10 @@
 """State and run of the page Benchmark: the user's choices, the measured cases, the thread."""
 
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Literal
 
-from ccwsim import CCWSIMError, Grid, Parameters, TrainingImage
+from ccwsim import CCWSIMError, Grid, Parameters
 from ccwsim.experiments import timing
 from ccwsim.experiments.timing import Timing, TimingCase
 from ccwsim.jobs.job import Job, server_queue
@@ -13,9 +12,9 @@ from ccwsim.jobs.limits import Demand
 from ccwsim.model.arrays import Shape
 from ccwsim.model.parameters import METHODS
 from ccwsim.model.study import Study
-from ccwsim.run.footprint import demand_of
 from ccwsim.ui.session.resolve import fitted, image_of, levels
-from ccwsim.ui.session.state import PageRun, State, start_page_run
+from ccwsim.ui.session.state import State, start_page_run
+from ccwsim.ui.study.trials import TrialsRun
 
 Kind = Literal["grids", "data"]
 SIDES = (256, 512, 1000, 2000, 3000, 5000)
@@ -33,44 +32,33 @@ FINEST, COARSEST = 0, 3
 
 
 @dataclass
-class TimingRun(PageRun[None]):
+class TimingRun(TrialsRun[TimingCase, Timing, None]):
     """Timed cases, in order; `disturbed` by other sessions that computed at the same time."""
 
-    training_image: TrainingImage
-    cases: list[TimingCase]
-    n_realizations: int
-    seed: int
-    timings: list[Timing] = field(default_factory=list)
     disturbed: bool = False
-    unit = "settings"
 
-    @property
-    def n_pieces(self) -> int:
-        """Number of cases to measure."""
-        return len(self.cases)
+    def study_of(self, setting: TimingCase) -> Study:
+        image = timing.image_of_case(self.training_image, setting)
+        return Study(image, Grid.of(setting.grid_shape), setting.parameters)
+
+    def n_kept(self, setting: TimingCase) -> int:
+        return max(timing.CELLS_AT_ONCE // setting.n_cells, 1)
 
     def demand(self) -> Demand:
         """Return the resources that the largest case needs; one case runs at a time."""
-        n_bytes = 0
-        for case in self.cases:
-            with suppress(CCWSIMError):  # the run ends when it reaches a case that does not fit
-                image = timing.image_of_case(self.training_image, case)
-                study = Study(image, Grid.of(case.grid_shape), case.parameters)
-                at_once = max(timing.CELLS_AT_ONCE // case.n_cells, 1)
-                needed = demand_of(study, self.n_realizations, n_kept=at_once, n_workers=1)
-                n_bytes = max(n_bytes, needed.n_bytes)
-        n_cells = sum(case.n_cells for case in self.cases) * self.n_realizations
-        return Demand(n_cells, max((case.n_data for case in self.cases), default=0), n_bytes)
+        n_bytes = max((demand.n_bytes for demand in self.demands(n_workers=1)), default=0)
+        n_cells = sum(case.n_cells for case in self.settings) * self.n_realizations
+        return Demand(n_cells, max((case.n_data for case in self.settings), default=0), n_bytes)
 
     def work(self, job: Job) -> None:
         def report(fraction: float, n_done: int) -> None:
             self.disturbed = self.disturbed or server_queue().n_active > 1
             job.report(fraction, n_done)
 
-        cases, n = self.cases, self.n_realizations
-        image, seed = self.training_image, self.seed
-        for timed in timing.time_cases(image, cases, n, seed, report, job.is_cancelled):
-            self.timings.append(timed)
+        image, n = self.training_image, self.n_realizations
+        run = image, self.settings, n, self.seed, report, job.is_cancelled
+        for timed in timing.time_cases(*run):
+            self.rows.append(timed)
 
 
 @dataclass
@@ -186,5 +174,5 @@ def expected(state: State, cases: Sequence[TimingCase]) -> float:
     """Return the expected duration of a run in seconds, from measurements in this session."""
     page_state, image = state.page(Benchmark), image_of(state.choices.image)
     runs = [run for run in page_state.runs if run.training_image.digest == image.digest]
-    known = [timed for run in runs for timed in run.timings]
+    known = [timed for run in runs for timed in run.rows]
     return timing.expected_seconds(image, cases, page_state.n_realizations, known)

@@ -35,7 +35,7 @@ def draw_benchmark(state: State) -> None:
     draw_style("benchmark/benchmark.css")
     with st.container(horizontal=True, vertical_alignment="center", key="machine_row"):
         st.html(f'<p class="facts machine">This machine: {this_machine()}</p>')
-        runs = [run for run in page_state.runs if run.timings]
+        runs = [run for run in page_state.runs if run.rows]
         if runs and not page_state.running:
             content = partial(findings.timings_csv, runs, str(this_machine()))
             images = sorted({image_part(run.training_image) for run in runs})
@@ -162,7 +162,7 @@ def _draw_part(state: State, kind: Kind) -> None:
 def _draw_grids(state: State) -> None:
     """Draw times against grid size, or outlines before the first run."""
     run = state.page(Benchmark).grids
-    timings = list(run.timings) if run else []
+    timings = list(run.rows) if run else []
     ticks = ticks_of(timings, measurement.layers_of(state) is not None)
     draw_caption(findings.describe_run(run))
     left, right = st.columns(2, gap="medium")
@@ -212,8 +212,8 @@ def _draw_data(state: State) -> None:
     """Draw the times by number of data, in the layout of Table 2."""
     page_state, run = state.page(Benchmark), state.page(Benchmark).data
     if run:
-        chosen = list(dict.fromkeys(map(findings.setting_of, run.cases)))
-        numbers, shape = sorted({case.n_data for case in run.cases}), run.cases[0].grid_shape
+        chosen = list(dict.fromkeys(map(findings.setting_of, run.settings)))
+        numbers, shape = sorted({case.n_data for case in run.settings}), run.settings[0].grid_shape
     else:
         nz = measurement.layers_of(state)
         methods, levels, side = page_state.data_methods, page_state.data_levels, page_state.side
@@ -221,7 +221,7 @@ def _draw_data(state: State) -> None:
         chosen = [(p.method, level_of(p), nz is not None) for p in found]
         shape = (side, side) if nz is None else (nz, *[page_state.side_volume] * 2)
         numbers = [n for n in measurement.NUMBERS if n in page_state.numbers]
-    timings, side = list(run.timings) if run else [], shape[-1]
+    timings, side = list(run.rows) if run else [], shape[-1]
     panel_title("CPU time of a realization", f"{describe_shape(shape)} cells")
     st.html(findings.data_table(timings, chosen, numbers, side))
     step_note(page_text("Table 2"))

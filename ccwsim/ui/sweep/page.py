@@ -1,6 +1,5 @@
 """The page Sweep: cost and quality of many settings, and a recommended setting."""
 
-import time
 from base64 import b64encode
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -27,12 +26,13 @@ from ccwsim.ui.frontend.cells import draw_cells, facies_map
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results.charts import chart_menu, draw_caption, draw_clickable_chart
 from ccwsim.ui.results.maps import ghost_panel, middle_layers, step_buttons, with_data
-from ccwsim.ui.session.address import go_to, page_link
+from ccwsim.ui.session.address import page_link
 from ccwsim.ui.session.file_names import grid_part
-from ccwsim.ui.session.fragments import error_boundary, follow
+from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import draw_out_of_date
+from ccwsim.ui.study.trials import follow_trials, use_button
 from ccwsim.ui.sweep import planning
 from ccwsim.ui.sweep.planning import SweepRun, SweepState
 from ccwsim.ui.widgets.errors import if_possible
@@ -67,14 +67,7 @@ def draw_page(state: State) -> None:
     run = state.page(SweepState).run
     with st.container(key="news"):  # always drawn, so that elements below do not move
         if run is not None and run.going:
-            drawn_at = time.monotonic()
-
-            def has_news() -> bool:
-                is_new = len(run.rows) > run.n_drawn
-                return is_new and time.monotonic() - drawn_at > planning.REDRAW_SECONDS
-
-            if run.job is not None:
-                follow(run.job, has_news=has_news, keys=("sweep_progress", "sweep_cancel"))
+            follow_trials(run, planning.REDRAW_SECONDS, keys=("sweep_progress", "sweep_cancel"))
         elif run is not None and not is_current(run, state):
             draw_out_of_date("the study's training image, data or grid has changed. Sweep again.")
     with st.container(key="results"):
@@ -152,10 +145,9 @@ def _draw_found(state: State) -> None:
         run = state.page(SweepState).run
         assert run is not None
         found = run.found
-        run.n_drawn = len(found.rows)
         if end := planning.describe_end(run):
             st.warning(plain(end))
-        if run.n_drawn:
+        if found.rows:
             _draw_rows(state, run, found)
         elif run.going:
             panel_title("Settings", "settings appear as soon as they are finished")
@@ -177,7 +169,7 @@ def _draw_rows(state: State, run: SweepRun, found: Sweep) -> None:
         so_far = " so far" if run.going or found.stopped else ""
         title = f"<b>Recommended{so_far}: {escape(label(best, names))}</b>"
         st.html(f'<p class="facts choice">{title} {escape(choice.reason)}</p>')
-        use_button(state, best, "Use this one", "use_recommended")
+        draw_use(state, best, "Use this one", "use_recommended")
     with st.container(key="maps"):
         left, middle, right = st.columns(WIDTHS, gap="medium")
     with left:
@@ -239,7 +231,7 @@ def _draw_outlines() -> None:
         ghost_panel(text, shape, "Its numbers")
 
 
-def names_of(settings: tuple[Parameters, ...]) -> list[str]:
+def names_of(settings: Sequence[Parameters]) -> list[str]:
     """Return the names of the parameters that differ between settings."""
     return varied(settings) or [name for name in RANGED if name.removesuffix(ALONG_Z) in PER_AXIS]
 
@@ -292,7 +284,7 @@ def draw_numbers(state: State, run: SweepRun, k: int) -> None:
     st.html(f'<p class="setting">{escape(label(rows[k].parameters, names))}</p>')
     lines = [(escape(name), own, best) for name, own, best in numbers_of(rows[k], rows, run)]
     st.html(numbers_table(lines, ("", "here", "best")))
-    use_button(state, rows[k].parameters, "Use this setting", "use_setting")
+    draw_use(state, rows[k].parameters, "Use this setting", "use_setting")
 
 
 def numbers_of(
@@ -346,13 +338,12 @@ def two(spread: float) -> str:
     return f"{spread:.2g}" if spread < 100 else f"{spread:.0f}"
 
 
-def use_button(state: State, parameters: Parameters, text: str, key: str) -> None:
+def draw_use(state: State, parameters: Parameters, text: str, key: str) -> None:
     """Draw a button that applies a setting to the study and opens Simulate."""
     kind = "primary" if key == "use_setting" else "secondary"
     options: dict[str, Any] = {"on_click": planning.use_setting, "args": (state, parameters)}
     options |= {"type": kind, "help": "Uses this setting in the study and opens Simulate."}
-    if button(text, key=key, **options):
-        go_to("pages/simulate.py", "The study has this setting now.")
+    use_button(text, key, **options)
 
 
 def draw_tiles(

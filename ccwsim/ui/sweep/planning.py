@@ -1,12 +1,11 @@
 """The settings of a sweep, the run of the sweep on a thread, and the state of the page."""
 
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
-from ccwsim import CCWSIMError, Ensemble, Grid, HardData, Parameters, Secondary, TrainingImage
+from ccwsim import CCWSIMError, Ensemble, Parameters
 from ccwsim.experiments.plan import ALONG_Z, SweepPlan, plan_sweep, value_of
 from ccwsim.experiments.sweep import Sweep, SweepRow, sweep
 from ccwsim.experiments.timing import PER_JUDGED_CELL, typical_seconds
@@ -16,14 +15,13 @@ from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.numbers import plural
 from ccwsim.model.parameters import METHODS
-from ccwsim.model.study import Study
-from ccwsim.run.footprint import demand_of
 from ccwsim.sharing.choices import Choices
 from ccwsim.system.log import reason
-from ccwsim.ui.results.maps import colours_of, pretty
+from ccwsim.ui.results.maps import pretty
 from ccwsim.ui.session.progress import compilation_to_come, format_duration
-from ccwsim.ui.session.resolve import data_of, fitted, image_of, levels, secondary_of
-from ccwsim.ui.session.state import PageRun, State, start_page_run
+from ccwsim.ui.session.resolve import data_of, fitted, image_of, levels
+from ccwsim.ui.session.state import State, start_page_run
+from ccwsim.ui.study.trials import SettingsRun, inputs_of
 from ccwsim.ui.widgets.errors import if_possible, problem_in
 from ccwsim.ui.widgets.text import page_labels
 
@@ -41,38 +39,15 @@ DEFAULT_LEVELS = (1, 2, 3)
 LABELS = page_labels("ranges_of_sweep")
 
 
-@dataclass
-class SweepRun(PageRun[Sweep]):
-    """A sweep with its finished rows; `n_drawn` of them are on the page, with pictures `tiles`."""
+@dataclass(kw_only=True)
+class SweepRun(SettingsRun[SweepRow, Sweep]):
+    """A sweep with its finished rows and, of those on the page, the pictures `tiles`."""
 
-    training_image: TrainingImage
-    grid: Grid
-    hard_data: HardData
-    seed: int
-    settings: tuple[Parameters, ...]
-    n_realizations: int
-    facies: int
-    colours: list[str]
-    rows: list[SweepRow] = field(default_factory=list)
-    n_drawn: int = 0
     tiles: list[bytes] = field(default_factory=list)
-    secondary: Secondary | None = None
-    unit = "settings"
-
-    @property
-    def n_pieces(self) -> int:
-        """Number of settings to try."""
-        return len(self.settings)
 
     def demand(self) -> Demand:
         """Return the resources that the sweep needs for one setting and the stored realizations."""
-        largest = 0
-        for p in self.settings:
-            with suppress(CCWSIMError):  # the results report settings that do not fit
-                inputs = self.training_image, self.grid, p, self.hard_data, self.seed
-                study = Study(*inputs, self.secondary)
-                needed = demand_of(study, self.n_realizations, n_workers=1).n_bytes
-                largest = max(largest, needed)
+        largest = max((demand.n_bytes for demand in self.demands(n_workers=1)), default=0)
         each = self.grid.n_cells
         cells = each * len(self.settings)
         kept = max(CELLS_KEPT, cells)  # at least one realization is stored
@@ -93,9 +68,8 @@ class SweepRun(PageRun[Sweep]):
     @property
     def found(self) -> Sweep:
         """The results of the settings that are finished."""
-        return self.result or Sweep(
-            tuple(self.rows), (), len(self.settings), self.training_image.shape
-        )
+        shape = self.training_image.shape
+        return self.result or Sweep(tuple(self.rows), (), len(self.settings), shape)
 
 
 @dataclass
@@ -123,9 +97,8 @@ def describe_end(run: SweepRun) -> str:
     if run.error is not None:
         sentences.append(f"The sweep ended early: {reason(run.error)}.")
     if found.stopped and not run.going:
-        n = len(found.rows)
-        shown = "; these are shown." if n else "."
-        sentences.append(f"Stopped after {n} of {found.n_asked} settings{shown}")
+        shown = "; these are shown." if found.rows else "."
+        sentences.append(f"Stopped after {run.n_finished}{shown}")
     if found.failed:
         sentences.append(f"{len(found.failed)} could not be simulated: {found.failed[0][1]}.")
     return " ".join(sentences)
@@ -262,12 +235,8 @@ def start(state: State) -> None:
     page_state = state.page(SweepState)
     if problem_of(state):
         return
-    choices, image = state.choices, image_of(state.choices.image)
-    study = (image, choices.grid, data_of(choices), choices.seed)
-    facies = min(state.facies, image.n_facies - 1)
-    settings, n = plan_of(state).fitting, page_state.n_realizations
-    secondary = secondary_of(choices)
-    make = partial(SweepRun, *study, settings, n, facies, colours_of(state), secondary=secondary)
+    inputs = inputs_of(state) | {"settings": plan_of(state).fitting}
+    make = partial(SweepRun, n_realizations=page_state.n_realizations, **inputs)
     if start_page_run(page_state, "run", make):
         page_state.chosen, page_state.shown = None, 0
 

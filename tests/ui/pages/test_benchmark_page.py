@@ -85,8 +85,8 @@ def test_grids_are_measured_and_shown_beside_the_paper(monkeypatch):
     app = launched(largest=512, grid_levels=[1, 3])
     settled(app.button(key="measure_grids").click().run())
     run = app.session_state[KEY].page(Benchmark).grids
-    assert [t.parameters for t in run.timings] == [c.parameters for c in run.cases]
-    assert [t.grid_shape for t in run.timings] == [c.grid_shape for c in run.cases]
+    assert [t.parameters for t in run.rows] == [c.parameters for c in run.settings]
+    assert [t.grid_shape for t in run.rows] == [c.grid_shape for c in run.settings]
     said = html(app)
     assert "Level 1:" in said
     assert "times at 25 million cells in the paper (Fig. 13)" in said
@@ -99,7 +99,7 @@ def test_data_are_measured_and_shown_in_the_layout_of_table_2():
     app = launched(side=256, numbers=[0, 100, 400], data_levels=[3], data_methods=["ccwsim"])
     settled(app.button(key="measure_data").click().run())
     run = app.session_state[KEY].page(Benchmark).data
-    assert [t.n_data for t in run.timings] == [0, 100, 400]
+    assert [t.n_data for t in run.rows] == [0, 100, 400]
     said = html(app)
     assert "400 / 100" in said
     assert "256 × 256 cells" in said
@@ -109,7 +109,7 @@ def test_all_methods_there_are_can_be_measured():
     app = launched(side=256, numbers=[100], data_levels=[2], data_methods=["ccwsim", "ms-ccsim"])
     settled(app.button(key="measure_data").click().run())
     assert not app.warning
-    timings = app.session_state[KEY].page(Benchmark).data.timings
+    timings = app.session_state[KEY].page(Benchmark).data.rows
     there = [m for m in METHODS if m != "ccsim"]
     assert [t.parameters.method for t in timings] == there
 
@@ -140,7 +140,7 @@ def test_a_run_can_be_cancelled_and_keeps_what_was_finished():
     case = TimingCase(Parameters(), (48, 48))
     run = TimingRun(datasets.load("channels"), [case] * 20_000, 1, 0).start()
     state.page(Benchmark).grids = run
-    wait_until(lambda: run.timings, "the first time")
+    wait_until(lambda: run.rows, "the first time")
     app.run()
     assert not app.exception
     assert app.button(key="measure_data").disabled
@@ -148,7 +148,7 @@ def test_a_run_can_be_cancelled_and_keeps_what_was_finished():
     app.button(key="cancel_grids").click().run()
     settled(app)
     assert "these are shown" in app.warning[0].value
-    assert 0 < len(run.timings) < 20_000
+    assert 0 < len(run.rows) < 20_000
     assert not app.button(key="measure_data").disabled
 
 

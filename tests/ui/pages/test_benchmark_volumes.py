@@ -66,7 +66,7 @@ def test_both_are_measured_and_shown_together(monkeypatch):
     assert not app.exception
     settled(app.button(key="measure_grids").click().run())
     run = app.session_state[KEY].page(Benchmark).grids
-    assert {len(t.grid_shape) for t in run.timings} == {2, 3}
+    assert {len(t.grid_shape) for t in run.rows} == {2, 3}
     said = html(app)
     assert "volume level 1" in said
     assert "32 × 32 × 12" in said
@@ -84,7 +84,7 @@ def test_times_with_data_are_of_a_volume():
     app = opened("benchmark", state_of(data_methods=["ccwsim"], **changes)).run()
     settled(app.button(key="measure_data").click().run())
     run = app.session_state[KEY].page(Benchmark).data
-    assert [(t.grid_shape, t.n_data) for t in run.timings] == [((12, 64, 64), n) for n in (0, 100)]
+    assert [(t.grid_shape, t.n_data) for t in run.rows] == [((12, 64, 64), n) for n in (0, 100)]
     assert "64 × 64 × 12 cells" in html(app)
 
 
