@@ -194,9 +194,15 @@ def compare(
         return simulate(*study, progress=report, cancel=cancel, secondary=secondary)
 
     report, n_done = on_partial or (lambda _: None), len(settings) * n_realizations
-    simulating = progress_of_part(progress, 0.0, SIMULATED), cancel, n_realizations
     found = Comparison((), ())
-    trials = run_trials([*settings.values()], simulated, [1.0] * len(settings), *simulating)
+    trials = run_trials(
+        [*settings.values()],
+        simulated,
+        seconds=[1.0] * len(settings),
+        progress=progress_of_part(progress, 0.0, SIMULATED),
+        cancel=cancel,
+        n_pieces=n_realizations,
+    )
     for name, ensemble in zip(settings, trials, strict=True):
         found = Comparison((*found.names, name), (*found.ensembles, ensemble))
         report(found)

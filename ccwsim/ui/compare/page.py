@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from contextlib import nullcontext
+from dataclasses import replace
 from functools import partial
 from html import escape
 from itertools import product
@@ -18,24 +19,29 @@ from ccwsim.metrics.lags import axes_of
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_REALIZATIONS_COMPARED
 from ccwsim.model.numbers import plural, seconds, three_digits
-from ccwsim.model.study import Study
 from ccwsim.report.settings import describe_inputs, describe_parameters, describe_setting
 from ccwsim.report.verdicts import SIGNS, curve_title, describe_curves, describe_scaling
 from ccwsim.sharing.choices import ImageChoice, Upload
 from ccwsim.ui.compare import findings, settings
-from ccwsim.ui.compare.settings import LETTERS, TWO_POINT, Beside, ComparePageState
+from ccwsim.ui.compare.settings import (
+    LETTERS,
+    TWO_POINT,
+    Beside,
+    ComparePageState,
+    ComparisonRun,
+)
 from ccwsim.ui.frontend.cells import draw_cells, facies_map
 from ccwsim.ui.results import charts, maps
-from ccwsim.ui.session.address import go_to
 from ccwsim.ui.session.file_names import grid_part
 from ccwsim.ui.session.fragments import error_boundary
-from ccwsim.ui.session.resolve import data_of, image_of, secondary_of, study_of
+from ccwsim.ui.session.resolve import data_of, image_of, study_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.changes import image_name
 from ccwsim.ui.study.image_questions import image_of_file
 from ccwsim.ui.study.image_step import image_uploader
 from ccwsim.ui.study.run import draw_out_of_date
 from ccwsim.ui.study.study_column import parameter_field, size_fields
+from ccwsim.ui.study.trials import follow_trials, use_button
 from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, download, field, options_of
 from ccwsim.ui.widgets.text import page_text, pair, panel_title, plain, scrolled, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
@@ -61,43 +67,43 @@ def draw_page(state: State) -> None:
     draw_style("compare/compare.css")
     page_state = state.page(ComparePageState)
     problem = problem_of(state)
-    has_none = page_state.found is None and page_state.run is None
-    if has_none and not page_state.message and not problem:
+    if page_state.run is None and not page_state.message and not problem:
         settings.start_comparison(state)
-    if page_state.run is not None and page_state.run.wait(PATIENCE):
-        settings.collect_comparison(state)
-    run, request = page_state.run, page_state.request
+    run = page_state.run
+    busy = run is not None and run.going and not run.wait(PATIENCE)
+    if not busy and page_state.shown_run is run:
+        page_state.earlier = None  # free its realizations
     _draw_settings(state)
     _draw_run_row(state, problem)
     with st.container(key="news"):  # always drawn, so that elements below do not move
-        if run is not None:
-            settings.follow_comparison(state, run)
-            if page_state.found is not None and run.partial is None:
+        shown = page_state.shown_run
+        if busy and run is not None:
+            follow_trials(run, label=lambda: settings.progress_label(run))
+            if shown is page_state.earlier is not None:
                 st.html("<style>.st-key-results { opacity: 0.4 }</style>")
         if problem:
             st.error(plain(problem))
-        elif run is None and request is not None and request.key != settings.request_of(state).key:
+        elif not busy and shown is not None and shown.key != settings.key_of(state):
             draw_out_of_date("the settings or the study have changed. Compare again.")
-        if page_state.message:
-            st.warning(plain(page_state.message))
+        if message := page_state.message or ("" if busy else settings.describe_end(page_state)):
+            st.warning(plain(message))
     with st.container(key="results"):
-        _draw_results(state, run is not None)
+        _draw_results(state, busy)
 
 
 def problem_of(state: State) -> str:
     """Return the reason why the settings cannot be compared, or an empty text."""
-    choices = state.choices
     try:
-        image, data = image_of(choices.image), data_of(choices)
-        secondary = secondary_of(choices)
-        for parameters in settings.settings_of(state):
-            Study(image, choices.grid, parameters, data, choices.seed, secondary)
-        n = len(settings.request_of(state).names)
+        tried = settings.settings_of(state)
+        for parameters in tried:
+            study_of(replace(state.choices, parameters=parameters))
+        n = len(settings.names_of(tried, state.page(ComparePageState).beside))
         if n > MAX_SETTINGS:
             return f"At most {MAX_SETTINGS - 1} settings fit beside {TWO_POINT}. Remove a setting."
         n += settings.second_study(state) is not None
-        cells = choices.grid.n_cells * n
-        limits_of_environment().check(Demand(cells * settings.n_of(state), data.n))
+        cells = state.choices.grid.n_cells * n
+        demand = Demand(cells * settings.n_of(state), data_of(state.choices).n)
+        limits_of_environment().check(demand)
     except CCWSIMError as error:
         return str(error)
     return ""
@@ -144,8 +150,7 @@ def _draw_actions(state: State, k: int, n: int) -> None:
         if k:
             help_ = "Swap this setting with the study's setting (A) and open Simulate."
         act: dict[str, Any] = {"on_click": settings.use_setting, "args": (state, k)}
-        if button("Use these", key=f"use_{letter}", help=help_, **act):
-            go_to("pages/simulate.py", "The study has this setting now.")
+        use_button("Use these", f"use_{letter}", help=help_, **act)
         with st.popover("Copy from", key=f"copy_{letter}"):
             for j, other in enumerate(LETTERS[:n]):
                 if j != k:
@@ -175,7 +180,8 @@ def _draw_run_row(state: State, problem: str) -> None:
         button(
             "Compare", key="compare", on_click=settings.start_comparison, args=(state,), **options
         )
-        if (found := page_state.found) is not None:
+        kept = page_state.kept_run
+        if kept is not None and (found := kept.found) is not None:
             with st.popover("Download", key="downloads"):
                 first = found.ensembles[0]
                 of = f"{grid_part(first.training_image, first.grid)}_seed{first.seed}"
@@ -220,14 +226,12 @@ def _draw_results(state: State, busy: bool) -> None:
     """Draw the latest results, partial if a run was `busy` when the page was drawn."""
     page_state = state.page(ComparePageState)
     with error_boundary():
-        run = page_state.run
-        if (run is not None) != busy:  # a fragment of the page has started another job
+        if page_state.going != busy:  # a fragment of the page has started another job
             st.rerun()
-        found, request, second = page_state.found, page_state.request, page_state.of_second
-        if run is not None and run.partial is not None:
-            found, request, second = run.partial, run.request, run.of_second
-        if found is None or request is None:
-            grid, n = state.choices.grid, len(settings.request_of(state).names)
+        shown = page_state.shown_run
+        if shown is None or (found := shown.found) is None:
+            tried = settings.settings_of(state)
+            grid, n = state.choices.grid, len(settings.names_of(tried, page_state.beside))
             with st.container(key="maps"):
                 columns = st.columns(n, gap="medium")
             for column in columns:
@@ -235,42 +239,39 @@ def _draw_results(state: State, busy: bool) -> None:
                     text = "One realization of each setting, simulated with the same random numbers"
                     maps.ghost_panel(text, f"aspect-ratio: {grid.nx} / {grid.ny}")
         else:
-            _draw_found(state, found, request, second)
+            _draw_found(state, shown, found)
 
 
-def _draw_found(
-    state: State, found: Comparison, request: settings.ComparisonRequest, second: Ensemble | None
-) -> None:
+def _draw_found(state: State, run: ComparisonRun, found: Comparison) -> None:
     image = found.ensembles[0].training_image
     page_state = state.page(ComparePageState)
     page_state.shown = min(page_state.shown, found.ensembles[0].n - 1)
     state.facies = min(state.facies, image.n_facies - 1)
-    said = "; ".join(f"{name}: {note}" for name, note in _notes(request).items())
-    inputs, n = describe_inputs(found.ensembles[0]), plural(request.n, "realization")
-    charts.draw_caption(f"{inputs}; {said}; {n} each, seed {request.seed}")
+    said = "; ".join(f"{name}: {note}" for name, note in _notes(run).items())
+    inputs, n = describe_inputs(found.ensembles[0]), plural(run.n_realizations, "realization")
+    charts.draw_caption(f"{inputs}; {said}; {n} each, seed {run.seed}")
     with st.container(key="said"):  # always drawn, so that elements below do not move
-        if len(found.names) == len(request.names) or page_state.run is None:
+        if len(found.names) == len(run.names) or not page_state.going:
             left, right = st.columns(2, gap="medium")
             with left:
                 lines = "".join(f"<p>{escape(text)}</p>" for text in findings.sentences(found))
                 st.html(f'<div class="summary">{lines}</div>')
             with right:
                 st.html(scrolled(findings.figures_table(found), "Settings in numbers"))
-    colours = figures.facies_colours(image, dict(request.image.colours))
-    draw_maps(state, found, request, colours)
-    if second is not None:
-        _draw_two_images(state, found.ensembles[0], second, colours)
+    draw_maps(state, run, found)
+    if run.of_second is not None:
+        _draw_two_images(state, found.ensembles[0], run.of_second, run.colours)
     with st.container(key="curves"):
         draw_curves(state, found)
     with st.container(key="patterns"):
         draw_patterns(state, found)
 
 
-def _notes(request: settings.ComparisonRequest) -> dict[str, str]:
+def _notes(run: ComparisonRun) -> dict[str, str]:
     """Return the setting of the study, how each other setting differs, and the other method."""
-    own, *others = request.settings
+    own, *others = run.settings
     said = [describe_parameters(own), *(describe_setting(p, own) for p in others), "not CCWSIM"]
-    return dict(zip(request.names, said, strict=False))
+    return dict(zip(run.names, said, strict=False))
 
 
 def draw_name(k: int, name: str, note: str) -> None:
@@ -280,12 +281,11 @@ def draw_name(k: int, name: str, note: str) -> None:
     st.html(f'<div class="setting" style="--own: {findings.colour_of(k)}">{html}</div>')
 
 
-def draw_maps(
-    state: State, found: Comparison, request: settings.ComparisonRequest, colours: Sequence[str]
-) -> None:
+def draw_maps(state: State, run: ComparisonRun, found: Comparison) -> None:
     """Draw one column for the training image and one per setting, with the E-type below."""
     page_state = state.page(ComparePageState)
-    image, grid, n = found.ensembles[0].training_image, request.grid, found.ensembles[0].n
+    image, grid, n = found.ensembles[0].training_image, run.grid, found.ensembles[0].n
+    colours = run.colours
 
     def write(option: int | str) -> None:
         maps.choose(state, option)
@@ -298,7 +298,7 @@ def draw_maps(
         maps.e_type_field(state, image.facies_names, write, n)
     share = min(max(image.shape[-1] / grid.nx, MIN_IMAGE_SHARE), 1.0)
     with st.container(key="maps"):
-        first, *others = st.columns([share] + [1.0] * len(request.names), gap="medium")
+        first, *others = st.columns([share] + [1.0] * len(run.names), gap="medium")
     with first:
         panel_title("Training image")
         shown = facies_map(image.indices, image, colours, f"Training image {image.name}")
@@ -306,9 +306,9 @@ def draw_maps(
         link = "image" if grid.nz is None else "grid"
         draw_cells(shown, "image", name="training_image", link=link, **options)
         _draw_times_and_proportions(found)
-    notes = _notes(request)
+    notes = _notes(run)
     options = MAPS | {"link": "grid", "max_height": MAX_HEIGHTS[grid.n_dimensions]}
-    for k, (column, name) in enumerate(zip(others, request.names, strict=True)):
+    for k, (column, name) in enumerate(zip(others, run.names, strict=True)):
         with column:
             draw_name(k, name, notes[name])
             if k < len(found.ensembles):
@@ -372,7 +372,7 @@ def draw_curves(state: State, found: Comparison) -> None:
     facies = state.facies
     name = found.ensembles[0].training_image.facies_names[facies]
     if not settings.has_curves(found, facies):
-        if state.page(ComparePageState).run is None:
+        if not state.page(ComparePageState).going:
             label = f"Compute the curves of {plain(name)}"
             button(label, key="want_curves", on_click=settings.want_curves, args=(state,))
         else:
@@ -419,7 +419,7 @@ def draw_patterns(state: State, found: Comparison) -> None:
     if found.anodi is None:
         if found.problem:
             step_note(f"Patterns are not compared: {found.problem}.")
-        elif state.page(ComparePageState).run is not None:
+        elif state.page(ComparePageState).going:
             st.html('<div class="unseen patterns"></div>')
         else:
             step_note("Patterns are not compared, because the comparison was stopped early.")

@@ -1,5 +1,6 @@
 """The settings on the page Compare, the run that compares them, and the state of the page."""
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from math import prod
 from typing import Any
@@ -13,21 +14,17 @@ from ccwsim.jobs.limits import Demand
 from ccwsim.model.arrays import Shape, listing, readonly
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled, CCWSIMError
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import METHODS, Parameters
-from ccwsim.model.secondary import Secondary
 from ccwsim.model.study import Study
-from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.footprint import demand_of
 from ccwsim.run.simulation import simulate
-from ccwsim.sharing.choices import DataChoice, ImageChoice
-from ccwsim.ui.session.fragments import follow
+from ccwsim.sharing.choices import ImageChoice
 from ccwsim.ui.session.resolve import data_of, fitted, image_of, levels, secondary_of
-from ccwsim.ui.session.state import PageRun, State, start_page_run
+from ccwsim.ui.session.state import State, start_page_run
 from ccwsim.ui.study.changes import image_name
 from ccwsim.ui.study.run import failed
 from ccwsim.ui.study.study_column import set_parameters
+from ccwsim.ui.study.trials import SettingsRun, inputs_of
 
 N_USUAL, N_USUAL_VOLUME = 12, 4
 """Default number of realizations per setting, for maps and for volumes."""
@@ -41,90 +38,71 @@ BYTES_OF_FIELD = 80
 """Bytes per cell of the periodic Gaussian field from which the two-point simulation is cut."""
 
 
-@dataclass(frozen=True)
-class ComparisonRequest:
-    """The inputs of a comparison; the results are outdated if the inputs on the page differ."""
+@dataclass(kw_only=True)
+class ComparisonRun(SettingsRun[comparison.Comparison, comparison.Comparison]):
+    """A run that compares settings, or adds curves of `facies` to a known comparison.
 
-    image: ImageChoice
-    data: DataChoice
-    grid: Grid
-    seed: int
-    n: int
-    settings: tuple[Parameters, ...]
-    beside: Beside = ""
+    `key` is the `key_of` the page at the start. The last of `rows` is the comparison so far.
+    `second` is the study of setting A with the second training image, if there is one; `of_second`
+    are its realizations.
+    """
 
-    @property
-    def key(self) -> tuple:
-        """Key that two requests share if their results are equal; colours of facies are ignored."""
-        inputs = self.image.digest, self.data, self.grid, self.seed, self.n
-        return *inputs, self.settings, getattr(self.beside, "digest", self.beside)
+    key: tuple
+    beside: Beside
+    known: comparison.Comparison | None = None
+    second: Study | None = None
+    of_second: Ensemble | None = None
+    unit = "realizations"
 
     @property
     def names(self) -> tuple[str, ...]:
         """The names of the settings and, after them, of the two-point simulation."""
-        letters = LETTERS[: len(self.settings)]
-        return (*letters, TWO_POINT) if self.beside == TWO_POINT else letters
-
-
-@dataclass
-class ComparisonRun(PageRun[comparison.Comparison]):
-    """A run that compares settings, or adds curves of `facies` (a code) to a known comparison.
-
-    `second` is the study of setting A with the second training image, if there is one;
-    `of_second` are its realizations.
-    """
-
-    request: ComparisonRequest
-    training_image: TrainingImage
-    hard_data: HardData
-    facies: int
-    known: comparison.Comparison | None = None
-    partial: comparison.Comparison | None = None
-    n_parts: int = 0
-    second: Study | None = None
-    of_second: Ensemble | None = None
-    secondary: Secondary | None = None
+        return names_of(self.settings, self.beside)
 
     @property
     def n_pieces(self) -> int:
         """Total number of realizations of all settings."""
-        return self.request.n * len(self.request.names)
+        return self.n_realizations * len(self.names)
+
+    @property
+    def found(self) -> comparison.Comparison | None:
+        """The comparison so far; a stopped run needs two settings, and a failed run has none."""
+        found = self.result or (self.rows[-1] if self.rows else None)
+        if found is None or not self.error:
+            return found
+        enough = len(found.names) >= comparison.MIN_SETTINGS
+        return found if enough and isinstance(self.error, Cancelled) else None
 
     def demand(self) -> Demand:
         """Return the resources that the run needs, including memory for all realizations."""
         if self.known is not None:
             return NOTHING
-        r, image, data = self.request, self.training_image, self.hard_data
-        studies = [Study(image, r.grid, p, data, r.seed, self.secondary) for p in r.settings]
-        studies += [self.second] if self.second else []
-        each = [demand_of(study, r.n) for study in studies]
+        each, image, n = self.demands(), self.training_image, self.n_realizations
+        each += [demand_of(self.second, n)] if self.second else []
         n_bytes = sum(demand.n_bytes for demand in each)
-        if r.beside == TWO_POINT:
-            sides = zip(r.grid.shape, image.shape, strict=True)
+        if self.beside == TWO_POINT:
+            sides = zip(self.grid.shape, image.shape, strict=True)
             n_bytes += BYTES_OF_FIELD * prod(n + side // 2 for n, side in sides)
-        return Demand(sum(demand.n_cells for demand in each), data.n, n_bytes)
+        return Demand(sum(demand.n_cells for demand in each), self.hard_data.n, n_bytes)
 
     def work(self, job: Job[comparison.Comparison]) -> comparison.Comparison:
         """Run the comparison, publish partial results, and return the comparison."""
-        r, options = self.request, (job.report, job.is_cancelled)
+        image, n, seed = self.training_image, self.n_realizations, self.seed
+        facies, options = int(image.codes[self.facies]), (job.report, job.is_cancelled)
         if self.known is not None:
-            return comparison.add_curves(self.known, self.facies, *options)
-        image, settings = self.training_image, dict(zip(LETTERS, r.settings, strict=False))
-        if r.beside == TWO_POINT:
-            settings |= {TWO_POINT: simulate_two_point(image, r.grid, r.n, r.seed)}
-        run = (self.hard_data, r.n, r.seed, *options)
-        how: Any = {"facies": self.facies, "on_partial": self._take, "secondary": self.secondary}
-        found = comparison.compare(image, r.grid, settings, *run, **how)
+            return comparison.add_curves(self.known, facies, *options)
+        settings: dict[str, Any] = dict(zip(LETTERS, self.settings, strict=False))
+        if self.beside == TWO_POINT:
+            settings |= {TWO_POINT: simulate_two_point(image, self.grid, n, seed)}
+        run = (self.hard_data, n, seed, *options)
+        how: Any = {"facies": facies, "on_partial": self.rows.append, "secondary": self.secondary}
+        found = comparison.compare(image, self.grid, settings, *run, **how)
         if (s := self.second) is not None:
             study = s.training_image, s.grid, s.parameters, s.hard_data
             self.of_second = simulate(
-                *study, r.n, r.seed, cancel=job.is_cancelled, secondary=s.secondary
+                *study, n, s.seed, cancel=job.is_cancelled, secondary=s.secondary
             )
         return found
-
-    def _take(self, partial: comparison.Comparison) -> None:
-        self.partial = partial
-        self.n_parts += 1
 
 
 @dataclass
@@ -133,19 +111,32 @@ class ComparePageState:
 
     `others` are the settings besides the setting of the study; an element None stands for a default
     setting, derived from the study. `n` is the number of realizations per setting, or None until
-    the page is first drawn. `run` is the running comparison, `found` and `of_second` are the latest
-    results, and `request` has their inputs.
+    the page is first drawn. `run` is the latest run; `earlier` is the run whose results are shown
+    while `run` has none.
     """
 
     others: list[Parameters | None] = field(default_factory=lambda: [None, None])
     n: int | None = None
     beside: Beside = ""
     run: ComparisonRun | None = None
-    found: comparison.Comparison | None = None
-    of_second: Ensemble | None = None
-    request: ComparisonRequest | None = None
+    earlier: ComparisonRun | None = None
     message: str = ""
     shown: int = 0
+
+    @property
+    def going(self) -> bool:
+        """Whether a run is going."""
+        return self.run is not None and self.run.going
+
+    @property
+    def shown_run(self) -> ComparisonRun | None:
+        """The latest run with results."""
+        return self.run if self.run is not None and self.run.found is not None else self.earlier
+
+    @property
+    def kept_run(self) -> ComparisonRun | None:
+        """The latest run that ended with results."""
+        return self.earlier if self.going else self.shown_run
 
 
 def settings_of(state: State) -> tuple[Parameters, ...]:
@@ -216,10 +207,17 @@ def use_setting(state: State, k: int) -> None:
         state.page(ComparePageState).others[:] = present[1:]
 
 
-def request_of(state: State) -> ComparisonRequest:
-    """Return the inputs of a comparison from the present state of the page."""
-    c, n, beside = state.choices, n_of(state), state.page(ComparePageState).beside
-    return ComparisonRequest(c.image, c.data, c.grid, c.seed, n, settings_of(state), beside)
+def names_of(settings: Sequence[Parameters], beside: Beside) -> tuple[str, ...]:
+    """Return the names of settings and, after them, of a two-point simulation beside them."""
+    letters = LETTERS[: len(settings)]
+    return (*letters, TWO_POINT) if beside == TWO_POINT else letters
+
+
+def key_of(state: State) -> tuple:
+    """Return a key of the page's inputs; two comparisons with equal keys have equal results."""
+    c, beside = state.choices, state.page(ComparePageState).beside
+    study = c.image.digest, c.data, c.guides, c.grid, c.seed  # colours of facies do not matter
+    return *study, n_of(state), settings_of(state), getattr(beside, "digest", beside)
 
 
 def n_of(state: State) -> int:
@@ -258,10 +256,15 @@ def start_comparison(state: State) -> None:
     page_state = state.page(ComparePageState)
 
     def make() -> ComparisonRun:
-        image, data = image_of(state.choices.image), data_of(state.choices)
-        code = int(image.codes[min(state.facies, image.n_facies - 1)])
-        run = ComparisonRun(request_of(state), image, data, code, second=second_study(state))
-        run.secondary = secondary_of(state.choices)
+        run = ComparisonRun(
+            **inputs_of(state),
+            settings=settings_of(state),
+            n_realizations=n_of(state),
+            key=key_of(state),
+            beside=page_state.beside,
+            second=second_study(state),
+        )
+        page_state.earlier = page_state.kept_run
         if page_state.run is not None:
             page_state.run.stop()
             page_state.run = None
@@ -273,15 +276,14 @@ def start_comparison(state: State) -> None:
 def want_curves(state: State) -> None:
     """Start computing the curves of the chosen facies if the comparison lacks these curves."""
     page_state = state.page(ComparePageState)
-    found = page_state.found
-    if page_state.run is not None or found is None or has_curves(found, state.facies):
+    shown = page_state.shown_run
+    if page_state.going or shown is None:
         return
-    assert page_state.request is not None
-    first, code = found.ensembles[0], code_of(found, state.facies)
-    study = first.training_image, first.hard_data
-    run = ComparisonRun(page_state.request, *study, code, found, found)
-    run.of_second = page_state.of_second
-    page_state.run = run.start()
+    found = shown.found
+    if found is None or has_curves(found, state.facies):
+        return
+    more = {"known": found, "rows": [found], "facies": state.facies, "second": None}
+    page_state.earlier, page_state.run = shown, replace(shown, **more).start()
 
 
 def has_curves(found: comparison.Comparison, facies: int) -> bool:
@@ -295,52 +297,27 @@ def code_of(found: comparison.Comparison, facies: int) -> int:
     return int(found.ensembles[0].training_image.codes[facies])
 
 
-def collect_comparison(state: State) -> None:
-    """Store the result of a finished run; earlier results stay if the run has no result."""
-    page_state = state.page(ComparePageState)
+def describe_end(page_state: ComparePageState) -> str:
+    """Describe how the latest run was stopped or failed; otherwise return an empty text."""
     run = page_state.run
-    if run is None or run.going:
-        return
-    page_state.run = None
-    found = run.result
-    if isinstance(run.error, Cancelled):
-        found = run.partial
-        if found is not None and len(found.names) < comparison.MIN_SETTINGS:
-            found = None
-        n = len(run.request.names)
-        page_state.message = _stopped(found, n, page_state.found is not None)
-    elif run.error is not None:
-        page_state.message = failed(run.error)
-    if found is not None:
-        page_state.found, page_state.request = found, run.request
-        page_state.of_second = run.of_second
-
-
-def _stopped(found: comparison.Comparison | None, n: int, has_older: bool) -> str:
-    if found is not None:
-        all_ = "all" if len(found.names) == n else f"{len(found.names)} of {n}"
+    if run is None or run.error is None:
+        return ""
+    if not isinstance(run.error, Cancelled):
+        return failed(run.error)
+    if (found := run.found) is not None:
+        n, n_done = len(run.names), len(found.names)
+        all_ = "all" if n_done == n else f"{n_done} of {n}"
         return f"Stopped after {all_} settings were simulated; the results so far are shown."
     return "Stopped before two settings were simulated." + (
-        " The earlier comparison is still shown." if has_older else ""
+        " The earlier comparison is still shown." if page_state.earlier else ""
     )
-
-
-def follow_comparison(state: State, run: ComparisonRun) -> None:
-    """Show the progress of the run; redraw the page for new partial results and at the end."""
-    job, n_parts = run.job, run.n_parts
-    if job is not None:
-        follow(
-            job,
-            on_finished=lambda: collect_comparison(state),
-            has_news=lambda: run.n_parts != n_parts,
-            label=lambda: progress_label(run),
-        )
 
 
 def progress_label(run: ComparisonRun) -> str:
     """Return the name of the step that follows the simulation; empty during the simulation."""
     if run.job is None or run.job.n_done < run.n_pieces:
         return ""
-    if run.second is not None and run.partial and (run.partial.anodi or run.partial.problem):
+    found = run.found
+    if run.second is not None and found and (found.anodi or found.problem):
         return "Simulating with the second image"
-    return "Comparing patterns" if run.partial and run.partial.curves else "Comparing curves"
+    return "Comparing patterns" if found and found.curves else "Comparing curves"

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from streamlit.testing.v1 import AppTest
 
-from ccwsim import Grid, HardData, Parameters, datasets, simulate
+from ccwsim import Cancelled, Grid, HardData, Parameters, datasets, simulate
 from ccwsim.experiments.comparison import STATISTICS, Comparison, PairRatio, compare
 from ccwsim.experiments.two_point import simulate_two_point
 from ccwsim.report.settings import describe_setting
 from ccwsim.report.verdicts import describe_curves
-from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload
+from ccwsim.sharing.choices import Choices, DataChoice, GuideChoice, ImageChoice, Upload
 from ccwsim.ui.compare.findings import (
     describe_against_first,
     describe_grades,
@@ -32,6 +32,7 @@ from ccwsim.ui.compare.settings import (
     TWO_POINT,
     Beside,
     ComparePageState,
+    ComparisonRun,
     both_images,
     settings_of,
     usual_others,
@@ -59,11 +60,11 @@ def settled(app: AppTest) -> AppTest:
     """Return the page after its comparison."""
 
     def at_rest() -> bool:
-        run = app.session_state[KEY].page(ComparePageState).run
-        if run is not None:
-            assert run.wait(PATIENCE), "the comparison does not come to its end"
-            app.run()
-        return run is None
+        page_state = app.session_state[KEY].page(ComparePageState)
+        run = page_state.run
+        assert run is None or run.wait(PATIENCE), "the comparison does not come to its end"
+        app.run()
+        return page_state.run is run
 
     wait_until(at_rest, "the comparison")
     assert not app.exception
@@ -90,7 +91,7 @@ def test_it_opens_cold_and_compares_what_is_usual():
     assert own == OWN
     assert second.method == "ccsim"
     assert third.wavelet_level == 3
-    result = state.page(ComparePageState).found
+    result = state.page(ComparePageState).run.found
     assert [e.parameters for e in result.ensembles] == [own, second, third]
     for sentence in sentences(result):
         assert sentence in html(app)
@@ -107,7 +108,7 @@ def test_a_change_is_fitted_and_said_after_the_run():
     assert "Out of date" in html(app)
     app.button(key="compare").click()
     settled(app.run())
-    assert state_of(app).page(ComparePageState).found.ensembles[1].parameters == changed
+    assert state_of(app).page(ComparePageState).run.found.ensembles[1].parameters == changed
     assert "Out of date" not in html(app)
 
 
@@ -167,12 +168,88 @@ def test_the_arrows_show_the_same_realization_of_all():
 @pytest.mark.slow
 def test_curves_of_another_facies_are_worked_out():
     app = launched()
-    before = state_of(app).page(ComparePageState).found
+    before = state_of(app).page(ComparePageState).run.found
     named(app.selectbox, "e_type").set_value(0)
     settled(app.run())
-    after = state_of(app).page(ComparePageState).found
+    after = state_of(app).page(ComparePageState).run.found
     assert {key[0] for key in after.curves} == {0, 1}
     assert after.anodi is before.anodi
+    assert charts(app) == FIGURES
+
+
+def test_other_guides_make_the_comparison_an_old_one():
+    app = launched()
+    state_of(app).change(guides=GuideChoice(angle=30.0))
+    app.run()
+    assert "Out of date" in html(app)
+
+
+def first_settings(found: Comparison, n: int) -> Comparison:
+    """Return a comparison as it is known after the simulation of `n` settings."""
+    return Comparison(found.names[:n], found.ensembles[:n])
+
+
+def test_a_stopped_comparison_keeps_what_is_simulated(monkeypatch):
+    app = launched()
+    page_state = state_of(app).page(ComparePageState)
+    first = page_state.run
+
+    def stopped_after(n: int):
+        def work(run, job):
+            run.rows.append(first_settings(first.found, n))
+            raise Cancelled("stopped")
+
+        return work
+
+    monkeypatch.setattr(ComparisonRun, "work", stopped_after(1))
+    app.button(key="compare").click()
+    settled(app.run())
+    earlier = "Stopped before two settings were simulated. The earlier comparison is still shown."
+    assert earlier in texts(app)
+    assert page_state.shown_run is page_state.kept_run is first
+    monkeypatch.setattr(ComparisonRun, "work", stopped_after(2))
+    app.button(key="compare").click()
+    settled(app.run())
+    assert "Stopped after 2 of 3 settings were simulated" in texts(app)
+    assert page_state.earlier is None
+    assert page_state.kept_run is page_state.run is not first
+    assert not app.error
+
+
+def test_a_comparison_started_again_keeps_the_finished_one(monkeypatch):
+    app = launched()
+    page_state = state_of(app).page(ComparePageState)
+    first = page_state.run
+
+    def work(run, job):
+        run.rows.append(first_settings(first.found, 1))
+        job.sleep(PATIENCE)
+
+    monkeypatch.setattr(ComparisonRun, "work", work)
+    for _ in range(2):
+        app.button(key="compare").click().run()
+        assert page_state.going
+        assert page_state.kept_run is first
+        assert not app.error
+    page_state.run.stop()
+    settled(app)
+    assert page_state.shown_run is first
+
+
+def test_a_failed_comparison_says_why_and_keeps_the_earlier_one(monkeypatch):
+    app = launched()
+    page_state = state_of(app).page(ComparePageState)
+    first = page_state.run
+
+    def work(run, job):
+        run.rows.append(first.found)
+        raise MemoryError
+
+    monkeypatch.setattr(ComparisonRun, "work", work)
+    app.button(key="compare").click()
+    settled(app.run())
+    assert "do not fit into memory" in texts(app)
+    assert page_state.shown_run is first
     assert charts(app) == FIGURES
 
 
@@ -243,7 +320,7 @@ def test_the_table_of_figures_has_the_ratios_of_the_sentences(found):
 @pytest.mark.slow
 def test_titles_of_curves_say_which_settings_fail():
     app = launched(replace(SMALL, grid=Grid(64, 64)), n=4)
-    for (_, statistic, _), curves in state_of(app).page(ComparePageState).found.curves.items():
+    for (_, statistic, _), curves in state_of(app).page(ComparePageState).run.found.curves.items():
         kind = "variogram" if statistic == "variogram" else "connectivity"
         said = describe_curves(dict(zip("ABCD", curves.fits, strict=False)), kind)
         assert escape(said.words) in html(app)
@@ -326,8 +403,8 @@ def test_a_two_point_simulation_is_compared_and_marked_as_not_ccwsim():
     assert not texts(app)
     assert charts(app) == FIGURES
     page_state = state_of(app).page(ComparePageState)
-    found, seed = page_state.found, state_of(app).choices.seed
-    assert found.names == page_state.request.names == ("A", "B", "C", TWO_POINT)
+    found, seed = page_state.run.found, state_of(app).choices.seed
+    assert found.names == page_state.run.names == ("A", "B", "C", TWO_POINT)
     alone = simulate_two_point(datasets.load("channels"), (48, 64), 3, seed)
     np.testing.assert_array_equal(found.ensembles[3].indices, alone.indices)
     assert "two-point is not CCWSIM" in html(app)
@@ -367,7 +444,7 @@ def test_half_of_the_realizations_are_from_a_second_image():
     assert "Second image: stone wall" in html(app)
     assert "do not tell whether that image is right" in html(app)
     page_state = state_of(app).page(ComparePageState)
-    first, second = page_state.found.ensembles[0], page_state.of_second
+    first, second = page_state.run.found.ensembles[0], page_state.run.of_second
     alone = simulate(datasets.load("stone_wall"), (48, 64), OWN, placed.placed, 3)
     np.testing.assert_array_equal(second.indices, alone.indices)
     assert second.n_mismatched.max() == 0
@@ -377,7 +454,7 @@ def test_half_of_the_realizations_are_from_a_second_image():
     np.testing.assert_allclose(both.probability(1), means)
     named(app.selectbox, "e_type").set_value(0)
     settled(app.run())
-    assert page_state.of_second is second  # other curves do not simulate again
+    assert page_state.run.of_second is second  # other curves do not simulate again
     named(app.selectbox, "beside").set_value("").run()
     assert "Out of date" in html(app)
 
@@ -397,5 +474,5 @@ def test_a_file_is_a_second_image():
     choice = image_of_file(Upload("other.csv", text.encode()))
     app = with_beside(choice)
     assert not texts(app)
-    assert state_of(app).page(ComparePageState).of_second.training_image.shape == (80, 80)
+    assert state_of(app).page(ComparePageState).run.of_second.training_image.shape == (80, 80)
     assert "image other.csv" in named(app.selectbox, "beside").options
