@@ -24,7 +24,6 @@ from ccwsim.ui.widgets.text import page_text, scrolled
 Setting = tuple[str, int, bool]
 """Key of a curve: method, level (for volumes, within layers), and whether volumes are simulated."""
 NONE = "–"
-PAPER_SIDE = 512  # side of the grid in the paper's Table 2, in cells
 
 
 def by_setting(timings: Sequence[Timing]) -> dict[Setting, list[Timing]]:
@@ -195,7 +194,7 @@ def data_table(
     timings: Sequence[Timing], settings: Sequence[Setting], numbers: Sequence[int], side: int
 ) -> str:
     """Return measured and published times (none for volumes) as HTML, laid out as Table 2."""
-    found = {(*setting_of(t)[:2], t.n_data): t for t in timings}
+    measured = {(*setting_of(t)[:2], t.n_data): t for t in timings}
     shown = [n for n in numbers if n]
     first = ["method", "level", *(["no data"] if 0 in numbers else [])]
     head = [*first, *(f"{n} data" for n in shown for _ in range(3))]
@@ -206,15 +205,17 @@ def data_table(
         second += ["here", "paper"]
     rows = []
     for method, level, volume in settings:
-        side = 0 if volume else side
+        own = [measured.get((method, level, n)) for n in shown]
+        n_cells = 0 if volume else side**2
+        paper = [published_time(PAPER, method, level, n_cells, n) for n in shown]
         row = [method.upper(), str(level)]
         if 0 in numbers:
-            row.append(_time(found.get((method, level, 0))))
-        for n in shown:
-            own = found.get((method, level, n))
-            row += [_time(own), _paper(method, level, n, side), _wrong(own)]
+            row.append(_time(measured.get((method, level, 0))))
+        for here, there in zip(own, paper, strict=True):
+            row += [_time(here), f"{there.cpu_seconds} s" if there else NONE, _wrong(here)]
         if has_ratio:
-            row += _ratios(found, method, level, shown[-2:], side)
+            row.append(_ratio([here and here.seconds for here in own]))
+            row.append(_ratio([there and there.cpu_seconds for there in paper]))
         rows.append(row)
     return table_of([head, second], rows)
 
@@ -267,11 +268,6 @@ def _time(timing: Timing | None) -> str:
     return seconds(timing.seconds) if timing else NONE
 
 
-def _paper(method: str, level: int, n: int, side: int) -> str:
-    found = published_time(PAPER, method, level, side**2, n) if side == PAPER_SIDE else None
-    return f"{found.cpu_seconds} s" if found else NONE
-
-
 def _wrong(timing: Timing | None) -> str:
     if timing is None:
         return NONE
@@ -279,12 +275,10 @@ def _wrong(timing: Timing | None) -> str:
     return "0" if share == 0 else f"{three_digits(share)} %"
 
 
-def _ratios(found: dict, method: str, level: int, numbers: Sequence[int], side: int) -> list[str]:
-    own = [found.get((method, level, n)) for n in numbers]
-    here = f"{own[1].seconds / own[0].seconds:.2f}" if own[0] and own[1] else NONE
-    said = [published_time(PAPER, method, level, side**2, n) for n in numbers]
-    a, b = (t.cpu_seconds if t else None for t in said)
-    return [here, f"{b / a:.2f}" if a and b else NONE]
+def _ratio(times: Sequence[float | None]) -> str:
+    """Return the ratio of the last time to the time before it."""
+    before, last = times[-2:]
+    return f"{last / before:.2f}" if before and last else NONE
 
 
 TIMINGS_HEAD = (

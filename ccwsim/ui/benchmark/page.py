@@ -1,8 +1,7 @@
 """The page Benchmark: two measurements, each with its controls above its results."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any, Literal
 
 import numpy as np
 import streamlit as st
@@ -21,7 +20,7 @@ from ccwsim.ui.results.charts import draw_caption, titled_chart
 from ccwsim.ui.session.file_names import image_part
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.fields import bound_to, button, download, field
+from ccwsim.ui.widgets.fields import bound_to, button, download, field, options_of
 from ccwsim.ui.widgets.text import page_text, panel_title, plain, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
@@ -45,57 +44,57 @@ def draw_benchmark(state: State) -> None:
     if page_state.message:
         st.error(plain(page_state.message))
     row = {"horizontal": True, "vertical_alignment": "bottom", "gap": "medium"}
-    st.html('<h2 class="part">CPU time and the size of the grid <span>as in Fig. 13</span></h2>')
-    with st.container(key="controls_grids", **row):
-        _draw_largest(state)
-        _draw_choices(state, "grid")
-        _draw_start(state, "grids")
-    _draw_part(state, "grids")
-    st.html('<h2 class="part">CPU time and the number of data <span>as in Table 2</span></h2>')
-    with st.container(key="controls_data", **row):
-        _draw_numbers(state)
-        _draw_choices(state, "data")
-        _draw_start(state, "data")
-    _draw_part(state, "data")
+    for kind, (title, place, draw_sizes) in PARTS.items():
+        st.html(f'<h2 class="part">CPU time and the {title} <span>as in {place}</span></h2>')
+        with st.container(key=f"controls_{kind}", **row):
+            draw_sizes(state)
+            _draw_choices(state, kind)
+            _draw_start(state, kind)
+        _draw_part(state, kind)
 
 
 def _draw_largest(state: State) -> None:
     page_state, nz = state.page(Benchmark), measurement.layers_of(state)
     if nz is None:
-        sides, name, layers = measurement.side_options(this_machine().free_bytes), "largest", ""
+        sides = measurement.side_options(this_machine().free_bytes)
         page_state.largest = min(page_state.largest, sides[-1])
-        tip = page_text("Timed grids")
-    else:
-        first, *sides = measurement.VOLUME_SIDES
-        name, layers = "largest_volume", f" × {nz}"
-        tip = f"Volumes of {nz} layers from {first} × {first} to this size."
-    options: dict[str, Any] = {"options": sides, "width": 170 if nz else 150, "help": tip}
-    options |= {"format_func": lambda side: f"{side} × {side}{layers}"}
-    field(st.selectbox, "Largest grid", key=name, **bound_to(page_state, name), **options)
-    if nz is not None:
-        tip = "Also measure maps of the image's middle layer, with as many cells as the volumes."
-        field(st.checkbox, "Maps beside", key="maps", help=tip, **bound_to(page_state, "maps"))
+        _draw_side(state, "Largest grid", "largest", sides, page_text("Timed grids"), width=150)
+        return
+    first, *sides = measurement.VOLUME_SIDES
+    tip = f"Volumes of {nz} layers from {first} × {first} to this size."
+    _draw_side(state, "Largest grid", "largest_volume", sides, tip, width=170)
+    tip = "Also measure maps of the image's middle layer, with as many cells as the volumes."
+    field(st.checkbox, "Maps beside", key="maps", help=tip, **bound_to(page_state, "maps"))
 
 
 def _draw_numbers(state: State) -> None:
     page_state, nz = state.page(Benchmark), measurement.layers_of(state)
-    name, sides = "side", measurement.DATA_SIDES
-    if nz is not None:
-        name, sides = "side_volume", measurement.DATA_SIDES_VOLUME
-    layers = f" × {nz}" if nz else ""
-    tip = "Size of the volume with the data. The paper has no times for volumes."
-    options: dict[str, Any] = {"options": list(sides), "width": 170 if nz else 130}
-    options["help"] = tip if nz else "The paper's Table 2 uses 512 × 512 cells."
-    options["format_func"] = lambda side: f"{side} × {side}{layers}"
-    field(st.selectbox, "Grid", key=f"data_{name}", **bound_to(page_state, name), **options)
+    if nz is None:
+        name, sides, width = "side", measurement.DATA_SIDES, 130
+        tip = "The paper's Table 2 uses 512 × 512 cells."
+    else:
+        name, sides, width = "side_volume", measurement.DATA_SIDES_VOLUME, 170
+        tip = "Size of the volume with the data. The paper has no times for volumes."
+    _draw_side(state, "Grid", name, sides, tip, width=width, key=f"data_{name}")
     numbers = measurement.number_options(getattr(page_state, name), nz)
-    options = {"options": numbers, "format_func": lambda n: str(n or "none")}
-    options["help"] = "Data are sampled from an unconditional realization at random cells."
+    tip = "Data are sampled from an unconditional realization at random cells."
+    options = {"options": numbers, "format_func": lambda n: str(n or "none"), "help": tip}
     _draw_pills(page_state, "numbers", "Hard data", options)
 
 
-def _draw_choices(state: State, which: Literal["grid", "data"]) -> None:
-    page_state = state.page(Benchmark)
+def _draw_side(
+    state: State, label: str, name: str, sides: Sequence[int], tip: str, width: int, key: str = ""
+) -> None:
+    """Draw the field of the attribute `name`, the side of a square map or of square layers."""
+    nz = measurement.layers_of(state)
+    layers = f" × {nz}" if nz else ""
+    names = options_of({side: f"{side} × {side}{layers}" for side in sides})
+    options = bound_to(state.page(Benchmark), name, width=width, help=tip, **names)
+    field(st.selectbox, label, key=key or name, **options)
+
+
+def _draw_choices(state: State, kind: Kind) -> None:
+    page_state, which = state.page(Benchmark), kind.removesuffix("s")
     options = {"options": list(measurement.TIMED_METHODS), "format_func": str.upper}
     _draw_pills(page_state, f"{which}_methods", "Methods", options)
     options = {"options": measurement.level_options(state), "help": page_text("Timed levels")}
@@ -244,3 +243,10 @@ def measured_series(timings: Sequence[Timing], per_cell: bool) -> list[TimeSerie
         dashed = setting[0] != "ccwsim" or beside_volumes
         lines.append(TimeSeries(name, setting[1], cells, values, dashed))
     return lines
+
+
+PARTS: dict[Kind, tuple[str, str, Callable[[State], None]]] = {
+    "grids": ("size of the grid", "Fig. 13", _draw_largest),
+    "data": ("number of data", "Table 2", _draw_numbers),
+}
+"""Title, place in the paper, and controls of the sizes of each measurement."""
