@@ -42,6 +42,7 @@ from ccwsim.ui.study.image_step import image_uploader
 from ccwsim.ui.study.run import draw_out_of_date
 from ccwsim.ui.study.study_column import parameter_field, size_fields
 from ccwsim.ui.study.trials import follow_trials, use_button
+from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, download, field, options_of
 from ccwsim.ui.widgets.text import page_text, pair, panel_title, plain, scrolled, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
@@ -93,20 +94,20 @@ def draw_page(state: State) -> None:
 
 def problem_of(state: State) -> str:
     """Return the reason why the settings cannot be compared, or an empty text."""
-    try:
-        tried = settings.settings_of(state)
+
+    def check() -> None:
+        choices, tried = state.choices, settings.settings_of(state)
         for parameters in tried:
-            study_of(replace(state.choices, parameters=parameters))
+            study_of(replace(choices, parameters=parameters))
         n = len(settings.names_of(tried, state.page(ComparePageState).beside))
         if n > MAX_SETTINGS:
-            return f"At most {MAX_SETTINGS - 1} settings fit beside {TWO_POINT}. Remove a setting."
+            most = MAX_SETTINGS - 1
+            raise CCWSIMError(f"At most {most} settings fit beside {TWO_POINT}. Remove a setting.")
         n += settings.second_study(state) is not None
-        cells = state.choices.grid.n_cells * n
-        demand = Demand(cells * settings.n_of(state), data_of(state.choices).n)
-        limits_of_environment().check(demand)
-    except CCWSIMError as error:
-        return str(error)
-    return ""
+        n_cells = choices.grid.n_cells * n * settings.n_of(state)
+        limits_of_environment().check(Demand(n_cells, data_of(choices).n))
+
+    return problem_in(check)
 
 
 def _draw_settings(state: State) -> None:
@@ -314,9 +315,7 @@ def draw_maps(state: State, run: ComparisonRun, found: Comparison) -> None:
             if k < len(found.ensembles):
                 ensemble, r = found.ensembles[k], page_state.shown
                 alt, file = f"{name}, realization {r + 1}", f"{name}_realization_{r + 1}"
-                shown = facies_map(ensemble.indices[r], image, colours, alt)
-                wanted = ensemble.realizations[r]
-                shown = maps.with_data(state, shown, ensemble.hard_data, image, wanted)
+                shown = maps.realization_map(state, ensemble, colours, r, alt)
                 below = maps.uncertainty_map(state, ensemble, colours)
                 draw_cells(shown, name, name=file, **options)
                 draw_cells(below, f"e_type_{name}", name=f"{name}_e_type", **options)
@@ -330,12 +329,10 @@ def _draw_two_images(
     """Draw setting A with the second training image, and the uncertainty with both images."""
     image, r = second.training_image, state.page(ComparePageState).shown
     name = maps.pretty(image.name)
-    realization = facies_map(second.indices[r], image, colours, f"{name}, realization {r + 1}")
-    own = second.realizations[r]
-    realization = maps.with_data(state, realization, second.hard_data, image, own)
+    alt = f"{name}, realization {r + 1}"
     shown = {
         f"Second image: {name}": facies_map(image.indices, image, colours, f"Image {name}"),
-        f"A with {name}": realization,
+        f"A with {name}": maps.realization_map(state, second, colours, r, alt),
         f"E-type with {name}": maps.uncertainty_map(state, second, colours),
         "E-type of both images": maps.uncertainty_map(
             state, settings.both_images(first, second), colours

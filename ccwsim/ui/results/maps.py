@@ -192,14 +192,28 @@ def draw_training_image(image: TrainingImage, colours: Sequence[str]) -> None:
     draw_cells(shown, "image", name="training_image", link=link, scale="maps", leads=False)
 
 
+def realization_map(
+    state: State,
+    ensemble: Ensemble,
+    colours: Sequence[str],
+    r: int,
+    alt: str,
+    wells: CellsOfWells | None = None,
+) -> CellMap:
+    """Return realization `r` with the data, and the names of their wells, on top."""
+    image = ensemble.training_image
+    shown = facies_map(ensemble.indices[r], image, colours, alt)
+    own = ensemble.realizations[r]
+    return with_data(state, shown, ensemble.hard_data, image, own, wells)
+
+
 def draw_realization(
     state: State, ensemble: Ensemble, colours: Sequence[str], r: int, grid: Grid | None = None
 ) -> None:
     """Draw realization `r` with the data on top and the coordinates of `grid` along the edges."""
-    image, title = ensemble.training_image, f"Realization {r + 1}"
+    title = f"Realization {r + 1}"
     panel_title(f"{title} of {ensemble.n}")
-    shown = facies_map(ensemble.indices[r], image, colours, title)
-    shown = with_data(state, shown, ensemble.hard_data, image, ensemble.realizations[r])
+    shown = realization_map(state, ensemble, colours, r, title)
     options: dict[str, Any] = {"link": "grid", "scale": "maps", "name": f"realization_{r + 1}"}
     draw_cells(shown, "realization", grid=grid, answer=_answer(state), **options)
 

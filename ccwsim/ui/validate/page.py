@@ -16,7 +16,7 @@ from ccwsim.model.numbers import three_digits
 from ccwsim.report import verdicts
 from ccwsim.report.settings import caption_of
 from ccwsim.report.verdicts import Verdict, describe_scaling
-from ccwsim.ui.frontend.cells import draw_cells, facies_map
+from ccwsim.ui.frontend.cells import draw_cells
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results import maps
 from ccwsim.ui.results.charts import draw_caption, draw_clickable_chart, titled_chart
@@ -145,13 +145,11 @@ def _shown_elsewhere(state: State) -> tuple:
 def _draw_realization(
     state: State, ensemble: Ensemble, colours: Sequence[str], here: ShownSlice
 ) -> None:
-    image, r = ensemble.training_image, state.shown
+    r, wells = state.shown, wells_on(state, ensemble)
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="shown_row"):
         panel_title(f"Realization {ensemble.numbers[r] + 1} of {ensemble.n}", str(here))
         maps.step_buttons("shown", state, ensemble.n)
-    shown = facies_map(ensemble.indices[r], image, colours, f"Realization {r + 1}")
-    data, wells = ensemble.hard_data, wells_on(state, ensemble)
-    shown = maps.with_data(state, shown, data, image, ensemble.realizations[r], wells)
+    shown = maps.realization_map(state, ensemble, colours, r, f"Realization {r + 1}", wells)
     file = f"realization_{r + 1}"
     # the E-type below a section has coordinates, so the section needs the same left and right edge
     grid = ensemble.grid if here.axis is not None and maps.is_wide(ensemble.grid) else None
