@@ -24,7 +24,7 @@ from ccwsim.ui.session.state import State, start_page_run
 from ccwsim.ui.study.changes import image_name
 from ccwsim.ui.study.run import failed
 from ccwsim.ui.study.study_column import set_parameters
-from ccwsim.ui.study.trials import SettingsRun, inputs_of
+from ccwsim.ui.study.trials import SettingsRun, inputs_of, study_key
 
 N_USUAL, N_USUAL_VOLUME = 12, 4
 """Default number of realizations per setting, for maps and for volumes."""
@@ -42,12 +42,11 @@ BYTES_OF_FIELD = 80
 class ComparisonRun(SettingsRun[comparison.Comparison, comparison.Comparison]):
     """A run that compares settings, or adds curves of `facies` to a known comparison.
 
-    `key` is the `key_of` the page at the start. The last of `rows` is the comparison so far.
+    The last of `rows` is the comparison so far.
     `second` is the study of setting A with the second training image, if there is one; `of_second`
     are its realizations.
     """
 
-    key: tuple
     beside: Beside
     known: comparison.Comparison | None = None
     second: Study | None = None
@@ -214,9 +213,9 @@ def names_of(settings: Sequence[Parameters], beside: Beside) -> tuple[str, ...]:
 
 
 def key_of(state: State) -> tuple:
-    """Return a key of the page's inputs; two comparisons with equal keys have equal results."""
+    """Return a key of the page's inputs; two comparisons with equal keys look equal."""
     c, beside = state.choices, state.page(ComparePageState).beside
-    study = c.image.digest, c.data, c.guides, c.grid, c.seed  # colours of facies do not matter
+    study = *study_key(c), c.seed, c.image.names
     return *study, n_of(state), settings_of(state), getattr(beside, "digest", beside)
 
 

@@ -10,10 +10,11 @@ from ccwsim import CCWSIMError, Grid, HardData, Parameters, Secondary, TrainingI
 from ccwsim.jobs.limits import Demand
 from ccwsim.model.study import Study
 from ccwsim.run.footprint import demand_of
+from ccwsim.sharing.choices import Choices
 from ccwsim.ui.results.maps import colours_of
 from ccwsim.ui.session.address import go_to
 from ccwsim.ui.session.fragments import follow
-from ccwsim.ui.session.resolve import data_of, image_of, secondary_of
+from ccwsim.ui.session.resolve import data_of, image_of, secondary_of, what_decides
 from ccwsim.ui.session.state import PageRun, State
 from ccwsim.ui.widgets.fields import button
 
@@ -65,9 +66,11 @@ class TrialsRun(PageRun[Result], Generic[Setting, Row, Result]):
 class SettingsRun(TrialsRun[Parameters, Row, Result]):
     """Realizations of several parameters with the same image, data, grid and seed.
 
-    `facies` is the index of the facies whose curves are shown.
+    `facies` is the index of the facies whose curves are shown. Results are out of date if the
+    page's present key differs from `key`.
     """
 
+    key: tuple
     grid: Grid
     hard_data: HardData
     secondary: Secondary | None = None
@@ -83,6 +86,12 @@ class SettingsRun(TrialsRun[Parameters, Row, Result]):
             seed=self.seed,
             secondary=self.secondary,
         )
+
+
+def study_key(choices: Choices) -> tuple:
+    """Return a key of image, data, grid and guides; raise `CCWSIMError` if they do not fit."""
+    image, data, grid, *_, secondary = what_decides(choices)
+    return image, data, grid, secondary
 
 
 def inputs_of(state: State) -> dict[str, Any]:

@@ -29,10 +29,9 @@ from ccwsim.ui.results.maps import ghost_panel, middle_layers, step_buttons, wit
 from ccwsim.ui.session.address import page_link
 from ccwsim.ui.session.file_names import grid_part
 from ccwsim.ui.session.fragments import error_boundary
-from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import draw_out_of_date
-from ccwsim.ui.study.trials import follow_trials, use_button
+from ccwsim.ui.study.trials import follow_trials, study_key, use_button
 from ccwsim.ui.sweep import planning
 from ccwsim.ui.sweep.planning import SweepRun, SweepState
 from ccwsim.ui.widgets.errors import if_possible
@@ -246,11 +245,7 @@ def choose(state: State, number: int) -> None:
 
 def is_current(run: SweepRun, state: State) -> bool:
     """Return whether a sweep belongs to the current study."""
-    choices, data = state.choices, if_possible(lambda: data_of(state.choices))
-    if data is None:
-        return False
-    own = (run.training_image.digest, run.grid, run.hard_data.digest)
-    return own == (image_of(choices.image).digest, choices.grid, data.digest)
+    return run.key == if_possible(lambda: study_key(state.choices))
 
 
 def draw_realization(state: State, run: SweepRun, k: int) -> None:

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Any
 
 from ccwsim import CCWSIMError, Ensemble, Parameters
@@ -21,7 +20,7 @@ from ccwsim.ui.results.maps import pretty
 from ccwsim.ui.session.progress import compilation_to_come, format_duration
 from ccwsim.ui.session.resolve import data_of, fitted, image_of, levels
 from ccwsim.ui.session.state import State, start_page_run
-from ccwsim.ui.study.trials import SettingsRun, inputs_of
+from ccwsim.ui.study.trials import SettingsRun, inputs_of, study_key
 from ccwsim.ui.widgets.errors import if_possible, problem_in
 from ccwsim.ui.widgets.text import page_labels
 
@@ -235,8 +234,15 @@ def start(state: State) -> None:
     page_state = state.page(SweepState)
     if problem_of(state):
         return
-    inputs = inputs_of(state) | {"settings": plan_of(state).fitting}
-    make = partial(SweepRun, n_realizations=page_state.n_realizations, **inputs)
+
+    def make() -> SweepRun:
+        return SweepRun(
+            **inputs_of(state),
+            settings=plan_of(state).fitting,
+            n_realizations=page_state.n_realizations,
+            key=study_key(state.choices),
+        )
+
     if start_page_run(page_state, "run", make):
         page_state.chosen, page_state.shown = None, 0
 

@@ -13,7 +13,7 @@ from ccwsim import Grid, HardData, Parameters, TrainingImage
 from ccwsim.experiments.plan import plan_sweep
 from ccwsim.experiments.sweep import recommended
 from ccwsim.model.parameters import METHODS
-from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
+from ccwsim.sharing.choices import Choices, DataChoice, GuideChoice, ImageChoice
 from ccwsim.ui.session.progress import progress_text
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.sweep.page import choose, indices_of, is_current, numbers_of, sweep_csv
@@ -297,6 +297,10 @@ def test_results_of_another_study_are_said_to_be(done):
     said = html(launched(done))
     assert "Out of date:</b> the study&#x27;s training image" in said
     assert '<i class="results-outdated">' in said
+    done.change(grid=run.grid)
+    assert is_current(run, done)
+    done.change(guides=GuideChoice(angle=30.0))
+    assert not is_current(run, done)
 
 
 def test_an_error_of_the_sweep_is_said(done):
