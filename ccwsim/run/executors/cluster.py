@@ -6,7 +6,8 @@ import os
 import secrets
 import socket
 import time
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from threading import Lock
 from typing import Any
 from urllib.parse import urlsplit
@@ -94,7 +95,6 @@ class ClusterRunner(PartRunner):
 
     def __init__(self, work: Work, client: Any) -> None:
         super().__init__(work, client.get_executor(pure=False), 1)
-        self._errors = {needs("distributed").KilledWorker: "workers_ended", **self._errors}
         self._client, self._next_count = client, 0.0
 
     def _send(self, content: bytes) -> tuple[Any, Topic]:
@@ -118,3 +118,11 @@ class ClusterRunner(PartRunner):
                 self._n_workers = max(sum(self._client.nthreads().values()), 1)
             self._next_count = time.monotonic() + COUNT_SECONDS
         return self._n_workers
+
+    @contextmanager
+    def _explained(self) -> Iterator[None]:
+        try:
+            with super()._explained():
+                yield
+        except needs("distributed").KilledWorker as error:
+            raise refused("workers_ended", error=error) from error

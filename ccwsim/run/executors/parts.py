@@ -112,11 +112,6 @@ class PartRunner:
         self._n_workers = getattr(executor, "_max_workers", None) or n_workers
         self._finished: list[int] = []
         self._seconds = 0.0
-        self._errors: dict[type[BaseException], str] = {
-            BrokenExecutor: "worker_ended",
-            CancelledError: "workers_lost",
-            ImportError: "worker_cannot_import",
-        }
 
     def prepare(self, progress: Progress | None, cancel: Cancel | None) -> bool:
         """Prepare to send parts, and return True."""
@@ -192,6 +187,9 @@ class PartRunner:
         """Raise the known errors of workers with messages; other errors are raised unchanged."""
         try:
             yield
-        except tuple(self._errors) as error:
-            key = next(key for kind, key in self._errors.items() if isinstance(error, kind))
-            raise refused(key, error=error) from error
+        except BrokenExecutor as error:
+            raise refused("worker_ended") from error
+        except CancelledError as error:
+            raise refused("workers_lost") from error
+        except ImportError as error:
+            raise refused("worker_cannot_import", error=error) from error
