@@ -20,5 +20,6 @@ def csv_as_bytes(head: Iterable[object], lines: Iterable[Iterable[object]]) -> b
 
 
 def _cell(value: object) -> object:
-    is_text = isinstance(value, str) and not is_number(value)
-    return FORMULA.sub("'", value) if is_text else value
+    if isinstance(value, str) and not is_number(value):
+        return FORMULA.sub("'", value)
+    return value
