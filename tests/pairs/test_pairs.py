@@ -25,7 +25,6 @@ from benchmarks.random_studies import (
     run_study,
 )
 from ccwsim import CCWSIMError, TrainingImage
-from ccwsim.engine.kernel_cache import FOLDER_VARIABLE
 from ccwsim.model.study import Study
 from tests.pairs.consumers import CONSUMERS, WITHOUT_STUDIES, Case, public_functions
 
@@ -81,6 +80,7 @@ def test_a_study_with_pairs_of_features(number):
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:.*have no value")
 @pytest.mark.parametrize("number", range(len(ROWS)))
 def test_each_function_takes_a_study_with_pairs_of_features(number, tmp_path):
     row = ROWS[number]
@@ -136,8 +136,7 @@ def test_each_kind_of_study_is_simulated_by_a_new_process():
 
 @pytest.mark.slow
 def test_kernels_stay_within_their_arrays(tmp_path):
-    """The folder of kernels is new, because kernels in it check bounds only if compiled to."""
-    environment = {**os.environ, "NUMBA_BOUNDSCHECK": "1", FOLDER_VARIABLE: str(tmp_path)}
+    environment = {**os.environ, "NUMBA_BOUNDSCHECK": "1", "XDG_CACHE_HOME": str(tmp_path)}
     command = [sys.executable, "-m", "benchmarks.random_studies", "--number", "200"]
     ended = subprocess.run(command, env=environment, capture_output=True, text=True, cwd=ROOT)
     assert "200 studies with bounds checks: 0 with faults" in ended.stdout, ended.stderr[-2000:]
@@ -154,7 +153,7 @@ def test_kernels_with_bounds_checks_find_an_index_beyond_an_array(tmp_path):
         "try: read_beyond(np.zeros(3))\n"
         "except IndexError: print('found')\n"
     )
-    environment = {**os.environ, "NUMBA_BOUNDSCHECK": "1", FOLDER_VARIABLE: str(tmp_path)}
+    environment = {**os.environ, "NUMBA_BOUNDSCHECK": "1", "XDG_CACHE_HOME": str(tmp_path)}
     command = [sys.executable, "-c", code]
     ended = subprocess.run(command, env=environment, capture_output=True, text=True, cwd=ROOT)
     assert ended.stdout == "found\n", ended.stderr
