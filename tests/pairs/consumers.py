@@ -453,7 +453,7 @@ WITHOUT_STUDIES = {
         *("repetition_chart", "sweep_chart", "timings_chart"),
     },
     "io": {
-        *("angles_along", "can_write", "class_edges", "classify", "fit_grid", "guess_answers"),
+        *("angles_along", "can_write", "fit_grid", "guess_answers"),
         *("import_wells", "inspect", "limited", "millidarcy", "place_points", "preview_points"),
         *("preview_wells", "read_active", "read_colours", "read_geometry", "read_grid"),
         *("read_lines", "read_points", "read_probabilities", "read_values", "read_well_points"),
@@ -461,7 +461,7 @@ WITHOUT_STUDIES = {
     },
     "experiments": {
         *("compile_in_background", "data_cases", "grid_cases", "growth", "image_of_case"),
-        *("pareto_front", "recommended", "usual_work"),
+        *("pareto_front", "recommended", "run_trials", "usual_work"),
     },
 }
 """Functions that take files, settings or numbers, but neither a study nor what is made of it."""
@@ -476,13 +476,11 @@ def public_functions() -> set[str]:
     for folder, module in modules:
         for name, value in vars(module).items():
             function = inspect.unwrap(value) if callable(value) else None
-            is_own = folder != "experiments" or value.__module__ == module.__name__
-            if (
-                inspect.isfunction(function)
-                and is_own
-                and function.__module__.startswith("ccwsim.")
-            ):
-                names |= set() if name.startswith("_") else {f"{folder}.{name}"}
+            if not inspect.isfunction(function) or name.startswith("_"):
+                continue
+            home = module.__name__ if folder == "experiments" else f"ccwsim.{folder}."
+            if function.__module__.startswith(home):
+                names.add(f"{folder}.{name}")
     return names
 
 
