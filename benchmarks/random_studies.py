@@ -127,7 +127,7 @@ def make_study(row: Row, seed: int) -> Study:
     if row["cells"] == "world":
         size = tuple(rng.uniform(0.5, 50) * np.array([1, 1.5, 0.1][: len(grid.shape)]))
         origin = tuple(rng.uniform(-1e4, 1e6, len(grid.shape)).tolist())
-        grid = Grid(grid.ny, grid.nx, size, origin, grid.nz)
+        grid = Grid(grid.ny, grid.nx, size, origin, grid.nz, crs="EPSG:32632")
     image = _image(row, volume, rng)
     data = _data(row["data"], image, grid, rng)
     given = _guides(row, image, grid, rng)
@@ -220,6 +220,7 @@ def _guides(row: Row, image: TrainingImage, grid: Grid, rng: np.random.Generator
         soft[rng.random(shape) < 0.2] = np.nan
         soft[(0,) * len(shape)] = 1 / n  # at least one cell is known
         given["probabilities"] = {code: soft[..., k] for k, code in enumerate(image.codes.tolist())}
+        given["soft_weight"] = 2.0
     elif row["probabilities"] == "constant":
         shares = rng.dirichlet(np.ones(n)).tolist()
         given["probabilities"] = dict(zip(image.codes.tolist()[1:], shares[1:], strict=True))

@@ -9,6 +9,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import fields
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -25,6 +26,7 @@ from benchmarks.random_studies import (
     run_study,
 )
 from ccwsim import CCWSIMError, TrainingImage
+from ccwsim.model.arrays import digest
 from ccwsim.model.study import Study
 from tests.pairs.consumers import CONSUMERS, WITHOUT_STUDIES, Case, public_functions
 
@@ -59,6 +61,17 @@ def test_rows_contain_each_possible_pair_of_features():
         for x, y in itertools.product(FEATURES[a], FEATURES[b]):
             if is_possible({a: x, b: y}):
                 assert any(row[a] == x and row[b] == y for row in ROWS), (a, x, b, y)
+
+
+@pytest.mark.parametrize("part", ["parameters", "secondary", "grid"])
+def test_each_field_of_a_study_has_several_values(part):
+    """A new field, for example a parameter or a kind of guide, needs a feature."""
+    parts = [getattr(make_study(row, k), part) for k, row in enumerate(ROWS)]
+    parts = [each for each in parts if each is not None]
+    names = [f.name for f in fields(parts[0]) if f.init and f.name != "is_fitted"]
+    for name in names:
+        values = {digest(repr(getattr(each, name))) for each in parts}
+        assert len(values) > 1, f"all {part} have the same {name}"
 
 
 def test_each_public_function_takes_the_studies_or_none():
