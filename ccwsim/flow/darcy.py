@@ -112,7 +112,7 @@ def darcy(
 
     Sides without fixed heads are no-flow. A fixed head acts on the outer face of a cell. The solver
     is conjugate gradients with an algebraic multigrid preconditioner (PyAMG; Bell et al. 2023), or
-    sparse elimination if PyAMG is missing or does not converge. Raises `CCWSIMError` if
+    sparse elimination if it does not converge. Raises `CCWSIMError` if
     conductivity, heads or wells do not fit the grid, a well is in an inactive cell or cut off from
     all fixed heads, or no path connects two sides with heads. The datum of the heads does not
     matter: only differences of heads are computed.
