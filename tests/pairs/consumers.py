@@ -200,7 +200,9 @@ METRICS: dict[str, Callable[[Case], Any]] = {
     "check_ensemble": lambda c: metrics.check_ensemble(c.ensemble),
     "classical_scaling": lambda c: metrics.classical_scaling(1 - np.eye(3)),
     "coarsened": lambda c: metrics.coarsened(c.ensemble.realizations[0], 2),
-    "connected_geobodies": lambda c: metrics.connected_geobodies(c.ensemble[0], c.code),
+    "connected_geobodies": lambda c: metrics.connected_geobodies(
+        c.ensemble[0], int(np.nanmin(c.ensemble[0]))
+    ),
     "connectivity": lambda c: metrics.connectivity(c.ensemble, c.code),
     "copying": lambda c: metrics.copying(c.ensemble.sources[0], c.image.shape),  # type: ignore[arg-type]
     "crop_shape": lambda c: metrics.crop_shape(c.image.shape, c.study.grid.shape),

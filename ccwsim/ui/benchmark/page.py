@@ -45,7 +45,7 @@ def draw_benchmark(state: State) -> None:
         st.error(plain(page_state.message))
     row = {"horizontal": True, "vertical_alignment": "bottom", "gap": "medium"}
     for kind, (title, place, draw_sizes) in PARTS.items():
-        st.html(f'<h2 class="part">CPU time and the {title} <span>as in {place}</span></h2>')
+        st.html(f'<h2 class="part">{title} <span>as in {place}</span></h2>')
         with st.container(key=f"controls_{kind}", **row):
             draw_sizes(state)
             _draw_choices(state, kind)
@@ -246,7 +246,7 @@ def measured_series(timings: Sequence[Timing], per_cell: bool) -> list[TimeSerie
 
 
 PARTS: dict[Kind, tuple[str, str, Callable[[State], None]]] = {
-    "grids": ("size of the grid", "Fig. 13", _draw_largest),
-    "data": ("number of data", "Table 2", _draw_numbers),
+    "grids": ("CPU time and the size of the grid", "Fig. 13", _draw_largest),
+    "data": ("CPU time and the number of data", "Table 2", _draw_numbers),
 }
 """Title, place in the paper, and controls of the sizes of each measurement."""
