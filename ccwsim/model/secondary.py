@@ -255,6 +255,7 @@ class Secondary(arrays.ReadOnly):
                 weights = weights / weights.sum()
             weights = tuple(weights.tolist())
         angle = _field("angle", self.angle, grid, (-bounds.MAX_DEGREES, bounds.MAX_DEGREES), 0.0)
+        angle = None if angle is None else angle % 360  # a full turn turns nothing
         dip = _field("dip", self.dip, grid, (-bounds.MAX_DIP, bounds.MAX_DIP), 0.0)
         scale = self.scale
         if scale is not None:
@@ -266,7 +267,7 @@ class Secondary(arrays.ReadOnly):
             scale = None if all(np.all(each == 1) for each in along) else along
         return {
             **{"images": images, "zones": zones, "weights": weights, "scale": scale},
-            "angle": None if angle is None or not angle.any() else arrays.frozen(angle % 360),
+            "angle": None if angle is None or not angle.any() else arrays.frozen(angle),
             "dip": None if dip is None or not dip.any() else dip,
         }
 

@@ -176,3 +176,10 @@ def test_fitted_weights_do_not_change_when_they_are_fitted_again(others, first):
 def test_weights_without_a_finite_sum_are_refused(weights):
     with pytest.raises(CCWSIMError, match="give 2 numbers of at least 0"):
         fitted(Secondary(images=[IMAGE], weights=weights))
+
+
+def test_a_full_turn_turns_nothing():
+    image, grid = Image(np.tile([[0], [1]], (10, 20))), Grid(8, 2)
+    whole_turns = np.broadcast_to([0.0, 360.0], grid.shape)
+    for angle in (360.0, -360.0, whole_turns):
+        assert Secondary(angle=angle).fitted(grid, image).is_empty
