@@ -15,7 +15,11 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.random_studies import (
+from ccwsim import CCWSIMError, TrainingImage
+from ccwsim.model.arrays import digest
+from ccwsim.model.study import Study
+from tests.pairs.consumers import CONSUMERS, WITHOUT_STUDIES, Case, public_functions
+from tests.pairs.studies import (
     FEATURES,
     Row,
     faults_of,
@@ -25,10 +29,6 @@ from benchmarks.random_studies import (
     pairs,
     run_study,
 )
-from ccwsim import CCWSIMError, TrainingImage
-from ccwsim.model.arrays import digest
-from ccwsim.model.study import Study
-from tests.pairs.consumers import CONSUMERS, WITHOUT_STUDIES, Case, public_functions
 
 ROOT = Path(__file__).parents[2]
 ROWS = pairs()
@@ -140,7 +140,7 @@ def test_each_kind_of_study_is_simulated_by_a_new_process():
         for levels in itertools.product(*choices.values())
     ]
     context = get_context("forkserver")
-    context.set_forkserver_preload(["benchmarks.random_studies"])
+    context.set_forkserver_preload(["tests.pairs.studies"])
     with ProcessPoolExecutor(2, context, max_tasks_per_child=1) as pool:
         tasks = [pool.submit(faults_of_row, row, k) for k, row in enumerate(rows)]
         for row, task in zip(rows, tasks, strict=True):
@@ -150,7 +150,7 @@ def test_each_kind_of_study_is_simulated_by_a_new_process():
 @pytest.mark.slow
 def test_kernels_stay_within_their_arrays(tmp_path):
     environment = {**os.environ, "NUMBA_BOUNDSCHECK": "1", "XDG_CACHE_HOME": str(tmp_path)}
-    command = [sys.executable, "-m", "benchmarks.random_studies", "--number", "200"]
+    command = [sys.executable, "-m", "tests.pairs.studies", "--number", "200"]
     ended = subprocess.run(command, env=environment, capture_output=True, text=True, cwd=ROOT)
     assert "200 studies with bounds checks: 0 with faults" in ended.stdout, ended.stderr[-2000:]
     assert ended.returncode == 0

@@ -1,4 +1,4 @@
-"""Simulate random studies and check the results: `python -m benchmarks.random_studies`.
+"""Simulate random studies and check the results: `python -m tests.pairs.studies`.
 
 `FEATURES` lists the features that studies can have. `pairs()` returns few rows of features that
 contain each pair of features; `random_rows()` returns random rows. With `NUMBA_BOUNDSCHECK=1` in
@@ -353,7 +353,7 @@ def faults_in(ensemble: Ensemble) -> list[str]:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Check random studies; return 1 if there are faults."""
     parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.random_studies",
+        prog="python -m tests.pairs.studies",
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
