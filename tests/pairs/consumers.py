@@ -19,7 +19,6 @@ from typing import Any
 import numpy as np
 
 from ccwsim import (
-    CCWSIMError,
     Ensemble,
     HardData,
     TrainingImage,
@@ -155,17 +154,10 @@ def written(write: Callable[..., Any], *values: Any, **options: Any) -> bytes:
     return file.getvalue()
 
 
-def in_formats(write: Callable[[str], Any], formats: Iterable[str]) -> dict[str, Any]:
-    """Return the results of all formats; a format that cannot hold the study says so."""
-    return {name: call(write, name) for name in formats}
-
-
-def call(function: Callable[..., Any], *values: Any) -> Any:
-    """Return the result of a function, or the sentence with which it refuses its arguments."""
-    try:
-        return function(*values)
-    except CCWSIMError as error:
-        return error
+def in_formats(case: Case, write: Callable[[str], Any], formats: Iterable[str]) -> dict[str, Any]:
+    """Return the results of all formats; pictures and GeoTIFF show maps only."""
+    without = {"png", "tif"} if case.study.grid.nz else set()
+    return {name: write(name) for name in formats if name not in without}
 
 
 def report_of(case: Case) -> str:
@@ -358,12 +350,13 @@ IO: dict[str, Callable[[Case], Any]] = {
     "flopy_as_zip": lambda c: io.flopy_as_zip(c.ensemble, c.conductivity, west_east=(1.0, 0.0)),
     "grdecl_as_zip": lambda c: io.grdecl_as_zip("study", c.ensemble, c.conductivity),
     "hard_data_as_bytes": lambda c: in_formats(
-        lambda name: io.hard_data_as_bytes(c.data, name, c.study.grid), ("csv", "gslib")
+        c, lambda name: io.hard_data_as_bytes(c.data, name, c.study.grid), ("csv", "gslib")
     ),
     "import_hard_data": lambda c: io.import_hard_data(
         BytesIO(io.hard_data_as_bytes(c.data, "csv", c.study.grid)), c.study.grid, c.image
     ),
     "maps_as_bytes": lambda c: in_formats(
+        c,
         lambda name: io.maps_as_bytes({"E": c.ensemble.probability(c.code)}, c.study.grid, name),
         io.MAP_FORMATS,
     ),
@@ -379,14 +372,15 @@ IO: dict[str, Callable[[Case], Any]] = {
         BytesIO(io.training_image_as_bytes(c.image, "npy")), volume=c.image.n_dimensions == 3
     ),
     "realizations_as_bytes": lambda c: in_formats(
-        lambda name: io.realizations_as_bytes(c.ensemble, name, colours=c.colours), io.FORMATS
+        c, lambda name: io.realizations_as_bytes(c.ensemble, name, colours=c.colours), io.FORMATS
     ),
     "to_flopy": lambda c: io.to_flopy(
         c.ensemble, c.conductivity, c.folder / "modflow", west_east=(1.0, 0.0)
     ),
     "training_image_as_bytes": lambda c: in_formats(
+        c,
         lambda name: io.training_image_as_bytes(c.image, name, colours=c.colours),
-        ("npy", "gslib", "csv", "png"),
+        ("npy", "gslib", "sgems", "dat", "grdecl", "png"),
     ),
     "write_grdecl": lambda c: io.write_grdecl(
         c.folder / "study.grdecl", c.ensemble, c.conductivity
