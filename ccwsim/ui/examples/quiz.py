@@ -231,17 +231,24 @@ def _draw_round(state: State, shown: Round) -> None:
     if quiz.picked is None:
         step_note(page_text("Quiz", n=n))
     colours = _colours(state, shown)
-    pictures = [b64encode(map_png(p, colours)).decode() for p in shown.pictures]
-    number = quiz.n_rounds
+    number, picked = quiz.n_rounds, quiz.picked is not None
 
-    def chosen(answer: dict[str, int]) -> None:
-        if int(answer["round"]) == number:
-            pick(quiz, int(answer["k"]))
+    def chosen(value: list[int]) -> None:
+        if int(value[0]) == number:
+            pick(quiz, int(value[1]))
 
-    picked = quiz.picked is not None
-    answer = shown.answer if picked else None  # the browser gets the answer only after the pick
-    data = {"pictures": pictures, "round": number, "picked": quiz.picked, "answer": answer}
-    draw_component("quiz", PICTURES, data, "chosen", chosen)
+    tiles: list[dict[str, Any]] = []
+    for k, picture in enumerate(shown.pictures):
+        tile: dict[str, Any] = {"png": b64encode(map_png(picture, colours)).decode()}
+        label, is_answer = f"{k + 1}", picked and k == shown.answer
+        if picked:  # the browser gets the answer only after the pick
+            label += " · training image" if is_answer else " · realization"
+            label += ", your pick" if k == quiz.picked else ""
+        tile |= {"label": label, "name": f"Picture {label}", "value": [number, k]}
+        tiles.append(tile | {"mark": "answer" if is_answer else "", "disabled": picked})
+    data = {"tiles": tiles, "shown": quiz.picked, "kind": "quiz"}
+    data["heading"] = "Which one is the training image?"
+    draw_component("tiles", PICTURES, data, "chosen", chosen)
     if picked:
         draw_reveal(quiz, shown, colours)
     if not quiz.tallies:

@@ -15,7 +15,6 @@ BELOW = {
     "map": ("shared/drawing",),
     **dict.fromkeys(("editor", "guides", "flow"), ("shared/drawing", "map/map", "shared/edits")),
     "volume": ("shared/drawing", "shared/edits", "volume/slice", "volume/body"),
-    **dict.fromkeys(("history", "settings", "sheet", "quiz"), ("shared/tiles",)),
 }
 """Shared modules that each component uses besides `shared/calls`."""
 ENTRY = "export default "

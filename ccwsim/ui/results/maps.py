@@ -30,6 +30,7 @@ MAP_WIDTHS = (1.08, 1.0)
 WIDE = 2.0  # minimum ratio of width to height of a grid whose maps are placed below each other
 OTHERS = ("most likely", "entropy")
 ROW_WIDTH = 1040  # maximum width in pixels of a row of tiles on a wide screen
+NARROW_TILE = 64  # minimum width in pixels of a tile with numbers of the usual size
 SMALLEST_IMAGE = 0.5  # minimum width of the training image as a share of the width of a realization
 
 
@@ -225,9 +226,11 @@ def draw_gallery(state: State, ensemble: Ensemble, colours: Sequence[str]) -> No
     if ensemble.grid.nz is not None:
         step_note(f"Layer {ensemble.grid.nz // 2} of each realization; 0 is the bottom")
     png, columns = sheet(ensemble, tuple(colours), 2 * longest, ensemble.n)
-    data = {"png": png, "n": ensemble.n, "columns": columns, "shown": state.shown}
-    data |= {"width": width, "height": height}
-    draw_component("sheet", "gallery", data, "chosen", lambda r: setattr(state, "shown", int(r)))
+    tiles = [{"name": f"Realization {r}", "badge": r} for r in range(1, ensemble.n + 1)]
+    data = {"png": png, "columns": columns, "width": width, "height": height, "tiles": tiles}
+    data |= {"kind": "sheet small" if width < NARROW_TILE else "sheet", "arrows": "choose"}
+    data |= {"heading": "Realizations; arrow keys choose", "shown": state.shown}
+    draw_component("tiles", "gallery", data, "chosen", lambda r: setattr(state, "shown", int(r)))
 
 
 @cached(max_entries=80)

@@ -223,8 +223,10 @@ def draw_history(state: State) -> None:
     if len(runs) < 2:
         return
     panel_title("Runs of this session", "click to restore a run")
-    data = {"runs": [entry(runs, k) for k in range(len(runs))], "shown": place_of(state)}
-    draw_component("history", "history_strip", data, "chosen", lambda key: go_back(state, str(key)))
+    data = {"tiles": [entry(runs, k) for k in range(len(runs))], "shown": place_of(state)}
+    data |= {"kind": "history", "arrows": "move"}
+    data["heading"] = "Runs of this session, newest first; arrow keys move"
+    draw_component("tiles", "history_strip", data, "chosen", lambda key: go_back(state, str(key)))
 
 
 def go_back(state: State, key: str) -> None:
@@ -248,20 +250,24 @@ def place_of(state: State) -> int:
 
 
 def entry(runs: list[PastRun], k: int) -> dict[str, Any]:
-    """Return the entry of run k in the list: picture, differences, time of day, and duration."""
+    """Return the tile of run k: picture, differences, time of day, and duration."""
     run = runs[k]
     ensemble = run.ensemble
     changes = changes_between(runs[k + 1].choices, run.choices) if k + 1 < len(runs) else []
     width, height = tile_size(ensemble.grid.shape[-2:], LONGEST)
     missing = run.choices.n_realizations - ensemble.n
     stopped = f"{ensemble.n} of {run.choices.n_realizations} · " if missing else ""
+    label = " · ".join(changes) or study_name(run.choices)
+    note = f"{stopped}{run.at:%H:%M:%S} · {seconds(ensemble.wall_seconds)}"
     return {
-        "key": run.key,
+        "value": run.key,
         "png": _picture(run),
         "width": width,
         "height": height,
-        "label": " · ".join(changes) or study_name(run.choices),
-        "note": f"{stopped}{run.at:%H:%M:%S} · {seconds(ensemble.wall_seconds)}",
+        "label": label,
+        "note": note,
+        "title": label,
+        "name": f"Go back to the run: {label}, {note}",
     }
 
 

@@ -57,14 +57,14 @@ def image_step(state: State) -> None:
 
 @cached()
 def _bundled_sheet() -> dict[str, Any]:
-    """Return the middles of the bundled images, at equal scale, as the data of a sheet."""
+    """Return the middles of the bundled images, at equal scale, as the picture of tiles."""
     images = [datasets.load(name) for name in datasets.IMAGES]
     maps = [_fullest_layer(image) for image in images]
     corners = [[(side - MIDDLE) // 2 for side in cells.shape] for cells in maps]
     parts = [c[y : y + MIDDLE, x : x + MIDDLE] for c, (y, x) in zip(maps, corners, strict=True)]
     colours = facies_colours(max(images, key=lambda image: image.n_facies))
     png, columns = contact_sheet(np.stack(parts), colours, longest=MIDDLE)
-    data = {"png": b64encode(png).decode(), "n": len(images), "columns": columns}
+    data = {"png": b64encode(png).decode(), "columns": columns}
     return data | {"width": MIDDLE // 2, "height": MIDDLE // 2}
 
 
@@ -157,10 +157,10 @@ def _menu(state: State) -> None:
     chosen["write"] = choose
     labels = {name: pretty(name) for name in datasets.names()}
     labels |= {name: f"{pretty(name)} (volume)" for name in datasets.volume_names()}
-    names = list(labels)
-    sheet = _bundled_sheet() | {"names": list(labels.values()), "label": "Bundled images"}
-    sheet["shown"] = None if current.upload else names.index(current.bundled)
-    draw_component("sheet", "image_sheet", sheet, "chosen", lambda k: choose(names[int(k)]))
+    tiles = [{"value": name, "name": text, "title": text} for name, text in labels.items()]
+    sheet = _bundled_sheet() | {"kind": "sheet named", "heading": "Bundled images", "tiles": tiles}
+    sheet |= {"shown": None if current.upload else list(labels).index(current.bundled)}
+    draw_component("tiles", "image_sheet", sheet | {"arrows": "choose"}, "chosen", choose)
     bundled: dict[str, Any] = options_of(labels) | {"placeholder": "choose one"}
     field(st.selectbox, "Bundled with the program", key="image_bundled", **chosen, **bundled)
     if not current.upload:

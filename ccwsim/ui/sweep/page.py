@@ -354,7 +354,8 @@ def draw_tiles(
     for k, (row, png) in enumerate(zip(rows, run.tiles, strict=False)):
         bits, time = three_digits(row.quality.pattern_distance), seconds(row.quality.cpu_seconds)
         tile = {"label": label(row.parameters, names), "note": f"{bits} bits · {time}"}
-        tiles.append({**tile, "png": b64encode(png).decode(), "recommended": k == marked[1]})
+        tile |= {"name": f"Setting {tile['label']}", "png": b64encode(png).decode()}
+        tiles.append(tile | {"badge": "recommended" if k == marked[1] else ""})
     if run.going:
         tiles += _to_come(run.settings[len(rows) :], names, "to come")
     _draw_tiles(tiles, marked[0], run.grid, choose)
@@ -362,15 +363,19 @@ def draw_tiles(
 
 def _to_come(settings: Sequence[Parameters], names: list[str], note: str) -> list[dict[str, Any]]:
     """Return outlines for the settings that have not been tried yet."""
-    return [{"label": label(p, names), "note": note} for p in settings]
+    texts = [label(p, names) for p in settings]
+    return [
+        {"label": text, "note": note, "name": f"Setting {text}", "disabled": True} for text in texts
+    ]
 
 
 def _draw_tiles(
     tiles: list[dict[str, Any]], shown: int, grid: Grid, choose: Callable[[int], None]
 ) -> None:
     width, height = tile_size(grid.shape[-2:], TILE_PIXELS)
-    data = {"tiles": tiles, "shown": shown, "width": width, "height": height}
-    draw_component("settings", TILES, data, "chosen", lambda k: choose(int(k)))
+    data = {"tiles": tiles, "shown": shown, "width": width, "height": height, "kind": "settings"}
+    data |= {"heading": "Settings; arrow keys choose", "arrows": "choose"}
+    draw_component("tiles", TILES, data, "chosen", lambda k: choose(int(k)))
 
 
 def draw_table(found: Sweep) -> None:

@@ -6,12 +6,6 @@ const LATE = 8; // maximum number of calls before the module is loaded
 const parts = new WeakMap();
 const drawers = new WeakMap();
 
-// Return the object that draws into an element; the first call creates it.
-function drawerOf(root, Drawer) {
-  if (!drawers.has(root)) drawers.set(root, new Drawer(root));
-  return drawers.get(root);
-}
-
 // Return the entry point of a component. `draw` draws the content of a call and returns a function that ends
 // the drawing; if the earlier drawing updates to the new content, `draw` returns the earlier function.
 function inOrder(draw) {
@@ -35,4 +29,23 @@ function inOrder(draw) {
       part.stop = null;
     };
   };
+}
+
+// Return the entry point of a component that an object draws into an element; the first call creates the object.
+function drawnBy(Drawer, selector) {
+  return inOrder(({ data, parentElement, setTriggerValue }) => {
+    const root = parentElement.querySelector(selector);
+    if (!drawers.has(root)) drawers.set(root, new Drawer(root));
+    const drawer = drawers.get(root);
+    drawer.report = setTriggerValue;
+    drawer.show(data);
+    return drawer.stop;
+  });
+}
+
+// Add listeners to an element or window, and return a function that removes them.
+function hear(target, listeners) {
+  const heard = new AbortController(), { signal } = heard;
+  for (const [kind, listener] of Object.entries(listeners)) target.addEventListener(kind, listener, { signal });
+  return () => heard.abort();
 }
