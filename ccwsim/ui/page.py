@@ -7,7 +7,7 @@ import streamlit as st
 
 from ccwsim.jobs.scheduler import PAGE_TURNS
 from ccwsim.sharing.link import link_of
-from ccwsim.ui.frontend.component import draw_component
+from ccwsim.ui.frontend.component import run_script
 from ccwsim.ui.session.address import page_link, shown_of, take_address
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.kept import cookies, is_new
@@ -72,9 +72,9 @@ def _draw_page(title: str, body: Callable[[State], None]) -> None:
     )
     st.logo(str(ASSETS / f"logo-{theme_name()}.svg"), size="large")
     # because the theme is read, Streamlit redraws the page when the user switches the theme
-    draw_component("theme", "theme", {"theme": theme_name()}, "theme")
+    run_script("theme", "theme", theme=theme_name())
     if title != "Hard data":  # its canvas has its own undo
-        draw_component("undo", "undo_key", {}, "undo", lambda _: session_state().undo())
+        run_script("undo", "undo_key", lambda _: session_state().undo())
     settle_server()
     bound_uploads()
     first = KEY not in st.session_state
@@ -85,7 +85,7 @@ def _draw_page(title: str, body: Callable[[State], None]) -> None:
             take_address(state)
     if title != PAGES[0][0] or link_of(state.choices, shown_of(state)):
         state.welcome = False
-    draw_component("cookie", "cookie", cookies(used=not state.welcome))
+    run_script("cookie", "cookie", cookies=cookies(used=not state.welcome))
     with error_boundary():
         _top(title, state)
     with error_boundary(whole=True):

@@ -324,29 +324,29 @@ def test_one_finger_moves_a_datum_and_two_zoom(tab, editing):
 
 
 def test_an_arrow_key_makes_one_step(tab, put_up):
-    put_up("arrows", {})
+    put_up("script", {"script": "arrows"})
     tab.keyboard.press("ArrowRight")
-    is_told(tab, ["step", 1])
+    is_told(tab, ["told", 1])
 
 
 def test_a_switch_of_the_theme_is_told_once(tab, put_up):
-    put_up("theme", {"theme": "light"})
+    put_up("script", {"script": "theme", "theme": "light"})
     tab.evaluate(
         """() => { document.querySelector('.stApp').style.colorScheme = 'dark';
         document.querySelector('i').dispatchEvent(new Event('transitionend')); }"""
     )
-    is_told(tab, ["theme", "dark"])
+    is_told(tab, ["told", "dark"])
 
 
 def test_a_section_in_view_is_told_once(tab, put_up):
-    put_up("seen", {"unseen": ["facts"]})
+    put_up("script", {"script": "seen", "unseen": ["facts"]})
     tab.evaluate(
         """() => { document.querySelector('.stApp').innerHTML =
         "<div class='st-key-section_facts'><div class='unseen'>…</div></div>"; }"""
     )
     tab.wait_for_function("() => told.length", timeout=SOON)
     tab.wait_for_timeout(600)  # two further checks
-    assert tab.evaluate("told") == [["seen", ["facts"]]]
+    assert tab.evaluate("told") == [["told", ["facts"]]]
 
 
 def test_the_menu_of_a_chart_closes_where_somewhere_else_is_clicked(tab, put_up):
@@ -358,7 +358,7 @@ def test_the_menu_of_a_chart_closes_where_somewhere_else_is_clicked(tab, put_up)
 
 
 def test_a_part_of_a_page_keeps_its_height_until_the_page_rests(tab, put_up):
-    put_up("steady", {"parts": "[class*=st-key-part]"})
+    put_up("script", {"script": "steady", "parts": "[class*=st-key-part]"})
     tab.evaluate(
         """() => { const app = document.querySelector('.stApp');
         app.dataset.testScriptState = 'running';

@@ -45,3 +45,11 @@ def test_whatever_is_drawn_or_built_on_is_there():
     files = {path for folder in folders() for path in folder.iterdir() if path.suffix in PARTS}
     known = {f"{name}/{name}" for name in NAMES} | used | {"shared/calls"}
     assert {str(path.relative_to(FOLDER).with_suffix("")) for path in files} == known
+
+
+def test_every_script_is_run_and_there_are_no_others():
+    _, _, js = component_parts("script")
+    listed = re.search(r"const SCRIPTS = \{ (.*) \};", js)
+    run = {name for source in SOURCES for name in re.findall(r'run_script\("(\w+)"', source)}
+    assert listed
+    assert run == set(listed[1].split(", "))

@@ -45,6 +45,11 @@ def draw_component(
     _component(name)(key=key, data=data, **options)
 
 
+def run_script(name: str, key: str, take: Callable[[Any], None] | None = None, **data: Any) -> None:
+    """Run a script of the component `script` in the page; `take` is called with what it tells."""
+    draw_component("script", key, {"script": name, **data}, "told", take)
+
+
 def reported(key: str, event: str) -> Any:
     """Return the value that a component reported, or None after an interrupted run."""
     return getattr(st.session_state.get(key), event, None)

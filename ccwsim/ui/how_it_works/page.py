@@ -18,7 +18,7 @@ from ccwsim.model.bounds import MAX_CANDIDATES_OFFERED, MAX_REALIZATIONS
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.frontend.cells import draw_cells
-from ccwsim.ui.frontend.component import draw_component
+from ccwsim.ui.frontend.component import run_script
 from ccwsim.ui.how_it_works import maps, words
 from ccwsim.ui.how_it_works.maps import PatchView
 from ccwsim.ui.how_it_works.resimulation import draw_resimulation
@@ -151,7 +151,7 @@ def _draw_player(how: How, trace: Trace) -> None:
             button("Stop", key="how_stop", on_click=how.stop, type="primary")
         else:
             button("Play", key="how_play", on_click=play, type="primary")
-    draw_component("arrows", "how_arrows", {}, "step", lambda by: step(int(by)))
+    run_script("arrows", "how_arrows", lambda by: step(int(by)))
 
 
 def _draw_setting(state: State) -> None:

@@ -17,7 +17,7 @@ from ccwsim.report import verdicts
 from ccwsim.report.settings import caption_of
 from ccwsim.report.verdicts import Verdict, describe_scaling
 from ccwsim.ui.frontend.cells import draw_cells
-from ccwsim.ui.frontend.component import draw_component
+from ccwsim.ui.frontend.component import run_script
 from ccwsim.ui.results import maps
 from ccwsim.ui.results.charts import draw_caption, draw_clickable_chart, titled_chart
 from ccwsim.ui.session.fragments import error_boundary
@@ -94,7 +94,7 @@ def _draw_validation(state: State, ensemble: Ensemble) -> None:
         said = " ".join(verdict_html(verdict, "fact") for verdict in (first, *others))
         st.html(f'<p class="facts judged" role="status">{said}</p>')
     _draw_sections(state, ensemble, colours)
-    draw_component("steady", "steady", {"parts": STEADY})
+    run_script("steady", "steady", parts=STEADY)
 
 
 def _draw_controls(state: State, ensemble: Ensemble) -> None:
@@ -216,7 +216,7 @@ def _draw_sections(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
         page_state.seen |= set(names) & set(unseen)
 
     if unseen:
-        draw_component("seen", "seen", {"unseen": unseen}, "seen", seen)
+        run_script("seen", "seen", seen, unseen=unseen)
 
 
 MOMENT_SECONDS = 0.1  # maximum seconds that the line of findings waits for the proportions

@@ -1,0 +1,120 @@
+// Small scripts that act on the whole page and draw nothing. A script may return a function that ends it.
+const SCRIPTS = { arrows, cookie, seen, steady, theme, undo };
+// elements that use arrow keys
+const OWN = 'input, textarea, select, [role=slider], [role=listbox], [role=tab], [contenteditable]';
+const NEAR = 240; // distance in pixels from the window at which a section is almost in view
+const EVERY = 250, AGAIN = 3000; // milliseconds between looks, and between reports of the same sections
+const WORKING = '.working, .unseen';
+const REST = 2000; // milliseconds without changes after which a page counts as complete
+
+export default inOrder((component) => SCRIPTS[component.data.script](component));
+
+// Left and right arrow keys step to the next or previous element, except in elements that use these keys.
+function arrows({ setTriggerValue }) {
+  return hear(document, { keydown: (event) => {
+    const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
+    if (!step || event.altKey || event.ctrlKey || event.metaKey || event.shiftKey) return;
+    if (event.composedPath().some((at) => at.matches && at.matches(OWN))) return;
+    event.preventDefault();
+    setTriggerValue('told', step);
+  } });
+}
+
+// Store each cookie of which the browser has none, such as a name of the browser that survives a reload of the page.
+function cookie({ data: { cookies } }) {
+  const secure = location.protocol === 'https:' ? '; Secure' : '';
+  for (const [name, [value, seconds]] of Object.entries(cookies)) {
+    if (document.cookie.split('; ').some((pair) => pair.startsWith(`${name}=`))) continue;
+    document.cookie = `${name}=${value}; Path=/; Max-Age=${seconds}; SameSite=Strict${secure}`;
+  }
+}
+
+// Report the sections whose outlines are in view or almost in view.
+function seen({ data: { unseen }, setTriggerValue }) {
+  let told = '', when = 0;
+  const isNear = (name) => {
+    const box = document.querySelector(`.st-key-section_${name} .unseen`)?.getBoundingClientRect();
+    return box && box.top < window.innerHeight + NEAR && box.bottom > -NEAR;
+  };
+  const timer = setInterval(() => {
+    const names = unseen.filter(isNear), now = performance.now();
+    if (!names.length || (names.join() === told && now - when < AGAIN)) return;
+    [told, when] = [names.join(), now];
+    setTriggerValue('told', names);
+  }, EVERY);
+  return () => clearInterval(timer);
+}
+
+// While a page is being drawn, parts of the page keep their maximum height, so that elements below do not move.
+function steady({ data: { parts } }) {
+  const app = document.querySelector('.stApp');
+  const watched = new WeakSet();
+  const heights = new Map(); // maximum height of each part since the page was complete, by name
+  let timer = 0, changed = performance.now();
+  const name = (part) => [...part.classList].find((one) => one.startsWith('st-key-'));
+  const high = (part) => part.getBoundingClientRect().height;
+  const keep = (part) => {
+    const least = heights.get(name(part)) || 0;
+    if (high(part) >= least) return heights.set(name(part), high(part));
+    part.style.minHeight = least + 'px';
+    return later();
+  };
+  const later = () => { timer ||= setTimeout(settle, REST); };
+  const settle = () => {
+    timer = 0;
+    const resting = app.dataset.testScriptState === 'notRunning' && performance.now() - changed > REST;
+    if (!resting) later(); // parts may be empty between two runs
+    else document.querySelectorAll(parts).forEach((part) => {
+      if (part.querySelector(WORKING)) return;
+      part.style.minHeight = '';
+      heights.set(name(part), high(part));
+    });
+  };
+  const sizes = new ResizeObserver((news) => news.forEach(({ target }) => keep(target)));
+  const changes = new MutationObserver((news) => {
+    if (news.some(({ type }) => type === 'attributes')) changed = performance.now();
+    const drawing = app.dataset.testScriptState !== 'notRunning' || performance.now() - changed < REST;
+    document.querySelectorAll(parts).forEach((part) => {
+      if (!watched.has(part)) sizes.observe(part); // the observer fixes the height before the part is painted
+      else if (!drawing) return;
+      watched.add(part);
+      keep(part); // before other code reads the height
+      later();
+    });
+  });
+  changes.observe(app, { attributeFilter: ['data-test-script-state'], childList: true, subtree: true });
+  return () => { sizes.disconnect(); changes.disconnect(); clearTimeout(timer); };
+}
+
+// Redraw the page when the user switches between light and dark, because charts keep the colours of the theme in
+// which they were drawn.
+function theme({ data, parentElement, setTriggerValue }) {
+  let asked = data.theme;
+  const look = () => {
+    const app = document.querySelector('.stApp');
+    const now = app && getComputedStyle(app).colorScheme === 'dark' ? 'dark' : 'light';
+    // colours in CSS change at once; colours of charts change when the page is redrawn
+    document.documentElement.style.colorScheme = now;
+    if (now === asked) return;
+    asked = now;
+    setTriggerValue('told', now);
+  };
+  look();
+  return hear(parentElement.querySelector('i'), { transitionend: look });
+}
+
+// Ctrl+Z returns to the study before the last change, except while a text is being typed.
+function undo({ setTriggerValue }) {
+  let typing = false;
+  return hear(document, {
+    input: () => { typing = true; },
+    focusout: () => { typing = false; },
+    keydown: (event) => {
+      if (event.key === 'Enter') typing = false;
+      const isUndo = event.key.toLowerCase() === 'z' && (event.ctrlKey || event.metaKey) && !event.shiftKey && !event.altKey;
+      if (!isUndo || typing) return;
+      event.preventDefault();
+      setTriggerValue('told', true);
+    },
+  });
+}
