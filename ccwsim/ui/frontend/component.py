@@ -11,10 +11,12 @@ from streamlit.components import v2
 from ccwsim.ui.widgets.errors import catch_callback_errors
 
 FOLDER = Path(__file__).parent
+MAP = ("shared/drawing", "shared/view", "map/map")
 BELOW = {
-    "map": ("shared/drawing",),
-    **dict.fromkeys(("editor", "guides", "flow"), ("shared/drawing", "map/map", "shared/edits")),
-    "volume": ("shared/drawing", "shared/edits", "volume/slice", "volume/body"),
+    "map": MAP[:-1],
+    "histogram": MAP[:1],
+    **dict.fromkeys(("editor", "guides", "flow"), (*MAP, "shared/edits", "shared/tools")),
+    "volume": (*MAP[:-1], "shared/edits", "volume/slice", "volume/body"),
 }
 """Shared modules that each component uses besides `shared/calls`."""
 ENTRY = "export default "

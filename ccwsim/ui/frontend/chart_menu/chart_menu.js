@@ -18,18 +18,14 @@ export default inOrder(({ data, parentElement }) => {
     if (charts.length) save(charts, kind, data);
     show(false);
   };
-  const away = (event) => { if (!event.composedPath().includes(parentElement)) show(false); };
-  const escape = (event) => { if (event.key === 'Escape') show(false); };
-  document.addEventListener('pointerdown', away);
-  document.addEventListener('keydown', escape);
-  return () => {
-    document.removeEventListener('pointerdown', away);
-    document.removeEventListener('keydown', escape);
-  };
+  return hear(document, {
+    pointerdown: (event) => { if (!event.composedPath().includes(parentElement)) show(false); },
+    keydown: (event) => { if (event.key === 'Escape') show(false); },
+  });
 });
 
 function save(charts, kind, { name, title }) {
-  if (kind === 'csv') return download(name + '.csv', charts.map(table).join('\n'));
+  if (kind === 'csv') return saveText(name + '.csv', charts.map(table).join('\n'));
   const caption = document.querySelector('.chart-caption')?.textContent ?? '';
   for (const chart of charts) {
     const shown = chart.layout;
@@ -63,9 +59,7 @@ function captioned({ layout, _fullLayout: full }, title, caption) {
   };
 }
 
-function written(text) {
-  return text.replaceAll('&', '&amp;').replaceAll('<', '&lt;');
-}
+function written(text) { return text.replaceAll('&', '&amp;').replaceAll('<', '&lt;'); }
 
 // Return a CSV line per point, with the numbers of series and curve; gaps separate curves of a series.
 function table(chart) {
@@ -80,19 +74,14 @@ function table(chart) {
   return lines.map((line) => line.map(cell).join(',')).join('\n') + '\n';
 }
 
-function curves(trace, lines) {
-  let curve = 1;
-  let begun = false;
-  for (let k = 0; k < trace.x.length; k++) {
-    const [x, y] = [trace.x[k], trace.y[k]];
-    if (x == null || Number.isNaN(x)) {
-      if (begun) curve += 1;
-      begun = false;
-    } else {
-      begun = true;
-      lines.push([trace.name, curve, x, y]);
-    }
-  }
+function curves({ name, x, y }, lines) {
+  let curve = 1, begun = false;
+  x.forEach((place, k) => {
+    const isGap = place == null || Number.isNaN(place);
+    if (isGap && begun) curve += 1;
+    begun = !isGap;
+    if (begun) lines.push([name, curve, place, y[k]]);
+  });
 }
 
 function grid(trace, lines) {
@@ -101,9 +90,7 @@ function grid(trace, lines) {
   }));
 }
 
-function text(axis) {
-  return axis && axis.title ? axis.title.text : '';
-}
+function text(axis) { return axis?.title?.text ?? ''; }
 
 // An apostrophe keeps a spreadsheet from taking a name for a formula, as in csv_table.py.
 const FORMULA = /(?:^|(?<=;)|(?<=.\t))(?=[=+\-@\t\r\n＝＋－＠])/g;
@@ -114,10 +101,8 @@ function cell(value) {
   return /[",\r\n]/.test(said) ? `"${said.replace(/"/g, '""')}"` : said;
 }
 
-function download(name, content) {
-  const link = document.createElement('a');
-  link.download = name;
-  link.href = URL.createObjectURL(new Blob([content], { type: 'text/csv' }));
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+function saveText(name, content) {
+  const address = URL.createObjectURL(new Blob([content], { type: 'text/csv' }));
+  download(name, address);
+  setTimeout(() => URL.revokeObjectURL(address), 1000);
 }

@@ -1,46 +1,26 @@
 // The map as an editor of hard data. Tools: pan the map, draw or move a datum, draw a straight or freehand
-// line of data, erase; arrow keys move a cursor. This code is appended to map.js and edits.js.
+// line of data, erase. This code is appended to tools.js.
 const ERASE = -1, AS_SHOWN = -2;
 const AIMABLE = 3; // minimum size in pixels of a cell at which a user can aim
-const SLOP = 4, FINGER_SLOP = 8; // maximum movement in pixels of a click; longer movements are drags
 const FINGER = 14; // maximum distance in pixels at which a finger picks a datum
-const STEPS = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, -1], ArrowRight: [0, 1] };
 let waiting = []; // edits that the page has not applied; a new canvas sends them
 
-export default inOrder((component) => {
-  const editor = drawerOf(component.parentElement.querySelector('.map'), DataEditor);
-  editor.queue.send = (edits) => component.setTriggerValue('edits', edits);
-  editor.show(component.data);
-  return editor.stop;
-});
-
-class DataEditor extends CellMap {
-  queue = new EditQueue(waiting);
+class DataEditor extends ToolMap {
+  outbox = new EditQueue((edits) => this.report('edits', edits), waiting);
   brush = 1;
   tool = matchMedia('(pointer: coarse)').matches ? 'pan' : 'draw';
-  correctedShown = true;
-  stroke = null; // stroke of a pressed pointer: the crossed cells, or the moved datum
-
-  // Move the toolbar, which is separate from the map's HTML, into the map.
-  constructor(root) {
-    root.append(root.nextElementSibling);
-    super(root);
-    root.classList.add('editor');
-    this.canvas.setAttribute('role', 'application');
-  }
 
   show(data) {
-    this.queue.taken(data.ack);
-    waiting = this.queue.edits;
+    this.outbox.taken(data.ack);
+    waiting = this.outbox.edits;
     this.known = data.points;
     super.show({ ...data, points: this.merged(data) });
-    this.bars();
   }
 
   // Return the data of the page, changed by edits that the page has not applied yet.
   merged({ points, nx }) {
     this.placed = new Map(points.map((point) => [point[0] * nx + point[1], point]));
-    for (const { set } of this.queue.edits) {
+    for (const { set } of this.outbox.edits) {
       for (const [row, column, facies] of set || []) {
         const id = row * nx + column;
         if (facies === ERASE) this.placed.delete(id);
@@ -51,14 +31,17 @@ class DataEditor extends CellMap {
   }
 
   push(edit) {
-    this.queue.push(edit);
+    this.outbox.push(edit);
+    waiting = this.outbox.edits;
     this.data = { ...this.data, points: this.merged({ ...this.data, points: this.known }) };
     this.legendOf();
     this.bars();
     this.draw();
-    waiting = this.queue.edits;
-    this.queue.tell();
   }
+
+  step(what) { this.push({ do: what }); }
+
+  canStep(what) { return what === 'undo' ? this.data.can_undo || this.outbox.edits.length > 0 : this.data.can_redo; }
 
   place(cells) {
     const set = this.tool === 'erase' ? this.touched(cells)
@@ -86,19 +69,12 @@ class DataEditor extends CellMap {
 
   datum([row, column]) { return this.placed.get(row * this.data.nx + column); }
 
-  inside([row, column]) {
-    return row >= 0 && column >= 0 && row < this.data.ny && column < this.data.nx;
-  }
-
   // If cells are too small to aim at, a tap on the disc of a datum selects that datum.
   aimed(cell) {
     if (this.size1 >= AIMABLE || this.datum(cell)) return cell;
-    let best = null, least = this.radius / this.size1;
-    for (const [row, column] of this.placed.values()) {
-      const far = Math.hypot(row - cell[0], column - cell[1]);
-      if (far <= least) { least = far; best = [row, column]; }
-    }
-    return best || cell;
+    const cells = [...this.placed.values()];
+    const { k, far } = this.nearest(cell, cells);
+    return far <= this.radius / this.size1 ? cells[k].slice(0, 2) : cell;
   }
 
   at(cell) {
@@ -110,21 +86,15 @@ class DataEditor extends CellMap {
   }
 
   point(cell, tell = true) {
-    super.point(cell && tell && !this.stroke ? this.aimed(cell) : cell, tell);
+    super.point(cell && tell && !this.gesture ? this.aimed(cell) : cell, tell);
   }
 
-  draw() {
-    super.draw();
-    const pen = this.canvas.getContext('2d');
-    const s = this.size1;
-    pen.save();
-    pen.beginPath();
-    pen.rect(this.left, this.top, this.wide, this.high);
-    pen.clip();
-    if (this.stroke?.datum) {
-      this.drawGhost(pen, this.stroke);
-    } else if (this.stroke) {
-      const cells = this.stroke.cells.filter((cell) => this.inside(cell));
+  drawTools(pen) {
+    const { gesture, size1: s } = this;
+    if (gesture?.moves) {
+      this.drawGhost(pen, gesture);
+    } else if (gesture) {
+      const cells = gesture.cells.filter((cell) => this.inside(cell));
       const facies = (cell) => this.tool === 'erase' ? PAPER
         : (this.data.brushes[this.faciesAt(cell)] || { colour: PAPER }).colour;
       for (const [more, colour] of [[4, () => INK], [2, () => PAPER], [0, facies]]) {
@@ -139,29 +109,25 @@ class DataEditor extends CellMap {
       const [x, y] = this.toCanvas(this.hover[1], this.hover[0] + 1);
       strokeIn(pen, [[PAPER, 3], [INK, 1]], () => pen.rect(x, y, s, s));
     }
-    pen.restore();
   }
 
   // Draw the moved datum under the pointer, and a line from its cell.
-  drawGhost(pen, { datum: [row, column, facies], cells: [to], dragged }) {
+  drawGhost(pen, { moves: [row, column, facies], cells: [to], dragged }) {
     if (!dragged || !this.inside(to)) return;
     const [x, y] = this.toCanvas(to[1] + 0.5, to[0] + 0.5);
     strokeIn(pen, [[PAPER, 3], [INK, 1]], () => {
       pen.moveTo(...this.toCanvas(column + 0.5, row + 0.5));
       pen.lineTo(x, y);
     });
-    const { radius } = this;
-    disc(pen, x, y, radius + 2 * RING, INK);
-    disc(pen, x, y, radius + RING, PAPER);
-    disc(pen, x, y, radius, this.data.brushes[facies].colour);
+    drawData(pen, [{ x, y, radius: this.radius, colour: this.data.brushes[facies].colour }]);
   }
 
   drawCross(pen) {
-    if (!this.stroke && this.size1 < 5) super.drawCross(pen);
+    if (!this.gesture && this.size1 < 5) super.drawCross(pen);
   }
 
   drawPoints(pen) {
-    if (this.correctedShown) this.drawRings(pen);
+    if (this.shows.corrected) this.drawRings(pen);
     super.drawPoints(pen); // draw data last, so that rings do not hide data
   }
 
@@ -190,7 +156,7 @@ class DataEditor extends CellMap {
   }
 
   bars() {
-    const { brushes, reads, can_undo: undo, can_redo: redo } = this.data;
+    const { brushes, reads } = this.data;
     const box = this.root.querySelector('.brushes');
     const wanted = [...brushes.map((brush, k) => [k, brush.label, brush.colour]),
       ...(reads ? [[AS_SHOWN, 'as shown', null]] : [])];
@@ -199,14 +165,8 @@ class DataEditor extends CellMap {
       box.dataset.of = JSON.stringify(wanted);
       box.replaceChildren(...wanted.map(brushButton));
     }
-    const check = (button, on) => button.setAttribute('aria-checked', on);
-    [...box.children].forEach((button) => check(button, Number(button.dataset.brush) === this.brush));
-    this.root.querySelectorAll('[data-tool]').forEach((button) => {
-      check(button, button.dataset.tool === this.tool);
-    });
-    this.root.querySelector('[data-step="undo"]').disabled = !undo && !this.queue.edits.length;
-    this.root.querySelector('[data-step="redo"]').disabled = !redo;
-    this.canvas.classList.toggle('draws', this.tool !== 'pan');
+    for (const button of box.children) button.setAttribute('aria-checked', Number(button.dataset.brush) === this.brush);
+    super.bars();
   }
 
   // The choice of a facies also selects a tool that places the facies.
@@ -215,99 +175,39 @@ class DataEditor extends CellMap {
     if (['pan', 'erase'].includes(this.tool)) this.tool = 'draw';
   }
 
-  act(what) {
-    if (what !== 'corrected') return super.act(what);
-    this.correctedShown = !this.correctedShown;
-    this.root.querySelector('[data-do="corrected"]').setAttribute('aria-pressed', this.correctedShown);
-    this.draw();
-  }
+  press({ brush }) { if (brush) this.choose(Number(brush)); }
 
-  listen() {
-    super.listen();
-    this.hearFirst({
-      pointerdown: this.down, pointermove: this.move, pointerup: this.up,
-      pointercancel: this.abandon, dblclick: () => this.tool !== 'pan',
-    });
-    this.canvas.addEventListener('keydown', (event) => this.typed(event));
-    this.root.querySelector('.bar').addEventListener('click', (event) => {
-      const { brush, tool, step } = event.target.closest('button')?.dataset || {};
-      if (brush) this.choose(Number(brush));
-      if (tool) this.tool = tool;
-      if (step) this.push({ do: step });
-      this.bars();
-    });
-    this.shortcut = (event) => this.undoKey(event);
-  }
-
-  start() {
-    window.addEventListener('keydown', this.shortcut);
-    super.start();
-  }
-
-  stop() {
-    this.queue.rest();
-    window.removeEventListener('keydown', this.shortcut);
-    super.stop();
-  }
+  heardByWindow() { return { ...super.heardByWindow(), keydown: (event) => this.typedStep(event) }; }
 
   // Return the datum that the pointer can move, or null.
   grabbed(event) {
-    if (this.tool !== 'draw' || !this.dataShown) return null;
-    const [px, py] = this.spotOf(event);
-    const finger = event.pointerType === 'touch' ? FINGER : 0;
-    let best = null, least = Infinity;
-    this.data.points.forEach((point, k) => {
-      const [x, y] = this.toCanvas(point[1] + 0.5, point[0] + 0.5);
-      const far = Math.hypot(x - px, y - py), radius = this.radiusOf(k);
-      if (far < least && far <= Math.max(radius + 2 * ringOf(radius), finger)) {
-        [best, least] = [point, far];
-      }
-    });
-    return best;
+    if (this.tool !== 'draw' || !this.shows.data) return null;
+    const { points } = this.data;
+    const places = points.map(([row, column]) => this.toCanvas(column + 0.5, row + 0.5));
+    const { k, far } = this.nearest(this.spotOf(event), places);
+    if (k < 0) return null;
+    const radius = this.radiusOf(k), finger = event.pointerType === 'touch' ? FINGER : 0;
+    return far <= Math.max(radius + 2 * ringOf(radius), finger) ? points[k] : null;
   }
 
-  // The next four methods return whether they handled the event, so that the map ignores it.
-  down(event) {
-    if (this.stroke || this.pointers.size) { // a second finger zooms instead of drawing
-      if (this.stroke) this.pointers.set(this.stroke.id, this.stroke.spot);
-      return this.abandon();
-    }
+  grip(event) {
     const cell = this.cellOf(event);
-    if (this.tool === 'pan' || event.button !== 0 || !this.inside(cell)) return false;
-    this.canvas.focus();
-    this.canvas.setPointerCapture(event.pointerId);
-    const spot = this.spotOf(event);
-    this.stroke = { id: event.pointerId, spot, start: spot, dragged: false, cells: [cell],
-      datum: this.grabbed(event) };
-    this.draw();
-    return true;
+    return this.tool !== 'pan' && this.inside(cell) ? { cells: [cell], moves: this.grabbed(event) } : null;
   }
 
-  move(event) {
-    const { stroke } = this;
-    this.canvas.classList.toggle('moves', Boolean(stroke ? stroke.datum : this.grabbed(event)));
-    if (stroke?.id !== event.pointerId) return false;
-    const cell = this.cellOf(event), { cells } = stroke;
-    stroke.spot = this.spotOf(event);
-    const far = Math.hypot(stroke.spot[0] - stroke.start[0], stroke.spot[1] - stroke.start[1]);
-    stroke.dragged ||= far >= (event.pointerType === 'touch' ? FINGER_SLOP : SLOP);
-    if (this.tool === 'draw') stroke.cells = [cell];
-    else if (this.tool === 'straight') stroke.cells = cellsBetween(cells[0], cell);
-    else cells.push(...cellsBetween(cells[cells.length - 1], cell).slice(1));
+  follow(gesture, event) {
+    const cell = this.cellOf(event), { cells } = gesture;
+    if (this.tool === 'draw') gesture.cells = [cell];
+    else if (this.tool === 'straight') gesture.cells = cellsBetween(cells[0], cell);
+    else cells.push(...cellsBetween(cells.at(-1), cell).slice(1));
     this.point(this.inside(cell) ? cell : null);
-    return true;
   }
 
-  up(event) {
-    const { stroke } = this;
-    if (stroke?.id !== event.pointerId) return false;
-    this.abandon();
+  finish({ dragged, moves, cells }, event) {
     const cell = this.cellOf(event);
-    if (stroke.dragged && stroke.datum) this.carry(stroke.datum, cell);
-    else if (stroke.dragged) this.place(once(stroke.cells.filter((one) => this.inside(one))));
+    if (dragged && moves) this.carry(moves, cell);
+    else if (dragged) this.place(once(cells.filter((one) => this.inside(one))));
     else if (this.inside(cell)) this.place([this.aimed(cell)]);
-    this.draw();
-    return true;
   }
 
   // Move a datum to another cell, and replace any datum there. Nothing moves if the page has removed the
@@ -319,63 +219,18 @@ class DataEditor extends CellMap {
     this.push({ set: [[row, column, ERASE], [...to, datum[2]]] });
   }
 
-  abandon() {
-    this.stroke = null;
-    return false;
-  }
-
-  typed(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
-    if (STEPS[event.key]) this.walk(STEPS[event.key], event.shiftKey ? 10 : 1);
-    else if (['Enter', ' '].includes(event.key) && this.hover) this.place([this.hover]);
-    else if (['Delete', 'Backspace'].includes(event.key) && this.hover) {
+  typedKey(key) {
+    if (['Enter', ' '].includes(key) && this.hover) this.place([this.hover]);
+    else if (['Delete', 'Backspace'].includes(key) && this.hover) {
       if (this.datum(this.hover)) this.push({ set: [[...this.hover, ERASE]] });
-    } else if (event.key === 'Escape') {
-      this.abandon();
-      this.draw();
-    } else if (this.data.brushes[event.key - 1]) {
-      this.choose(event.key - 1);
+    } else if (this.data.brushes[key - 1]) {
+      this.choose(key - 1);
       this.bars();
-    } else return;
-    event.preventDefault();
+    } else return false;
+    return true;
   }
 
-  walk([up, right], far) {
-    const { nx, ny } = this.data;
-    const [row, column] = this.hover || [Math.floor(this.view.y), Math.floor(this.view.x)];
-    const clamp = (v, most) => Math.min(Math.max(v, 0), most - 1);
-    const cell = this.hover ? [clamp(row + far * up, ny), clamp(column + far * right, nx)]
-      : [clamp(row, ny), clamp(column, nx)];
-    const halfX = nx / 2 / this.view.zoom, halfY = ny / 2 / this.view.zoom;
-    const near = (v, at, half) => Math.min(Math.max(v, at + 1 - half), at + half);
-    this.look({ ...this.view, x: near(this.view.x, cell[1], halfX),
-      y: near(this.view.y, cell[0], halfY) });
-    this.hover = null;
-    super.point(cell);
-    this.readout.setAttribute('aria-live', 'polite');
-  }
-
-  undoKey(event) {
-    const what = stepOf(event);
-    if (!what) return;
-    event.preventDefault();
-    if (!this.root.querySelector(`[data-step="${what}"]`).disabled) this.push({ do: what });
-  }
-}
-
-// Return all cells along a straight line (Bresenham).
-function cellsBetween([row, column], [toRow, toColumn]) {
-  const cells = [[row, column]];
-  const high = Math.abs(toRow - row), wide = Math.abs(toColumn - column);
-  const up = Math.sign(toRow - row), right = Math.sign(toColumn - column);
-  let off = wide - high;
-  while (row !== toRow || column !== toColumn) {
-    const twice = 2 * off;
-    if (twice > -high) { off -= high; column += right; }
-    if (twice < wide) { off += wide; row += up; }
-    cells.push([row, column]);
-  }
-  return cells;
+  walkedTo(cell) { super.point(cell); } // without aiming at a datum nearby
 }
 
 function once(cells) {
@@ -383,18 +238,10 @@ function once(cells) {
 }
 
 function brushButton([value, label, colour], place) {
-  const button = document.createElement('button');
-  button.type = 'button';
+  const title = colour ? `Place ${label} (${place + 1})` : 'Place what the map shows there';
+  const button = element('button', { type: 'button', role: 'radio', title }, ...colour ? [swatch('swatch', colour)] : [], label);
   button.dataset.brush = value;
-  button.setAttribute('role', 'radio');
-  button.title = colour ? `Place ${label} (${place + 1})`
-    : 'Place what the map shows there';
-  if (colour) {
-    const mark = document.createElement('span');
-    mark.className = 'swatch';
-    mark.style.background = colour;
-    button.append(mark);
-  }
-  button.append(label);
   return button;
 }
+
+export default drawnBy(DataEditor, '.map');

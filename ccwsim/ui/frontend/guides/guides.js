@@ -1,40 +1,25 @@
 // The map of the guides as a drawing board: a brush draws probabilities, outlines enclose the active cells and
 // the zones of images, and lines draw the flow. All positions are world coordinates. This code is appended to
-// map.js and edits.js.
+// tools.js.
 const HANDLE = 5, GRIP = 10, FINGER_GRIP = 18; // radius of a corner, and distances at which it is gripped
 const TRIES = 30; // maximum number of times that a drawing is sent
 const MAX_POINTS = 200; // maximum number of corners of an outline, and of points of a stroke
 const ARROW = 0.36; // half of the length of an arrow, as a share of the distance between arrows
-const STEPS = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, -1], ArrowRight: [0, 1] };
 const LINE = '#D55E00'; // colour of drawn lines
 const BRUSH = { value: 0.8, width: 0.16, softness: 0.5 };
 
-export default inOrder((component) => {
-  const board = drawerOf(component.parentElement.querySelector('.map'), GuideBoard);
-  board.latest.send = (drawn) => component.setTriggerValue('drawn', drawn);
-  board.show(component.data);
-  return board.stop;
-});
-
-class GuideBoard extends CellMap {
+class GuideBoard extends ToolMap {
   brush = { ...BRUSH };
   drawn = { outlines: {} }; // {strokes, flow, outlines}; strokes and flow are false if the study has none
-  latest = new LatestChoice(TRIES);
+  outbox = new LatestChoice(TRIES, (drawn) => this.report('drawn', drawn));
   past = [];
   future = [];
-  gesture = null; // a pressed pointer: its points, or the corner that it moves
   begun = null; // the first point of a line that is drawn with the keyboard
-
-  constructor(root) {
-    root.append(root.nextElementSibling);
-    super(root);
-    root.classList.add('board');
-  }
 
   show(data) {
     const given = { strokes: data.strokes, flow: data.flow, outlines: data.outlines };
-    this.latest.taken(given);
-    if (!this.latest.sent) this.drawn = given;
+    this.outbox.taken(given);
+    if (!this.outbox.sent) this.drawn = given;
     const before = this.tools || [];
     this.tools = ['pan', ...(data.strokes ? ['brush'] : []), ...(data.flow ? ['line'] : []),
       ...Object.keys(data.outlines)];
@@ -44,9 +29,8 @@ class GuideBoard extends CellMap {
     const news = this.tools.filter((tool) => !before.includes(tool) && tool !== 'pan');
     if (news.length && !matchMedia('(pointer: coarse)').matches) this.tool = news.at(-1);
     if (!this.tools.includes(this.tool)) this.tool = 'pan';
-    this.canvas.setAttribute('role', this.tools.length ? 'application' : 'img');
     super.show(data);
-    this.bars();
+    if (!this.tools.length) this.canvas.setAttribute('role', 'img');
   }
 
   // Add the button of a zone, which is like that of the outline of the active cells.
@@ -66,7 +50,7 @@ class GuideBoard extends CellMap {
       this.future = [];
     }
     this.drawn = { ...this.drawn, ...changes };
-    this.latest.tell(this.drawn);
+    this.outbox.tell(this.drawn);
     this.bars();
     this.draw();
   }
@@ -75,32 +59,27 @@ class GuideBoard extends CellMap {
     const { strokes, flow } = this.drawn;
     if (what === 'clear') return this.push({ strokes: strokes && [], flow: flow && [] });
     const [from, to] = what === 'undo' ? [this.past, this.future] : [this.future, this.past];
-    if (!from.length) return null;
     to.push(this.drawn);
     return this.push(from.pop(), false);
   }
 
-  bars() {
-    const radio = (button) => {
-      button.hidden = !this.tools.includes(button.dataset.tool);
-      button.setAttribute('aria-checked', button.dataset.tool === this.tool);
-    };
-    this.root.querySelectorAll('[data-tool]').forEach(radio);
-    const step = (what, there, none) => {
-      const button = this.root.querySelector(`[data-step="${what}"]`);
-      button.hidden = !this.tools.length || none;
-      button.disabled = !there;
-    };
-    step('undo', this.past.length);
-    step('redo', this.future.length);
+  canStep(what) {
     const { strokes, flow } = this.drawn;
-    step('clear', strokes?.length || flow?.length, !strokes && !flow);
+    const there = { undo: this.past, redo: this.future, clear: [...strokes || [], ...flow || []] };
+    return there[what].length > 0;
+  }
+
+  bars() {
+    super.bars();
+    const { strokes, flow } = this.drawn;
+    for (const button of this.root.querySelectorAll('[data-tool]')) button.hidden = !this.tools.includes(button.dataset.tool);
+    for (const button of this.root.querySelectorAll('[data-step]')) button.hidden = !this.tools.length;
+    if (!strokes && !flow) this.root.querySelector('[data-step="clear"]').hidden = true;
     this.root.querySelector('.sliders').hidden = this.tool !== 'brush';
     for (const input of this.root.querySelectorAll('.sliders input')) {
       input.value = this.brush[input.dataset.of];
       input.previousElementSibling.value = this.said(input.dataset.of);
     }
-    this.canvas.classList.toggle('draws', this.tool !== 'pan');
   }
 
   // Return the corners that the tool moves, if it is an outline.
@@ -139,13 +118,7 @@ class GuideBoard extends CellMap {
     return [Math.min(Math.max(x, 0), this.data.nx), Math.min(Math.max(y, 0), this.data.ny)];
   }
 
-  draw() {
-    super.draw();
-    const pen = this.canvas.getContext('2d');
-    pen.save();
-    pen.beginPath();
-    pen.rect(this.left, this.top, this.wide, this.high);
-    pen.clip();
+  drawTools(pen) {
     const { gesture } = this, { strokes, flow, outlines } = this.drawn;
     (strokes || []).slice((this.data.strokes || []).length).forEach((s) => this.drawStroke(pen, s));
     if (gesture?.brush) this.drawStroke(pen, this.strokeOf(gesture.points));
@@ -155,11 +128,10 @@ class GuideBoard extends CellMap {
     if (this.begun) this.drawLine(pen, [this.begun]);
     for (const [tool, corners] of Object.entries(outlines)) {
       const mine = this.tool === tool;
-      this.drawOutline(pen, (mine && gesture?.corners) || corners, mine);
+      this.drawOutline(pen, (mine && gesture?.moves) || corners, mine);
     }
     if (gesture?.lasso && gesture.points.length > 1) this.drawOutline(pen, gesture.points, false);
     if (this.tool === 'brush' && this.spot) this.drawTip(pen, this.spot);
-    pen.restore();
   }
 
   drawStroke(pen, [value, radius, softness, points]) {
@@ -171,7 +143,7 @@ class GuideBoard extends CellMap {
       pen.globalAlpha = alpha;
       pen.lineWidth = Math.max(wide * share, 1);
       pen.beginPath();
-      points.forEach((point, k) => (k ? pen.lineTo : pen.moveTo).apply(pen, this.fromWorld(point)));
+      points.forEach((point) => pen.lineTo(...this.fromWorld(point)));
       if (points.length === 1) pen.lineTo(...this.fromWorld(points[0]));
       pen.stroke();
     }
@@ -188,7 +160,7 @@ class GuideBoard extends CellMap {
         const [east, north] = [Math.sin(azimuth * Math.PI / 180) / sx, Math.cos(azimuth * Math.PI / 180) / sy];
         const long = far / Math.hypot(east, north);
         const [px, py] = this.fromWorld([x, y]);
-        arrow(pen, [px - east * long, py + north * long], [px + east * long, py - north * long], far / 2);
+        arrow(pen, [[px - east * long, py + north * long], [px + east * long, py - north * long]], far / 2);
       }
     });
   }
@@ -196,17 +168,13 @@ class GuideBoard extends CellMap {
   drawLine(pen, line) {
     const places = line.map((point) => this.fromWorld(point));
     if (places.length === 1) return disc(pen, ...places[0], 3, LINE);
-    return strokeIn(pen, [[PAPER, 5, 0.9], [LINE, 2.5]], () => {
-      places.slice(0, -1).forEach(([x, y], k) => (k ? pen.lineTo(x, y) : pen.moveTo(x, y)));
-      const [last, end] = places.slice(-2);
-      arrow(pen, last, end, 9, places.length > 2);
-    });
+    return strokeIn(pen, [[PAPER, 5, 0.9], [LINE, 2.5]], () => arrow(pen, places, 9));
   }
 
   drawOutline(pen, corners, handles) {
     const places = corners.map((corner) => this.fromWorld(corner));
     strokeIn(pen, [[PAPER, 3.5, 0.9], [INK, 1.5]], () => {
-      places.forEach(([x, y], k) => (k ? pen.lineTo(x, y) : pen.moveTo(x, y)));
+      places.forEach((place) => pen.lineTo(...place));
       pen.closePath();
     });
     for (const [x, y] of handles ? places : []) {
@@ -235,79 +203,46 @@ class GuideBoard extends CellMap {
 
   listen() {
     super.listen();
-    this.hearFirst({
-      pointerdown: this.down, pointermove: this.move, pointerup: this.up,
-      pointercancel: this.abandon, dblclick: this.removed,
-      pointerleave: () => { this.spot = null; return false; },
-    });
-    this.canvas.addEventListener('keydown', (event) => this.typed(event));
-    const bar = this.root.querySelector('.bar');
-    bar.addEventListener('click', (event) => {
-      const { tool, step } = event.target.closest('button')?.dataset || {};
-      if (tool) this.tool = tool;
-      if (step) this.step(step);
-      this.bars();
-      this.draw();
-    });
-    bar.addEventListener('input', ({ target }) => {
+    this.root.querySelector('.sliders').addEventListener('input', ({ target }) => {
       if (target.dataset.of) this.brush[target.dataset.of] = Number(target.value);
       this.bars();
     });
   }
 
   // Return the number of the nearest corner, or a corner to add to the nearest edge, if one is near.
-  gripped(event, adds = true) {
+  corner(event, adds = true) {
     const spot = this.spotOf(event), { corners } = this;
     const reach = event.pointerType === 'touch' ? FINGER_GRIP : GRIP;
     const places = corners.map((corner) => this.fromWorld(corner));
-    const far = places.map((place) => Math.hypot(place[0] - spot[0], place[1] - spot[1]));
-    const nearest = far.indexOf(Math.min(...far));
-    if (far[nearest] <= reach) return { at: nearest, corners: [...corners] };
+    const { k: at, far } = this.nearest(spot, places);
+    if (far <= reach) return { at, moves: [...corners] };
     const edges = places.map((a, k) => distance(spot, a, places[(k + 1) % places.length]));
     const edge = edges.indexOf(Math.min(...edges));
     if (!adds || edges[edge] > reach || corners.length >= MAX_POINTS) return null;
-    return { at: edge + 1, corners: corners.toSpliced(edge + 1, 0, this.worldOf(event)) };
+    return { at: edge + 1, moves: corners.toSpliced(edge + 1, 0, this.worldOf(event)) };
   }
 
-  down(event) {
-    if (this.gesture || this.pointers.size) return this.abandon(); // a second finger zooms
-    if (!this.tools.includes(this.tool) || this.tool === 'pan' || event.button !== 0) return false;
-    if (!this.at(this.cellOf(event)) && !this.corners) return false;
-    this.canvas.focus();
-    this.canvas.setPointerCapture(event.pointerId);
-    const grip = this.corners ? this.gripped(event) : null;
-    this.gesture = { id: event.pointerId, points: [this.worldOf(event)], brush: this.tool === 'brush',
-      line: this.tool === 'line', lasso: this.corners && !grip, ...grip };
-    this.draw();
-    return true;
+  // A gesture has the drawn points, or the corners of an outline of which it moves one.
+  grip(event) {
+    if (this.tool === 'pan' || (!this.at(this.cellOf(event)) && !this.corners)) return null;
+    const corner = this.corners && this.corner(event);
+    return corner || { points: [this.worldOf(event)], [this.corners ? 'lasso' : this.tool]: true };
   }
 
-  move(event) {
-    const { gesture } = this;
-    this.spot = this.spotOf(event);
-    const held = this.corners && (gesture ? gesture.corners : this.gripped(event));
-    this.canvas.classList.toggle('moves', Boolean(held));
-    if (gesture?.id !== event.pointerId) return false;
-    const place = this.worldOf(event);
-    gesture.dragged = true;
-    if (gesture.corners) gesture.corners[gesture.at] = place;
+  follow(gesture, event) {
+    const place = this.worldOf(event), cell = this.cellOf(event);
+    if (gesture.moves) gesture.moves[gesture.at] = place;
     else gesture.points.push(place);
-    const cell = this.cellOf(event);
     this.point(this.at(cell) ? cell : null);
-    return true;
   }
 
-  up(event) {
-    const { gesture } = this;
-    if (gesture?.id !== event.pointerId) return false;
-    this.abandon();
-    const points = simpler(gesture.points, 2 * this.data.cell_size[0] / (this.cell * this.view.zoom));
-    if (gesture.brush) this.paint(gesture.points);
-    else if (gesture.line) this.pushLine(points);
-    else if (gesture.corners && gesture.dragged) this.pushCorners(gesture.corners);
-    else if (gesture.lasso && points.length > 2) this.pushCorners(points);
-    this.draw();
-    return true;
+  finish({ brush, line, lasso, moves, dragged, points }) {
+    if (brush) this.paint(points);
+    if (moves && dragged) this.pushCorners(moves);
+    if (!line && !lasso) return;
+    const simple = simpler(points, 2 * this.data.cell_size[0] / (this.cell * this.view.zoom));
+    if (line) this.pushLine(simple);
+    else if (simple.length > 2) this.pushCorners(simple);
   }
 
   paint(points) { this.push({ strokes: [...this.drawn.strokes, this.strokeOf(points)] }); }
@@ -317,61 +252,31 @@ class GuideBoard extends CellMap {
   }
 
   abandon() {
-    this.gesture = this.begun = null;
-    return false;
+    this.begun = null;
+    return super.abandon();
   }
 
   // Remove the corner that is clicked twice.
-  removed(event) {
-    if (!this.corners) return this.tool !== 'pan';
-    const grip = this.gripped(event, false);
+  doubled(event) {
+    if (!this.corners) return super.doubled();
+    const grip = this.corner(event, false);
     if (grip && this.corners.length > 3) this.pushCorners(this.corners.toSpliced(grip.at, 1));
     return true;
   }
 
-  // Arrow keys move a cursor. Enter paints there, begins or ends a line, or moves the nearest corner there.
-  typed(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey) return this.undoKey(event);
-    if (STEPS[event.key]) this.walk(STEPS[event.key], event.shiftKey ? 10 : 1);
-    else if (event.key === 'Escape') this.abandon();
-    else if (['Enter', ' '].includes(event.key) && this.hover) {
-      const place = this.toWorld([this.hover[1] + 0.5, this.hover[0] + 0.5]);
-      if (this.tool === 'brush') this.paint([place]);
-      if (this.tool === 'line') {
-        const { begun } = this;
-        this.begun = begun ? null : place;
-        if (begun) this.pushLine([begun, place]);
-        this.draw();
-      }
-      if (this.corners) {
-        const far = this.corners.map(([x, y]) => Math.hypot(x - place[0], y - place[1]));
-        this.pushCorners(this.corners.with(far.indexOf(Math.min(...far)), place));
-      }
-    } else return;
-    event.preventDefault();
-  }
-
-  walk([up, right], far) {
-    const { nx, ny } = this.data;
-    const [row, column] = this.hover || [Math.floor(ny / 2), Math.floor(nx / 2)];
-    const clamp = (v, n) => Math.min(Math.max(v, 0), n - 1);
-    const cell = [clamp(row + far * up, ny), clamp(column + far * right, nx)];
-    this.spot = this.toCanvas(cell[1] + 0.5, cell[0] + 0.5);
-    this.point(cell);
-    this.readout.setAttribute('aria-live', 'polite');
-  }
-
-  undoKey(event) {
-    const what = stepOf(event);
-    if (!what || !(what === 'undo' ? this.past : this.future).length) return;
-    event.preventDefault();
-    event.stopPropagation(); // the page also has an undo
-    this.step(what);
-  }
-
-  stop() {
-    this.latest.rest();
-    super.stop();
+  // Enter paints at the cursor, begins or ends a line, or moves the nearest corner there.
+  typedKey(key) {
+    if (!['Enter', ' '].includes(key) || !this.hover) return false;
+    const place = this.toWorld([this.hover[1] + 0.5, this.hover[0] + 0.5]);
+    if (this.tool === 'brush') this.paint([place]);
+    if (this.tool === 'line') {
+      const { begun } = this;
+      this.begun = begun ? null : place;
+      if (begun) this.pushLine([begun, place]);
+      this.draw();
+    }
+    if (this.corners) this.pushCorners(this.corners.with(this.nearest(place, this.corners).k, place));
+    return true;
   }
 }
 
@@ -395,3 +300,5 @@ function simpler(points, tolerance) {
   const line = points.length > 1 ? [...kept(0, points.length - 1), points.at(-1)] : points;
   return line.length > MAX_POINTS ? simpler(points, 2 * tolerance) : line;
 }
+
+export default drawnBy(GuideBoard, '.map');

@@ -14,12 +14,10 @@ export default inOrder(({ data, parentElement, setTriggerValue }) => {
   const draw = () => {
     const { width, height } = root.getBoundingClientRect();
     const dots = window.devicePixelRatio || 1;
-    canvas.width = width * dots;
-    canvas.height = height * dots;
+    Object.assign(canvas, { width: width * dots, height: height * dots });
     const pen = canvas.getContext('2d');
-    const style = getComputedStyle(root);
     pen.scale(dots, dots);
-    pen.fillStyle = style.getPropertyValue('--st-text-color');
+    pen.fillStyle = getComputedStyle(root).getPropertyValue('--st-text-color');
     pen.globalAlpha = 0.45;
     const most = Math.max(...counts), wide = width / counts.length, room = height - BELOW;
     counts.forEach((count, k) => {
@@ -27,7 +25,7 @@ export default inOrder(({ data, parentElement, setTriggerValue }) => {
       pen.fillRect(k * wide, room - high, Math.max(wide - 1, 1), high);
     });
     pen.globalAlpha = 1;
-    pen.font = '12px ' + style.getPropertyValue('--st-font');
+    pen.font = fontOf(root);
     const write = (text, x, align) => { pen.textAlign = align; pen.fillText(text, x, height - 5); };
     write(String(rounded(low)), 0, 'left');
     write(String(rounded(high)), width, 'right');
@@ -35,8 +33,9 @@ export default inOrder(({ data, parentElement, setTriggerValue }) => {
     edges.forEach((edge) => write(String(edge), Math.min(Math.max(place(edge), 0.12), 0.88) * width, 'center'));
   };
 
-  const handles = edges.map((edge, k) => root.querySelectorAll('button')[k] || root.appendChild(handle()));
-  [...root.querySelectorAll('button')].slice(edges.length).forEach((spare) => spare.remove());
+  const kept = [...root.querySelectorAll('button')];
+  const handles = edges.map((_, k) => kept[k] ?? root.appendChild(element('button', { type: 'button', role: 'slider' })));
+  kept.slice(edges.length).forEach((spare) => spare.remove());
   const least = span / STEPS;
   const move = (k, value) => {
     const from = k ? edges[k - 1] + least : low + least / 10, to = k + 1 < edges.length ? edges[k + 1] - least : high;
@@ -46,10 +45,8 @@ export default inOrder(({ data, parentElement, setTriggerValue }) => {
   };
   const show = (k) => {
     handles[k].style.left = 100 * place(edges[k]) + '%';
-    handles[k].setAttribute('aria-valuenow', edges[k]);
-    handles[k].setAttribute('aria-valuemin', low);
-    handles[k].setAttribute('aria-valuemax', high);
-    handles[k].setAttribute('aria-label', edges.length > 1 ? `${label} ${k + 1}` : label);
+    const ariaLabel = edges.length > 1 ? `${label} ${k + 1}` : label;
+    Object.assign(handles[k], { ariaLabel, ariaValueNow: edges[k], ariaValueMin: low, ariaValueMax: high });
   };
   const tell = () => { if (edges.join() !== data.edges.join()) setTriggerValue('edges', edges); };
   handles.forEach((button, k) => {
@@ -73,10 +70,3 @@ export default inOrder(({ data, parentElement, setTriggerValue }) => {
   sizes.observe(root);
   return () => sizes.disconnect();
 });
-
-function handle() {
-  const button = document.createElement('button');
-  button.type = 'button';
-  button.setAttribute('role', 'slider');
-  return button;
-}

@@ -7,25 +7,13 @@ const ZOOMED = 8; // number of cells along an edge of a strongly zoomed map
 // Maps that share zoom and scale, stored in the window because each component has a copy of this module.
 const groups = (window[Symbol.for(LINK)] ??= new Map());
 
-export default inOrder((component) => {
-  const map = drawerOf(component.parentElement.querySelector('.map'), CellMap);
-  map.pick = (row, column) => component.setTriggerValue('cell', [row, column]);
-  map.show(component.data);
-  return map.stop;
-});
-
-class CellMap {
+class CellMap extends View {
   constructor(root) {
-    this.root = root;
+    super(root);
     this.canvas = root.querySelector('canvas');
     this.below = root.querySelector('.below');
-    this.legend = root.querySelector('.legend');
-    this.readout = root.querySelector('.readout');
-    this.dataShown = true;
     this.pointers = new Map();
-    this.view = null;
-    this.hover = null;
-    this.stop = this.stop.bind(this);
+    this.view = this.hover = null;
     this.listen();
   }
 
@@ -39,7 +27,6 @@ class CellMap {
     if (data.scale) groups.set(data.scale, (groups.get(data.scale) || new Set()).add(this));
     if (!sameGrid || !this.view) this.view = { x: data.nx / 2, y: data.ny / 2, zoom: 1 };
     this.canvas.setAttribute('aria-label', data.alt);
-    this.root.querySelector('[data-do="data"]').hidden = !data.points.length;
     this.root.querySelector('[data-do="before"]').hidden = !this.before;
     this.root.querySelector('.tools').hidden = data.tools === false;
     this.legendOf();
@@ -64,19 +51,13 @@ class CellMap {
 
   read(image) {
     const { nx, ny, lut } = this.data;
-    const picture = new OffscreenCanvas(nx, ny);
-    const pen = picture.getContext('2d', { willReadFrequently: true });
+    const pen = new OffscreenCanvas(nx, ny).getContext('2d', { willReadFrequently: true });
     pen.drawImage(image, 0, 0);
-    const pixels = pen.getImageData(0, 0, nx, ny);
-    const colours = lut.map(rgbOf);
-    const indices = new Uint8Array(nx * ny);
-    for (let k = 0; k < nx * ny; k++) {
-      const index = pixels.data[4 * k];
-      indices[k] = index;
-      const [r, g, b, a] = colours[index] ? [...colours[index], 255] : [0, 0, 0, 0];  // 255: inactive
-      pixels.data.set([r, g, b, a], 4 * k);
-    }
-    pen.putImageData(pixels, 0, 0);
+    const { data: grey } = pen.getImageData(0, 0, nx, ny);
+    const indices = new Uint8Array(nx * ny), palette = paletteOf(lut);
+    const picture = pictureOf(nx, ny, (pixels) => {
+      for (let k = 0; k < nx * ny; k++) pixels[k] = palette[indices[k] = grey[4 * k]];
+    });
     this.shown = { picture, indices };
   }
 
@@ -163,8 +144,9 @@ class CellMap {
     this.drawLines(pen);
     this.drawTrail(pen);
     this.drawMarks(pen);
-    if (this.dataShown) this.drawPoints(pen);
+    if (this.shows.data) this.drawPoints(pen);
     this.drawCross(pen);
+    this.drawTools(pen);
     if (this.held && this.before) drawName(pen, `before: ${this.before.alt}`, this.left + this.wide / 2, 0);
     pen.restore();
     drawEdge(pen, this);
@@ -195,8 +177,7 @@ class CellMap {
   }
 
   get radius() {
-    const room = Math.sqrt((this.wide * this.high) / Math.max(this.data.points.length, 1));
-    return Math.max(SMALLEST_MARK, Math.min(MARK, room * 0.13)) * Math.min(Math.sqrt(this.view.zoom), 2.5);
+    return markRadius(this, this.data.points.length) * Math.min(Math.sqrt(this.view.zoom), 2.5);
   }
 
   // Return the radius of a mark that extends, with rings, at most half way to the next datum.
@@ -220,19 +201,17 @@ class CellMap {
     this.drawWells(pen);
   }
 
-  // Return the named wells, each with its cells that have a datum, as [row, column].
+  // Return the named wells with data, as long as the data are the same.
   namedWells() {
-    const { points, wells, nx } = this.data;
+    const { data } = this, { points, nx } = data;
     if (this.named?.of === points) return this.named.wells;
-    const there = new Set(points.map(([row, column]) => row * nx + column));
-    const known = wells.map(([name, cells]) => [name, cells.filter(([row, column]) => there.has(row * nx + column))]);
-    this.named = { of: points, wells: known.filter(([, cells]) => cells.length) };
+    this.named = { of: points, wells: wellsWithData(data, ([row, column]) => row * nx + column) };
     return this.named.wells;
   }
 
   // Write the name of each well in view above its northernmost datum.
   drawWells(pen) {
-    const heads = this.namedWells().map(([name, cells]) => {
+    const heads = this.namedWells().map(({ name, cells }) => {
       const [row, column] = cells.reduce((one, other) => (other[0] > one[0] ? other : one));
       return [name, ...this.toCanvas(column + 0.5, row + 0.5)];
     });
@@ -244,21 +223,14 @@ class CellMap {
   drawTrail(pen) {
     const places = (this.data.trail || []).map(([row, column]) => this.toCanvas(column, row));
     if (places.length < 2) return;
-    strokeIn(pen, [[PAPER, 3, 0.75], [INK, 1.25, 0.75]], () => {
-      places.slice(0, -1).forEach(([x, y], k) => (k ? pen.lineTo(x, y) : pen.moveTo(x, y)));
-      arrow(pen, ...places.slice(-2), 8, true);
-    });
+    strokeIn(pen, [[PAPER, 3, 0.75], [INK, 1.25, 0.75]], () => arrow(pen, places, 8));
   }
 
   drawLines(pen) {
     const { lines = [], line_lut: lut } = this.data;
     for (const line of lines) {
-      strokeIn(pen, [[PAPER, 2.5, 0.8], [lut[line[0].at(-1)], 1.2, 0.9]], () => {
-        line.forEach(([row, column], k) => {
-          const place = this.toCanvas(column, row);
-          if (k) pen.lineTo(...place); else pen.moveTo(...place);
-        });
-      });
+      strokeIn(pen, [[PAPER, 2.5, 0.8], [lut[line[0].at(-1)], 1.2, 0.9]], () => (
+        line.forEach(([row, column]) => pen.lineTo(...this.toCanvas(column, row)))));
     }
   }
 
@@ -286,7 +258,7 @@ class CellMap {
   marked([row, column]) {
     const reach = Math.max(0.5, 7 / (this.cell * this.view.zoom));
     let said = '', best = reach;
-    const wells = this.namedWells().flatMap(([label, cells]) => cells.map(([r, c]) => (
+    const wells = this.namedWells().flatMap(({ name: label, cells }) => cells.map(([r, c]) => (
       { label, row: r, column: c, height: 1, width: 1 })));
     for (const mark of [...wells, ...this.data.marks || []]) {
       if (!mark.label || mark.kind === 'box') continue;
@@ -302,17 +274,15 @@ class CellMap {
     drawCrossAt(pen, ...this.toCanvas(this.hover[1] + 0.5, this.hover[0] + 0.5));
   }
 
+  // Draw what the tools of a component show above the map.
+  drawTools() {}
+
   drawAxes(pen) {
     const { cell_size: size, origin } = this.data;
     const [west, south] = this.toCells(this.left, this.top + this.high);
     const [east, north] = this.toCells(this.left + this.wide, this.top);
     drawAxes(pen, this, [origin[0] + west * size[0], origin[0] + east * size[0]],
       [origin[1] + south * size[1], origin[1] + north * size[1]]);
-  }
-
-  legendOf() {
-    fillLegend(this.legend, this.data);
-    this.say();
   }
 
   // Return the index of a cell in the picture that is shown; undefined outside the map or without a picture.
@@ -374,12 +344,10 @@ class CellMap {
     if (what === 'in') this.zoomBy(1.6);
     if (what === 'out') this.zoomBy(1 / 1.6);
     if (what === 'fit') this.look({ zoom: 1, x: 0, y: 0 });
-    if (what === 'save') savePicture(this.canvas, this.data.name ?? 'map');
-    if (what !== 'data') return;
-    this.dataShown = !this.dataShown;
-    this.root.querySelector('[data-do="data"]').setAttribute('aria-pressed', this.dataShown);
-    this.draw();
+    super.act(what);
   }
+
+  save() { savePicture(this.canvas, this.data.name ?? 'map'); }
 
   // Return the position of a pointer on the canvas, and the cell at this position.
   spotOf(event) {
@@ -409,70 +377,62 @@ class CellMap {
       const cell = this.cellOf(event);
       return this.at(cell) ? cell : null;
     };
-    canvas.addEventListener('wheel', (event) => {
-      if (!event.ctrlKey && this.view.zoom === 1 && document.activeElement === document.body) return;
-      const focused = this.root.getRootNode().activeElement === canvas;
-      if (!event.ctrlKey && !focused) return;
-      event.preventDefault();
-      this.zoomBy(Math.exp(-event.deltaY / 300), ...place(event));
-    }, { passive: false });
-    canvas.addEventListener('pointerdown', (event) => {
-      canvas.focus();
-      this.pointers.set(event.pointerId, place(event));
-      this.moved = 0;
-      if (this.view.zoom > 1) canvas.setPointerCapture(event.pointerId);
-    });
-    canvas.addEventListener('pointermove', (event) => this.drag(event, place(event), cellAt(event)));
-    const up = (event) => {
-      const cell = cellAt(event);
-      if (event.type === 'pointerup' && this.data.picks && this.moved < 4 && cell) this.pick(...cell);
-      this.pointers.delete(event.pointerId);
-    };
-    canvas.addEventListener('pointerup', up);
-    canvas.addEventListener('pointercancel', up);
-    canvas.addEventListener('pointerleave', () => this.point(null));
-    canvas.addEventListener('dblclick', (event) => this.zoomBy(2, ...place(event)));
-    canvas.addEventListener('keydown', (event) => {
-      const what = { '+': 'in', '=': 'in', '-': 'out', 0: 'fit' }[event.key];
-      if (what) this.act(what);
-      if (event.key === 'b') this.holdBefore(true);
-    });
     const release = () => this.holdBefore(false);
-    canvas.addEventListener('keyup', release);
-    canvas.addEventListener('blur', release);
-    const before = this.root.querySelector('[data-do="before"]');
-    before.addEventListener('pointerdown', () => this.holdBefore(true));
-    before.addEventListener('keydown', ({ key }) => (key === ' ' || key === 'Enter') && this.holdBefore(true));
-    for (const kind of ['pointerup', 'pointerleave', 'pointercancel', 'keyup', 'blur']) {
-      before.addEventListener(kind, release);
-    }
-    this.root.querySelector('.tools').addEventListener('click', (event) => {
-      if (event.target.dataset.do) this.act(event.target.dataset.do);
+    hearWheel(canvas, (event) => this.zoomBy(zoomOf(event), ...place(event)));
+    hear(canvas, {
+      pointerdown: (event) => {
+        canvas.focus();
+        this.pointers.set(event.pointerId, place(event));
+        this.moved = 0;
+        if (this.view.zoom > 1) canvas.setPointerCapture(event.pointerId);
+      },
+      pointermove: (event) => this.drag(event, place(event), cellAt(event)),
+      pointerup: (event) => {
+        const cell = cellAt(event);
+        if (this.data.picks && this.moved < 4 && cell) this.pick(cell);
+        this.pointers.delete(event.pointerId);
+      },
+      pointercancel: (event) => this.pointers.delete(event.pointerId),
+      pointerleave: () => this.point(null),
+      dblclick: (event) => this.zoomBy(2, ...place(event)),
+      keydown: (event) => {
+        const what = { '+': 'in', '=': 'in', '-': 'out', 0: 'fit' }[event.key];
+        if (what) this.act(what);
+        if (event.key === 'b') this.holdBefore(true);
+      },
+      keyup: release,
+      blur: release,
     });
-    this.hear = ({ detail }) => {
+    hear(this.root.querySelector('[data-do="before"]'), {
+      pointerdown: () => this.holdBefore(true),
+      keydown: ({ key }) => (key === ' ' || key === 'Enter') && this.holdBefore(true),
+      pointerup: release,
+      pointerleave: release,
+      pointercancel: release,
+      keyup: release,
+      blur: release,
+    });
+  }
+
+  pick(cell) { this.report('cell', cell); }
+
+  // Return what the map hears while it is on the page.
+  heardByWindow() {
+    return { [LINK]: ({ detail }) => {
       if (detail.from === this || !this.data || detail.link !== this.data.link) return;
       this.point(detail.hover, false);
       this.look(detail.view, false);
       this.holdBefore(detail.held, false);
-    };
-    this.watch = new ResizeObserver(() => this.data && this.layout());
-  }
-
-  // Remove the map; a second call has no effect.
-  start() {
-    window.addEventListener(LINK, this.hear);
-    this.watch.observe(this.root);
+    } };
   }
 
   drag(event, now, cell) {
     const before = this.pointers.get(event.pointerId);
     if (!before) return this.point(cell);
     this.moved += Math.hypot(now[0] - before[0], now[1] - before[1]);
-    const s = this.cell * this.view.zoom;
-    if (this.pointers.size === 2) {
-      const [other] = [...this.pointers].filter(([id]) => id !== event.pointerId).map(([, p]) => p);
-      const spread = (p) => Math.hypot(p[0] - other[0], p[1] - other[1]);
-      this.zoomBy(spread(now) / Math.max(spread(before), 1), ...other);
+    const s = this.cell * this.view.zoom, other = otherOf(this.pointers, event);
+    if (other) {
+      this.zoomBy(spread(now, other) / spread(before, other), ...other);
     } else if (this.view.zoom > 1) {
       this.look({ ...this.view,
         x: this.view.x - (now[0] - before[0]) / s, y: this.view.y + (now[1] - before[1]) / s });
@@ -482,7 +442,8 @@ class CellMap {
 
   stop() {
     this.leave();
-    window.removeEventListener(LINK, this.hear);
-    this.watch.disconnect();
+    super.stop();
   }
 }
+
+export default drawnBy(CellMap, '.map');

@@ -49,3 +49,12 @@ function hear(target, listeners) {
   for (const [kind, listener] of Object.entries(listeners)) target.addEventListener(kind, listener, { signal });
   return () => heard.abort();
 }
+
+// Return a new element with properties and children.
+function element(tag, properties = {}, ...children) {
+  const made = Object.assign(document.createElement(tag), properties);
+  made.append(...children);
+  return made;
+}
+
+function download(name, href) { element('a', { download: name, href }).click(); }

@@ -13,6 +13,12 @@ function drawData(pen, marks, wrongColour) {
   for (const { x, y, radius, colour } of marks) disc(pen, x, y, radius, colour);
 }
 
+// Return the radius of n data in a picture, smaller if there are many.
+function markRadius({ wide, high }, n) {
+  const room = Math.sqrt((wide * high) / Math.max(n, 1));
+  return Math.max(SMALLEST_MARK, Math.min(MARK, room * 0.13));
+}
+
 function ringOf(radius) { return Math.min(RING, radius * 0.4); }
 
 // Write the names of wells [name, x, y] above their positions, inside a box. Nothing is written if there are more
@@ -57,11 +63,12 @@ function strokeIn(pen, layers, path) {
   pen.globalAlpha = 1;
 }
 
-// Draw a line with a head of a length, as part of a path; a joined line begins where the path is.
-function arrow(pen, [ax, ay], [bx, by], head, joined = false) {
+// Draw a line through places with a head of a length at its end, as part of a path.
+function arrow(pen, places, head) {
+  const [[ax, ay], [bx, by]] = places.slice(-2);
   const angle = Math.atan2(by - ay, bx - ax);
-  if (joined) pen.lineTo(ax, ay); else pen.moveTo(ax, ay);
-  pen.lineTo(bx, by);
+  pen.moveTo(...places[0]);
+  places.slice(1).forEach((place) => pen.lineTo(...place));
   for (const turn of [0.5, -0.5]) {
     pen.moveTo(bx, by);
     pen.lineTo(bx - head * Math.cos(angle + turn), by - head * Math.sin(angle + turn));
@@ -150,12 +157,7 @@ function fillLegend(legend, { keys, strip, points, points_are: [one, many], wron
   if (wrong) legend.append(key(wrong, 'swatch round wrong', null));
 }
 
-function savePicture(canvas, name) {
-  const link = document.createElement('a');
-  link.download = name + '.png';
-  link.href = canvas.toDataURL('image/png');
-  link.click();
-}
+function savePicture(canvas, name) { download(`${name}.png`, canvas.toDataURL('image/png')); }
 
 function fontOf(root) { return '12px ' + getComputedStyle(root).getPropertyValue('--st-font'); }
 
@@ -168,14 +170,35 @@ function disc(pen, x, y, radius, colour) {
   pen.fill();
 }
 
-function key(label, kind, colour) {
-  const entry = document.createElement('span');
-  entry.className = 'key';
-  const mark = document.createElement('span');
-  mark.className = kind;
+function key(label, kind, colour) { return element('span', { className: 'key' }, swatch(kind, colour), label); }
+
+function swatch(className, colour) {
+  const mark = element('span', { className });
   if (colour) mark.style.background = colour;
-  entry.append(mark, label);
-  return entry;
+  return mark;
+}
+
+// Return colours as integers, as they are in the pixels of a picture; cells with other indices are transparent.
+function paletteOf(lut) {
+  const palette = new Uint32Array(256);
+  lut.map(rgbOf).forEach(([r, g, b], k) => { palette[k] = (255 << 24) | (b << 16) | (g << 8) | r; });
+  return palette;
+}
+
+// Return a picture; `paint` sets its pixels.
+function pictureOf(wide, high, paint) {
+  const picture = new OffscreenCanvas(wide, high);
+  const pen = picture.getContext('2d'), pixels = pen.createImageData(wide, high);
+  paint(new Uint32Array(pixels.data.buffer));
+  pen.putImageData(pixels, 0, 0);
+  return picture;
+}
+
+// Return the named wells, each with its cells that have a datum.
+function wellsWithData({ wells = [], points }, idOf) {
+  const there = new Set(points.map(idOf));
+  const known = wells.map(([name, cells]) => ({ name, cells: cells.filter((cell) => there.has(idOf(cell))) }));
+  return known.filter(({ cells }) => cells.length);
 }
 
 // Return round values between two limits, with the text of each value.

@@ -1,46 +1,12 @@
-// Edits of data on a canvas. Edits wait in a queue until the page has applied them, so that no edit is lost
-// or applied twice. This code precedes the modules of editors.
-const AGAIN = 2000; // milliseconds after which unapplied edits are sent again
+// Drawings, choices and edits on a canvas. A page that is being drawn may miss a message, so the message is sent
+// again until the page has applied it. This code precedes the modules of editors.
+const AGAIN = 2000; // milliseconds after which a message that is not applied is sent again
 
-class EditQueue {
-  // A new canvas sends the edits that the previous canvas could not send.
-  constructor(waiting = []) {
-    this.edits = waiting.filter((edit) => edit.seq > Date.now() - 30 * AGAIN);
-    this.last = this.ack = 0;
-  }
-
-  // Remove the edits that the page has applied, up to a number.
-  taken(ack) {
-    this.ack = ack;
-    this.edits = this.edits.filter((edit) => edit.seq > ack);
-    this.insist();
-  }
-
-  push(edit) {
-    this.last = Math.max(Date.now(), this.last + 1, this.ack + 1);
-    this.edits.push({ seq: this.last, ...edit });
-  }
-
-  tell() {
-    this.send(this.edits);
-    this.insist();
-  }
-
-  // A page that is being drawn may miss an edit, so edits are sent again; each edit has a number.
-  insist() {
-    this.rest();
-    if (this.edits.length) this.timer = setTimeout(() => this.tell(), AGAIN);
-  }
-
-  rest() { clearTimeout(this.timer); }
-}
-
-// The latest drawing or choice on a canvas. A page that is being drawn may miss it, so it is sent again, at most
-// `tries` times, until the page has applied it.
+// The latest drawing or choice, which is sent again at most `tries` times.
 class LatestChoice {
   sent = null; // not applied yet
 
-  constructor(tries) { this.tries = tries; }
+  constructor(tries, send) { Object.assign(this, { tries, send }); }
 
   tell(choice) {
     this.sent = choice;
@@ -65,6 +31,33 @@ class LatestChoice {
   }
 
   rest() { clearTimeout(this.timer); }
+}
+
+// Edits in a queue, so that no edit is lost or applied twice; each has an increasing number.
+class EditQueue extends LatestChoice {
+  last = 0;
+
+  // A new canvas sends the edits that the previous canvas could not send.
+  constructor(send, waiting = []) {
+    super(Infinity, send);
+    this.edits = waiting.filter((edit) => edit.seq > Date.now() - 30 * AGAIN);
+  }
+
+  get edits() { return this.sent ?? []; }
+
+  set edits(edits) { this.sent = edits.length ? edits : null; }
+
+  // Remove the edits that the page has applied, up to a number.
+  taken(ack) {
+    this.last = Math.max(this.last, ack);
+    this.edits = this.edits.filter((edit) => edit.seq > ack);
+    this.insist();
+  }
+
+  push(edit) {
+    this.last = Math.max(Date.now(), this.last + 1);
+    this.tell([...this.edits, { seq: this.last, ...edit }]);
+  }
 }
 
 function isSame(one, other) { return JSON.stringify(one) === JSON.stringify(other); }

@@ -1,23 +1,16 @@
 // Pictures as buttons: realizations, bundled images, runs, settings, or guesses. `kind` is their style; arrow keys,
 // Home and End `choose` a tile, only `move` to it, or do nothing.
 const ARROWS = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 };
-const PARTS = `<div class="picture"><span class="badge"></span></div>
-  <span class="label"></span><span class="note"></span>`;
 
 export default inOrder(({ data, parentElement, setTriggerValue }) => {
   const box = parentElement.querySelector('.tiles');
+  const tile = parentElement.querySelector('template').content.firstElementChild;
   const { kind, heading, tiles, shown, arrows } = data;
   const focused = [...box.children].findIndex((button) => button.matches(':focus'));
   box.className = `tiles ${kind}`;
-  box.setAttribute('role', 'group');
   box.setAttribute('aria-label', heading);
   while (box.children.length > tiles.length) box.lastChild.remove();
-  while (box.children.length < tiles.length) {
-    const button = document.createElement('button');
-    button.type = 'button';
-    button.innerHTML = PARTS;
-    box.append(button);
-  }
+  while (box.children.length < tiles.length) box.append(tile.cloneNode(true));
   const buttons = [...box.children];
   buttons.forEach((button, k) => fill(button, { ...data, ...tiles[k] }, k));
   const mark = (chosen, reached) => buttons.forEach((button, k) => {
@@ -30,7 +23,7 @@ export default inOrder(({ data, parentElement, setTriggerValue }) => {
     reveal(box, buttons[reached]);
   };
   const choose = (k) => {
-    moveTo(k, k);
+    if (arrows === 'choose') moveTo(k, k);
     setTriggerValue('chosen', tiles[k].value ?? k);
   };
   mark(shown, arrows === 'move' && buttons[focused] ? focused : Math.max(shown, 0));
@@ -56,7 +49,7 @@ export default inOrder(({ data, parentElement, setTriggerValue }) => {
 
 // Show a picture, or a part of a picture with several columns, and the texts of a tile.
 function fill(button, { png = '', columns, width, height, name, title = '', mark = '', disabled, ...texts }, k) {
-  const picture = button.firstChild;
+  const picture = button.querySelector('.picture');
   if (button.png !== png) picture.style.backgroundImage = png ? `url(data:image/png;base64,${png})` : 'none';
   button.png = png;
   picture.style.width = width && width + 'px';

@@ -342,7 +342,7 @@ class Body {
     const began = performance.now();
     const painter = this.painter();
     const coarse = moving ? this.coarse : 1;
-    const points = (view.dataShown ? data.points : []).map(
+    const points = (view.shows.data ? data.points : []).map(
       ([layer, row, column, index]) => [(layer * data.shape[1] + row) * data.shape[0] + column, index]);
     const stamp = `${data.digest} ${data.shape} ${points.join()}`;
     const shown = opacities.map((opacity) => !block && opacity > 0);
@@ -463,7 +463,7 @@ class Body {
   // Draw the paths of wells and extensions above the top, so that wells are visible if other cells hide their cells.
   drawStems(pen, toCanvas, block, side) {
     const { view } = this;
-    if (!view.dataShown) return;
+    if (!view.shows.data) return;
     const { shape } = view.data;
     const [, base] = toCanvas(0, 0, 0), [, top] = toCanvas(0, 0, shape[2]);
     const stem = Math.max(12, 0.12 * (base - top));
@@ -511,39 +511,33 @@ class Body {
       view.own.mode = view.shared.mode = this.mode.value;
       view.tell('mode');
     });
-    canvas.addEventListener('pointerdown', (event) => {
-      canvas.focus();
-      canvas.setPointerCapture(event.pointerId);
-      pointers.set(event.pointerId, [event.clientX, event.clientY]);
+    const release = (event) => pointers.delete(event.pointerId);
+    hearWheel(canvas, (event) => this.zoomBy(zoomOf(event)));
+    hear(canvas, {
+      pointerdown: (event) => {
+        canvas.focus();
+        canvas.setPointerCapture(event.pointerId);
+        pointers.set(event.pointerId, [event.clientX, event.clientY]);
+      },
+      pointermove: (event) => {
+        const before = pointers.get(event.pointerId);
+        if (!before) return;
+        const now = [event.clientX, event.clientY], other = otherOf(pointers, event);
+        if (other) this.zoomBy(spread(now, other) / spread(before, other));
+        else this.turnBy(-(now[0] - before[0]) * TURN, (now[1] - before[1]) * TURN);
+        pointers.set(event.pointerId, now);
+      },
+      pointerup: release,
+      pointercancel: release,
+      dblclick: () => this.reset(),
     });
-    canvas.addEventListener('pointermove', (event) => {
-      const before = pointers.get(event.pointerId);
-      if (!before) return;
-      const now = [event.clientX, event.clientY];
-      const [other] = [...pointers].filter(([id]) => id !== event.pointerId).map(([, place]) => place);
-      const spread = (place) => Math.max(Math.hypot(place[0] - other[0], place[1] - other[1]), 1);
-      if (other) this.zoomBy(spread(now) / spread(before));
-      else this.turnBy(-(now[0] - before[0]) * TURN, (now[1] - before[1]) * TURN);
-      pointers.set(event.pointerId, now);
-    });
-    for (const end of ['pointerup', 'pointercancel']) {
-      canvas.addEventListener(end, (event) => pointers.delete(event.pointerId));
-    }
-    canvas.addEventListener('wheel', (event) => {
-      if (!event.ctrlKey && !isFocused(canvas)) return;
-      event.preventDefault();
-      this.zoomBy(Math.exp(-event.deltaY / 300));
-    }, { passive: false });
-    canvas.addEventListener('dblclick', () => this.reset());
-    canvas.addEventListener('keydown', (event) => {
-      const turns = { ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
-      const zoom = { '+': 1.25, '=': 1.25, '-': 0.8 }[event.key];
-      if (event.altKey || event.ctrlKey || event.metaKey || !(turns || zoom || event.key === '0')) return;
-      event.preventDefault();
-      event.stopPropagation(); // arrow keys also step through the realizations of a page
+    hearKeys(canvas, ({ key }) => {
+      const turns = { ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[key];
+      const zoom = { '+': 1.25, '=': 1.25, '-': 0.8 }[key];
       if (turns) this.turnBy(...turns.map((way) => way * TURN_KEY));
-      else if (zoom) this.zoomBy(zoom);
-      else this.reset();
+      if (zoom) this.zoomBy(zoom);
+      if (key === '0') this.reset();
+      return turns || zoom || key === '0';
     });
   }
 }
@@ -552,10 +546,8 @@ function usualOpacity(k) { return k ? 1 : FAINT; }
 
 // Return a slider whose text is `say(value)`; `act` is called with each new value, `read` returns the present one.
 function sliderOf(text, label, max, say, read, act) {
-  const slide = document.createElement('label');
-  const [name, slider, output] = ['span', 'input', 'output'].map((kind) => document.createElement(kind));
-  Object.assign(slider, { type: 'range', min: 0, max, ariaLabel: label });
-  slide.className = 'slide';
+  const slider = element('input', { type: 'range', min: 0, max, ariaLabel: label }), output = element('output');
+  const slide = element('label', { className: 'slide' }, element('span', {}, text), slider, output);
   slide.follow = () => {
     slider.value = read();
     output.textContent = say(+slider.value);
@@ -565,8 +557,6 @@ function sliderOf(text, label, max, say, read, act) {
     act(+slider.value);
     slide.follow();
   });
-  name.textContent = text;
-  slide.append(name, slider, output);
   slide.follow();
   return slide;
 }

@@ -44,7 +44,7 @@ class Slice {
     pen.drawImage(this.picture(), this.left, this.top, this.wide, this.high);
     this.drawLines(pen);
     this.drawHairs(pen);
-    if (view.dataShown) this.drawData(pen, wrongColourOf(view.root));
+    if (view.shows.data) this.drawData(pen, wrongColourOf(view.root));
     const { hover } = view.shared;
     if (hover && hover[this.across] === here) {
       drawCrossAt(pen, ...this.toCanvas(hover[this.right] + 0.5, hover[this.up] + 0.5));
@@ -61,16 +61,12 @@ class Slice {
     const [wide, high] = [shape[this.right], shape[this.up]];
     const strides = [1, shape[0], shape[0] * shape[1]];
     const [along, upwards] = [strides[this.right], strides[this.up]];
-    const picture = new OffscreenCanvas(wide, high);
-    const pen = picture.getContext('2d');
-    const pixels = pen.createImageData(wide, high);
-    const colours = new Uint32Array(pixels.data.buffer);
-    for (let j = 0; j < high; j++) {
-      let from = this.here * strides[this.across] + (high - 1 - j) * upwards;
-      for (let k = j * wide; k < (j + 1) * wide; k++, from += along) colours[k] = palette[cells[from]];
-    }
-    pen.putImageData(pixels, 0, 0);
-    return picture;
+    return pictureOf(wide, high, (pixels) => {
+      for (let j = 0; j < high; j++) {
+        let from = this.here * strides[this.across] + (high - 1 - j) * upwards;
+        for (let k = j * wide; k < (j + 1) * wide; k++, from += along) pixels[k] = palette[cells[from]];
+      }
+    });
   }
 
   // Draw the parts of lines that are in the slice.
@@ -105,8 +101,7 @@ class Slice {
     const { data, wells } = view;
     const colours = data.point_lut || data.lut;
     const inside = data.points.filter((point) => point[2 - this.across] === here);
-    const room = Math.sqrt((this.wide * this.high) / Math.max(inside.length, 1));
-    const radius = Math.max(SMALLEST_MARK, Math.min(MARK, room * 0.13));
+    const radius = markRadius(this, inside.length);
     const circles = [], strips = [], heads = new Map();
     for (const point of inside) {
       const well = view.wellAt(point), strip = this.axis !== 'z' && well;
@@ -181,60 +176,45 @@ class Slice {
   listen() {
     const { canvas, view } = this;
     this.slider.addEventListener('input', () => this.step(+this.slider.value - this.here));
-    canvas.addEventListener('wheel', (event) => {
-      if (!view.cells || !(event.ctrlKey || isFocused(canvas))) return;
-      event.preventDefault();
+    hearWheel(canvas, (event) => {
       this.wheeled += event.deltaMode ? NOTCH * Math.sign(event.deltaY) : event.deltaY;
-      if (Math.abs(this.wheeled) < NOTCH) return;
+      if (!view.cells || Math.abs(this.wheeled) < NOTCH) return;
       this.step(-Math.sign(this.wheeled));
       this.wheeled = 0;
-    }, { passive: false });
-    canvas.addEventListener('keydown', (event) => {
-      const by = KEYS[event.key];
-      if (view.cells && view.data.picks && event.key === 'Enter') view.pick(this.axis, [view.at]);
-      if (!view.cells || !by || event.altKey || event.ctrlKey || event.metaKey) return;
-      event.preventDefault();
-      event.stopPropagation(); // arrow keys also step through the realizations of a page
-      this.step(by);
     });
-    canvas.addEventListener('pointerdown', (event) => {
-      if (!view.cells || event.button) return;
-      canvas.focus();
-      this.pressed = [event.clientX, event.clientY];
-      if (event.pointerType === 'mouse') this.press(event);
-      const { cell, beside } = this.cellAt(event);
-      this.stroke = view.data.picks && !beside ? [cell] : null;
-      canvas.setPointerCapture(event.pointerId);
+    hearKeys(canvas, ({ key }) => {
+      if (view.cells && view.data.picks && key === 'Enter') view.pick(this.axis, [view.at]);
+      if (view.cells && KEYS[key]) this.step(KEYS[key]);
+      return KEYS[key];
     });
-    canvas.addEventListener('pointermove', (event) => {
-      if (!view.cells) return;
-      const { cell, beside } = this.cellAt(event);
-      view.point(beside ? null : cell);
-      if (!this.pressed) return;
-      view.moveTo(cell);
-      if (this.stroke && !beside) drawTo(this.stroke, cell);
+    hear(canvas, {
+      pointerdown: (event) => {
+        if (!view.cells || event.button) return;
+        canvas.focus();
+        this.pressed = true;
+        if (event.pointerType === 'mouse') this.press(event);
+        const { cell, beside } = this.cellAt(event);
+        this.stroke = view.data.picks && !beside ? [cell] : null;
+        canvas.setPointerCapture(event.pointerId);
+      },
+      pointermove: (event) => {
+        if (!view.cells) return;
+        const { cell, beside } = this.cellAt(event);
+        view.point(beside ? null : cell);
+        if (!this.pressed) return;
+        view.moveTo(cell);
+        if (this.stroke && !beside) this.stroke.push(...cellsBetween(this.stroke.at(-1), cell).slice(1));
+      },
+      pointerup: (event) => {
+        if (!this.pressed) return;
+        this.press(event);
+        if (this.stroke) view.pick(this.axis, this.stroke);
+        this.pressed = this.stroke = null;
+      },
+      pointercancel: () => { this.pressed = this.stroke = null; },
+      pointerleave: () => view.cells && view.point(null),
     });
-    canvas.addEventListener('pointerup', (event) => {
-      if (!this.pressed) return;
-      this.pressed = null;
-      this.press(event);
-      if (this.stroke) view.pick(this.axis, this.stroke);
-      this.stroke = null;
-    });
-    canvas.addEventListener('pointercancel', () => { this.pressed = this.stroke = null; });
-    canvas.addEventListener('pointerleave', () => view.cells && view.point(null));
   }
 
   press(event) { this.view.moveTo(this.cellAt(event).cell); }
-}
-
-function isFocused(element) { return element.getRootNode().activeElement === element; }
-
-// Extend a stroke to a cell through all cells in between, because pointers skip cells.
-function drawTo(stroke, cell) {
-  const from = stroke[stroke.length - 1];
-  const steps = Math.max(...cell.map((to, axis) => Math.abs(to - from[axis])));
-  for (let k = 1; k <= steps; k++) {
-    stroke.push(from.map((start, axis) => start + Math.round((k * (cell[axis] - start)) / steps)));
-  }
 }

@@ -12,24 +12,13 @@ const CACHED = 8; // number of unpacked volumes in memory
 // module.
 const page = (window[Symbol.for(LINK)] ??= { cells: new Map(), shared: new Map(), own: new Map() });
 
-export default inOrder((component) => {
-  const view = drawerOf(component.parentElement.querySelector('.volume'), VolumeView);
-  view.queue.send = (edits) => component.setTriggerValue('edits', edits);
-  view.show(component.data);
-  return view.stop;
-});
-
-class VolumeView {
+class VolumeView extends View {
   constructor(root) {
-    this.root = root;
+    super(root);
     this.page = page;
-    this.legend = root.querySelector('.legend');
-    this.readout = root.querySelector('.readout');
-    this.dataShown = true;
-    this.queue = new EditQueue();
+    this.outbox = new EditQueue((edits) => this.report('edits', edits));
     this.slices = ['z', 'y', 'x'].map((axis) => new Slice(this, axis));
     this.body = new Body(this);
-    this.stop = this.stop.bind(this);
     this.listen();
   }
 
@@ -38,7 +27,7 @@ class VolumeView {
     const data = { ...USUAL, ...given };
     this.start();
     this.latest = data;
-    this.queue.taken(data.ack ?? 0);
+    this.outbox.taken(data.ack ?? 0);
     const cells = await unpacked(data);
     if (this.latest !== data) return;
     Object.assign(this, { data, cells });
@@ -48,17 +37,12 @@ class VolumeView {
       this.shared.at = data.cursor;
       this.shared.sent = String(data.cursor);
     }
-    this.palette = new Uint32Array(data.lut.map((colour) => {
-      const [r, g, b] = rgbOf(colour);
-      return ((255 << 24) | (b << 16) | (g << 8) | r) >>> 0;
-    }));
+    this.palette = paletteOf(data.lut);
     this.findWells();
     this.offerExaggerations();
     this.body.show();
     this.body.panel.hidden = !data.body;
-    this.root.querySelector('[data-do="data"]').hidden = !data.points.length;
-    fillLegend(this.legend, data);
-    this.say();
+    this.legendOf();
     this.layout();
   }
 
@@ -69,9 +53,8 @@ class VolumeView {
 
   // Find the named wells, which may deviate, and the columns of cells with several data outside these wells.
   findWells() {
-    const { points, wells = [], shape } = this.data;
-    const there = new Set(points.map((point) => this.idOf(point)));
-    const named = wells.map(([name, cells]) => ({ name, cells: cells.filter((cell) => there.has(this.idOf(cell))) }));
+    const { points, shape } = this.data;
+    const named = wellsWithData(this.data, (cell) => this.idOf(cell));
     const taken = new Set(named.flatMap(({ cells }) => cells.map((cell) => this.idOf(cell))));
     const columns = new Map();
     for (const point of points.filter((one) => !taken.has(this.idOf(one)))) {
@@ -79,7 +62,7 @@ class VolumeView {
       columns.set(id, [...columns.get(id) ?? [], point]);
     }
     const unnamed = [...columns.values()].map((cells) => ({ name: '', cells })).filter(({ cells }) => cells.length > 1);
-    this.wells = [...named.filter(({ cells }) => cells.length), ...unnamed];
+    this.wells = [...named, ...unnamed];
     this.wellOf = new Map();
     for (const well of this.wells) {
       well.top = well.cells.reduce((one, other) => (other[0] > one[0] ? other : one));
@@ -106,7 +89,7 @@ class VolumeView {
   layout() {
     const { data, root } = this;
     const whole = Math.floor(root.getBoundingClientRect().width);
-    if (!whole || !data) return;
+    if (!whole) return;
     const columns = data.body ? (whole >= TWO_COLUMNS ? 2 : 1) : whole >= THREE_COLUMNS ? 3 : 1;
     const beside = data.body && columns === 1 && whole >= BESIDE;
     for (const [name, is] of Object.entries({ two: columns === 2, three: columns === 3, beside })) {
@@ -186,19 +169,14 @@ class VolumeView {
   }
 
   // Send cells (x, y, z) in a slice across an axis, or an undo or redo, to the page.
-  pick(axis, cells) { this.edit({ axis, cells: cells.map(([x, y, z]) => [z, y, x]) }); }
-
-  edit(edit) {
-    this.queue.push(edit);
-    this.queue.tell();
-  }
+  pick(axis, cells) { this.outbox.push({ axis, cells: cells.map(([x, y, z]) => [z, y, x]) }); }
 
   step(event) {
     const { picks, can_undo: undo, can_redo: redo } = this.latest;
     const what = picks && stepOf(event);
     if (!what) return;
     event.preventDefault();
-    if ((what === 'undo' ? undo : redo) || this.queue.edits.length) this.edit({ do: what });
+    if ((what === 'undo' ? undo : redo) || this.outbox.edits.length) this.outbox.push({ do: what });
   }
 
   save() {
@@ -231,43 +209,34 @@ class VolumeView {
       this.shared.exaggeration = +event.target.value;
       this.tell('size');
     });
-    root.querySelector('[data-do="data"]').addEventListener('click', (event) => {
-      this.dataShown = !this.dataShown;
-      event.currentTarget.setAttribute('aria-pressed', this.dataShown);
-      this.ask('all');
-    });
-    root.querySelector('[data-do="save"]').addEventListener('click', () => this.data && this.save());
-    root.querySelector('[data-do="full"]').addEventListener('click', () => {
-      if (isFull(root)) document.exitFullscreen();
-      else root.requestFullscreen();
-    });
-    this.hear = ({ detail: { shared, what } }) => {
-      if (!this.data || shared !== this.shared) return;
-      this.say();
-      if (what === 'size') this.offerExaggerations();
-      if (what === 'size') this.layout();
-      else if (what === 'mode') this.body.show();
-      else this.body.follow();
-      const isCut = what === 'all' && this.body.isBlock;
-      if (what === 'look' || what === 'mode') this.ask('body', what === 'look');
-      else if (what !== 'size') this.ask(isCut ? 'all' : 'slices', true);
-    };
-    this.shortcut = (event) => this.step(event);
-    this.watch = new ResizeObserver(() => this.layout());
   }
 
-  // Remove the volume; a second call has no effect.
-  start() {
-    window.addEventListener(LINK, this.hear);
-    window.addEventListener('keydown', this.shortcut);
-    this.watch.observe(this.root);
+  act(what) {
+    if (what === 'full' && isFull(this.root)) document.exitFullscreen();
+    else if (what === 'full') this.root.requestFullscreen();
+    else super.act(what);
   }
+
+  draw() { this.ask('all'); }
+
+  // Follow another view with the same cursor, in what has changed.
+  follow({ shared, what }) {
+    if (!this.data || shared !== this.shared) return;
+    this.say();
+    if (what === 'size') this.offerExaggerations();
+    if (what === 'size') this.layout();
+    else if (what === 'mode') this.body.show();
+    else this.body.follow();
+    const isCut = what === 'all' && this.body.isBlock;
+    if (what === 'look' || what === 'mode') this.ask('body', what === 'look');
+    else if (what !== 'size') this.ask(isCut ? 'all' : 'slices', true);
+  }
+
+  heardByWindow() { return { [LINK]: ({ detail }) => this.follow(detail), keydown: (event) => this.step(event) }; }
 
   stop() {
-    this.queue.rest();
-    window.removeEventListener(LINK, this.hear);
-    window.removeEventListener('keydown', this.shortcut);
-    this.watch.disconnect();
+    this.outbox.rest();
+    super.stop();
   }
 }
 
@@ -289,3 +258,5 @@ function unpacked({ cells: packed, digest }) {
   if (page.cells.size > CACHED) page.cells.delete(page.cells.keys().next().value);
   return cells;
 }
+
+export default drawnBy(VolumeView, '.volume');

@@ -1,0 +1,152 @@
+// A map with tools. A pressed pointer makes a gesture with what it has gripped, and arrow keys move a cursor. A
+// component defines what a tool grips, what follows the pointer, and what the end of the gesture and other keys do.
+// This code is appended to map.js and edits.js.
+const STEPS = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, -1], ArrowRight: [0, 1] };
+const FAST = 10; // number of cells of a step with Shift
+const SLOP = 4, FINGER_SLOP = 8; // maximum movement in pixels of a click; longer movements are drags
+
+class ToolMap extends CellMap {
+  tool = 'pan';
+  gesture = null; // a pressed pointer, and what it grips
+  spot = null; // place of the pointer or cursor
+
+  // Move the toolbar, which is separate from the map's HTML, into the map.
+  constructor(root) {
+    const bar = root.parentNode.querySelector('.bar');
+    if (bar) root.append(bar);
+    super(root);
+  }
+
+  show(data) {
+    this.canvas.setAttribute('role', 'application');
+    super.show(data);
+    this.bars();
+  }
+
+  // Show in the toolbar which tool is chosen, and whether there is something to undo and to redo.
+  bars() {
+    for (const button of this.root.querySelectorAll('[data-tool]')) {
+      button.setAttribute('aria-checked', button.dataset.tool === this.tool);
+    }
+    for (const button of this.root.querySelectorAll('[data-step]')) button.disabled = !this.canStep(button.dataset.step);
+    this.canvas.classList.toggle('draws', this.tool !== 'pan');
+  }
+
+  listen() {
+    super.listen();
+    this.hearFirst({
+      pointerdown: this.down, pointermove: this.move, pointerup: this.up,
+      pointercancel: this.abandon, pointerleave: this.leaveCanvas, dblclick: this.doubled,
+    });
+    this.canvas.addEventListener('keydown', (event) => this.typedStep(event));
+    hearKeys(this.canvas, (event) => this.typed(event));
+    this.root.querySelector('.bar')?.addEventListener('click', (event) => {
+      const { tool, step, ...others } = event.target.closest('button')?.dataset || {};
+      if (tool) this.tool = tool;
+      if (step) this.step(step);
+      this.press(others);
+      this.bars();
+      this.draw();
+    });
+  }
+
+  // Do what another button of the toolbar says.
+  press() {}
+
+  // Return whether something is gripped, so that the map ignores the pointer; likewise below.
+  down(event) {
+    if (this.gesture || this.pointers.size) { // a second finger zooms instead of drawing
+      if (this.gesture) this.pointers.set(this.gesture.id, this.gesture.spot);
+      return this.abandon();
+    }
+    const gripped = event.button === 0 && this.grip(event);
+    if (!gripped) return false;
+    this.canvas.focus();
+    this.canvas.setPointerCapture(event.pointerId);
+    const spot = this.spotOf(event);
+    this.gesture = { id: event.pointerId, spot, start: spot, dragged: false, ...gripped };
+    this.draw();
+    return true;
+  }
+
+  move(event) {
+    this.spot = this.spotOf(event);
+    const { gesture, spot } = this;
+    this.canvas.classList.toggle('moves', Boolean((gesture ?? this.grip(event))?.moves));
+    if (gesture?.id !== event.pointerId) return false;
+    gesture.spot = spot;
+    gesture.dragged ||= spread(spot, gesture.start) >= (event.pointerType === 'touch' ? FINGER_SLOP : SLOP);
+    this.follow(gesture, event);
+    return true;
+  }
+
+  up(event) {
+    const { gesture } = this;
+    if (gesture?.id !== event.pointerId) return false;
+    this.abandon();
+    this.finish(gesture, event);
+    return true;
+  }
+
+  abandon() {
+    this.gesture = null;
+    this.draw();
+    return false;
+  }
+
+  leaveCanvas() {
+    this.spot = null;
+    return false;
+  }
+
+  // A double click zooms only if it does not draw.
+  doubled() { return this.tool !== 'pan'; }
+
+  // Return the nearest of some places on the canvas, its number and its distance.
+  nearest([x, y], places) {
+    const far = places.map((place) => Math.hypot(place[0] - x, place[1] - y));
+    const k = far.indexOf(Math.min(...far));
+    return { k, far: far[k] ?? Infinity };
+  }
+
+  inside([row, column]) { return row >= 0 && column >= 0 && row < this.data.ny && column < this.data.nx; }
+
+  // An escape goes on, because it may also close a menu.
+  typed({ key, shiftKey }) {
+    if (key === 'Escape') return this.abandon();
+    if (!STEPS[key]) return this.typedKey(key);
+    this.walk(STEPS[key].map((k) => k * (shiftKey ? FAST : 1)));
+    return true;
+  }
+
+  typedStep(event) {
+    const what = stepOf(event);
+    if (!what || !this.canStep(what)) return;
+    event.preventDefault();
+    event.stopPropagation(); // the page also has an undo
+    this.step(what);
+    this.bars();
+  }
+
+  get cursor() { return this.hover; }
+
+  // Move the cursor by some cells, or begin in the middle of the view; the view follows.
+  walk([up, right]) {
+    const { data: { nx, ny }, view, cursor } = this;
+    const [row, column] = cursor ? [cursor[0] + up, cursor[1] + right] : [Math.floor(view.y), Math.floor(view.x)];
+    const within = (k, n) => Math.min(Math.max(k, 0), n - 1);
+    const cell = [within(row, ny), within(column, nx)];
+    const near = (middle, k, half) => Math.min(Math.max(middle, k + 1 - half), k + half);
+    this.look({ ...view, x: near(view.x, cell[1], nx / 2 / view.zoom), y: near(view.y, cell[0], ny / 2 / view.zoom) });
+    this.spot = this.toCanvas(cell[1] + 0.5, cell[0] + 0.5);
+    this.readout.setAttribute('aria-live', 'polite');
+    this.walkedTo(cell);
+  }
+
+  walkedTo(cell) { this.point(cell); }
+
+  stop() {
+    this.outbox.rest();
+    super.stop();
+  }
+}

@@ -1,0 +1,74 @@
+// What maps and volumes have in common: legend, read-out and tools below, and news from views with the same link;
+// also wheel, fingers and keys. This code precedes their modules.
+class View {
+  shows = { data: true, corrected: true }; // what the tools show or hide
+
+  constructor(root) {
+    this.root = root;
+    this.legend = root.querySelector('.legend');
+    this.readout = root.querySelector('.readout');
+    this.stop = this.stop.bind(this);
+    this.watch = new ResizeObserver(() => this.data && this.layout());
+    root.querySelector('.tools').addEventListener('click', ({ target }) => this.data && this.act(target.dataset.do));
+  }
+
+  // Begin to hear; a second call has no effect.
+  start() {
+    this.stopHearing ??= hear(window, this.heardByWindow());
+    this.watch.observe(this.root);
+  }
+
+  // Remove the view; a second call has no effect.
+  stop() {
+    this.stopHearing?.();
+    this.stopHearing = null;
+    this.watch.disconnect();
+  }
+
+  legendOf() {
+    this.root.querySelector('[data-do="data"]').hidden = !this.data.points.length;
+    fillLegend(this.legend, this.data);
+    this.say();
+  }
+
+  act(what) {
+    if (what === 'save') this.save();
+    if (!(what in this.shows)) return;
+    this.shows[what] = !this.shows[what];
+    this.root.querySelector(`[data-do="${what}"]`).setAttribute('aria-pressed', this.shows[what]);
+    this.draw();
+  }
+}
+
+// Call `turn` when the wheel turns above a canvas with the focus, or with Ctrl; otherwise the page scrolls.
+function hearWheel(canvas, turn) {
+  canvas.addEventListener('wheel', (event) => {
+    if (!event.ctrlKey && canvas.getRootNode().activeElement !== canvas) return;
+    event.preventDefault();
+    turn(event);
+  }, { passive: false });
+}
+
+// Call `typed` for keys without Ctrl, Alt or Meta; a key for which it returns true does nothing else.
+function hearKeys(canvas, typed) {
+  canvas.addEventListener('keydown', (event) => {
+    if (event.altKey || event.ctrlKey || event.metaKey || !typed(event)) return;
+    event.preventDefault();
+    event.stopPropagation(); // arrow keys also step through the realizations of a page
+  });
+}
+
+function zoomOf(event) { return Math.exp(-event.deltaY / 300); }
+
+// Return the place of a second pressed pointer, with which a pointer zooms.
+function otherOf(pointers, event) { return [...pointers].find(([id]) => id !== event.pointerId)?.[1]; }
+
+function spread([ax, ay], [bx, by]) { return Math.max(Math.hypot(ax - bx, ay - by), 1); }
+
+// Return the cells on the straight line between two cells, for pointers skip cells; halves go to the first cell.
+function cellsBetween(from, to) {
+  const ways = to.map((end, axis) => end - from[axis]);
+  const steps = Math.max(...ways.map(Math.abs));
+  const moved = (way, k) => Math.sign(way) * Math.ceil(k * Math.abs(way) / steps - 0.5);
+  return Array.from({ length: steps + 1 }, (_, k) => from.map((start, axis) => start + (k && moved(ways[axis], k))));
+}
