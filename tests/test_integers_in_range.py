@@ -240,7 +240,6 @@ OTHERS: dict[str, Act] = {
     "data_png.indices": lambda of: figures.data_png(
         np.zeros((1, 2), int), of(1), (9, 9), COLOURS, longest=9
     ),
-    "index_png.indices": lambda of: figures.index_png(of(9, 9)),
     "map_png.indices": lambda of: figures.map_png(of(9, 9), COLOURS),
     "slices_of.at": lambda of: figures.slices_of(np.zeros((3, 3, 3), np.uint8), of(3)),
     "slices_png.at": lambda of: figures.slices_png(

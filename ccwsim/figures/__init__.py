@@ -25,7 +25,6 @@ from ccwsim.figures.maps import Dots as Dots
 from ccwsim.figures.maps import contact_sheet as contact_sheet
 from ccwsim.figures.maps import data_map_png as data_map_png
 from ccwsim.figures.maps import data_png as data_png
-from ccwsim.figures.maps import index_png as index_png
 from ccwsim.figures.maps import map_png as map_png
 from ccwsim.figures.maps import placement_svg as placement_svg
 from ccwsim.figures.maps import slices_of as slices_of

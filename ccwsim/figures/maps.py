@@ -20,7 +20,6 @@ from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.missing import UNKNOWN
 
 MAX_SHEET_SIDE = 8192
-QUICK = 2  # PNG compression level of pictures that are sent once and not stored
 WRONG = "#C8321F"
 STEPS = 101  # number of colours in a map of shares, one for each percent from 0 to 100
 GAP, LABEL, TEXT = 12, 22, 13
@@ -37,24 +36,6 @@ class Dots:
     cells: NDArray[np.integer]  # shape (n, 2): row and column, row 0 at the south
     colours: list[str]  # colour of the facies of each datum
     wrong: Mask  # shape (n,): True if a datum is not honoured (red ring)
-
-
-def index_png(indices: Bytes) -> bytes:
-    """Return a PNG in which facies index k has the grey colour (k, k, k).
-
-    The palette contains only indices that occur, to need few bits per cell. Encoding is four times
-    as fast as for a greyscale PNG.
-    """
-    indices = _as_bytes(indices, 256)
-    occurs = np.zeros(256, bool)
-    occurs[indices] = True
-    values = np.flatnonzero(occurs)
-    positions = np.zeros(256, np.uint8)
-    positions[values] = np.arange(len(values))
-    picture = Image.fromarray(positions[indices[::-1]], mode="P")
-    picture.putpalette(np.repeat(values, 3).astype(np.uint8).tobytes())
-    bits = next(b for b in (1, 2, 4, 8) if len(values) <= 2**b)
-    return png_of(picture, bits=bits, compress_level=QUICK)
 
 
 def map_png(indices: Bytes, colours: Sequence[str], *, scale: int = 1) -> bytes:

@@ -24,7 +24,6 @@ from ccwsim.figures import (
     data_map_png,
     data_png,
     facies_colours,
-    index_png,
     map_png,
     mds_title,
     mixed,
@@ -117,11 +116,6 @@ def test_a_ramp_ends_where_its_steps_end():
     colours = ramp(["#00224e", "#fee838"], 7)
     assert len(colours) == 7
     assert (colours[0].lower(), colours[-1].lower()) == ("#00224e", "#fee838")
-
-
-@given(indices)
-def test_an_index_picture_carries_the_indices_with_north_up(cells):
-    assert np.array_equal(np.asarray(opened(index_png(cells)).convert("L"))[::-1], cells)
 
 
 @given(indices, st.integers(1, 3))

@@ -308,7 +308,6 @@ FIGURES: dict[str, Callable[[Case], Any]] = {
     ),
     "facies_colours": lambda c: c.colours,
     "geobody_sizes_chart": lambda c: figures.geobody_sizes_chart(c.curves, LIGHT, y_title="size"),
-    "index_png": lambda c: figures.index_png(c.indices),
     "lag_map_chart": lambda c: figures.lag_map_chart(
         metrics.variogram_map(c.image, c.code, 2).lags,
         metrics.variogram_map(c.image, c.code, 2).gamma[0],

@@ -13,7 +13,7 @@ import pytest
 
 from ccwsim import Grid, HardData, Parameters, TrainingImage
 from ccwsim.datasets.sampling import sample_grid, sample_random, sample_wells
-from ccwsim.figures import contact_sheet, data_png, index_png, map_png
+from ccwsim.figures import contact_sheet, data_png, map_png
 from ccwsim.io import realizations_as_bytes, training_image_as_bytes
 from ccwsim.io.hard_data.files import hard_data_as_bytes
 from ccwsim.metrics import geobody_statistics, proportions, variogram
@@ -77,7 +77,6 @@ STEPS: dict[str, Callable] = {
     "mismatched": lambda field, e: e.n_mismatched,
     "proportions": lambda field, e: (e.proportions, proportions(e)),
     "probability": lambda field, e: e.probability(1),
-    "map": lambda field, e: index_png(field),
     "map in colours": lambda field, e: map_png(field, COLOURS),
     "contact sheet": lambda field, e: contact_sheet(e.indices, COLOURS, longest=96),
     "data map": lambda field, e: data_png(

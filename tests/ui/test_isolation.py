@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from base64 import b64encode
+import zlib
+from base64 import b64decode
 from concurrent.futures import ThreadPoolExecutor
 from io import BytesIO
 from itertools import cycle, islice
@@ -14,7 +15,6 @@ import pytest
 
 import ccwsim
 from ccwsim import datasets
-from ccwsim.figures import index_png
 from ccwsim.sharing.link import read_link
 from tests.ui.sessions import Session
 
@@ -23,23 +23,23 @@ SMALL = "grid=64x48&data=none&template=16&overlap=4&realizations=3"
 PAGES = ("validate", "compare", "how_it_works", "data", "sweep", "benchmark", "import")
 
 
-def expected(query: str, image: ccwsim.TrainingImage) -> list[str]:
-    """Return the pictures of all realizations of a study, computed by the engine."""
+def expected(query: str, image: ccwsim.TrainingImage) -> list[bytes]:
+    """Return the cells of all realizations of a study, computed by the engine."""
     choices, _, notes = read_link(parse_qs(query))
     assert not notes
     ensemble = ccwsim.simulate(
         image, choices.grid, choices.parameters,
         n_realizations=choices.n_realizations, seed=choices.seed,
     )  # fmt: skip
-    return [b64encode(index_png(indices)).decode() for indices in ensemble.indices]
+    return [indices.tobytes() for indices in ensemble.indices]
 
 
-def seen(session: Session) -> str:
-    return session.part("map_realization")["png"]
+def seen(session: Session) -> bytes:
+    return zlib.decompress(b64decode(session.part("map_realization")["cells"]))
 
 
-def a_user(address: str, query: str, seeds: list[int], start: Barrier) -> dict[int, str]:
-    """Change the seed a few times and run; return the picture of each seed."""
+def a_user(address: str, query: str, seeds: list[int], start: Barrier) -> dict[int, bytes]:
+    """Change the seed a few times and run; return the map of each seed."""
     found = {}
     with Session(address, "simulate", query) as session:
         start.wait(60)

@@ -10,7 +10,14 @@ import pytest
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, HardData, TrainingImage
-from ccwsim.ui.frontend.cells import N_STEPS, facies_map, points_of, share_map, volume_content
+from ccwsim.ui.frontend.cells import (
+    N_STEPS,
+    facies_map,
+    map_content,
+    points_of,
+    share_map,
+    volume_content,
+)
 
 COLOURS = ["#112233", "#445566", "#778899"]
 IMAGE = TrainingImage(
@@ -32,6 +39,12 @@ def test_all_cells_of_a_volume_are_sent(order):
     np.testing.assert_array_equal(cells_of(content), IMAGE.indices)
     assert content["labels"] == ["mud", "silt", "sand"]
     assert content["lut"] == content["point_lut"] == COLOURS
+
+
+def test_all_cells_of_a_map_are_sent():
+    content = map_content(facies_map(IMAGE.indices[2], IMAGE, COLOURS, "A map"))
+    cells = np.frombuffer(zlib.decompress(b64decode(content["cells"])), np.uint8)
+    np.testing.assert_array_equal(cells.reshape(content["ny"], content["nx"]), IMAGE.indices[2])
 
 
 def test_volumes_are_told_apart_by_their_cells_and_shape():

@@ -13,7 +13,7 @@ import streamlit as st
 from numpy.typing import NDArray
 
 from ccwsim import Grid, HardData, TrainingImage
-from ccwsim.figures import CIVIDIS, index_png, ramp
+from ccwsim.figures import CIVIDIS, ramp
 from ccwsim.model.missing import UNKNOWN
 from ccwsim.sharing.choices import CellsOfWells
 from ccwsim.ui.frontend.component import draw_component
@@ -23,8 +23,9 @@ N_STEPS = 200
 """Number of colour steps of a probability map; shares of 200 realizations are not rounded."""
 MAX_NAMES = 30
 """Maximum number of wells in a picture whose names are written; others are shown on hovering."""
-COMPRESSION = 6
-"""Compression level of zlib; level 9 is ten times slower and saves only 10 % of the bytes."""
+COMPRESSION = {2: 4, 3: 6}
+"""Compression level of zlib by number of dimensions. Higher levels save a third of the bytes of a
+volume, but take six times as long for a map of probabilities."""
 
 
 @dataclass(frozen=True)
@@ -93,9 +94,13 @@ def points_of(
 
 def shared_content(cell_map: CellMap, grid: Grid | None) -> dict[str, Any]:
     """Return the content that the components of maps and of volumes have in common."""
-    n_dimensions = cell_map.indices.ndim
+    indices = np.ascontiguousarray(cell_map.indices, np.uint8)
+    n_dimensions = indices.ndim
+    digest = f"{indices.shape} {blake2b(indices.tobytes(), digest_size=16).hexdigest()}"
     n_wrong = sum(point[n_dimensions + 1] for point in cell_map.points)
     return {
+        "cells": _packed(digest, indices),
+        "digest": digest,
         "lut": list(cell_map.colours),
         "labels": list(cell_map.labels),
         "keys": [list(pair) for pair in cell_map.keys],
@@ -193,23 +198,14 @@ def draw_editable(
 
 def map_content(cell_map: CellMap, *, grid: Grid | None = None, **options: Any) -> dict[str, Any]:
     """Return the content of the map component; `options` are those that map.js reads."""
-    indices = np.ascontiguousarray(cell_map.indices, np.uint8)
-    ny, nx = indices.shape
-    digest = blake2b(indices.tobytes(), digest_size=16).hexdigest()
+    ny, nx = cell_map.indices.shape
     return shared_content(cell_map, grid) | {
-        "png": _encoded(f"{indices.shape} {digest}", indices),
         "nx": nx,
         "ny": ny,
         "marks": cell_map.marks,
         "trail": cell_map.trail,
         **options,
     }
-
-
-@st.cache_data(max_entries=64, show_spinner=False)
-def _encoded(digest: str, _indices: NDArray[np.uint8]) -> str:
-    """Return the cells as an encoded picture, which all sessions share."""
-    return b64encode(index_png(_indices)).decode()
 
 
 def volume_content(
@@ -224,19 +220,16 @@ def volume_content(
 
     The browser stores cursor, view angle and mode under the name `link`, by default `key`.
     """
-    indices = np.ascontiguousarray(cells.indices, np.uint8)
-    digest = blake2b(indices.tobytes(), digest_size=16).hexdigest()
     return shared_content(cells, grid) | {
-        "cells": _packed(f"{indices.shape} {digest}", indices),
-        "digest": digest,
-        "shape": list(indices.shape[::-1]),  # the browser's axis order is x, y, z
+        "shape": list(cells.indices.shape[::-1]),  # the browser's axis order is x, y, z
         "key": key,
         "cursor": list(cursor[::-1]) if cursor else None,
         **options,
     }
 
 
-@st.cache_data(max_entries=32, show_spinner=False)
+@st.cache_data(max_entries=64, show_spinner=False)
 def _packed(digest: str, _indices: NDArray[np.uint8]) -> str:
-    """Return the cells as compressed text; x varies fastest, z slowest, starting at the bottom."""
-    return b64encode(zlib.compress(_indices.tobytes(), COMPRESSION)).decode()
+    """Return cells as compressed text, which all sessions share; x varies fastest, z slowest."""
+    level = COMPRESSION[_indices.ndim]
+    return b64encode(zlib.compress(_indices.tobytes(), level)).decode()

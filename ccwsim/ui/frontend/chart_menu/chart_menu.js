@@ -67,10 +67,7 @@ function table(chart) {
   const titles = [text(layout.xaxis) || 'x', text(layout.yaxis) || 'y'];
   const maps = chart._fullData.some((trace) => trace.z);
   const lines = [['series', 'curve', ...titles, ...(maps ? ['value'] : [])]];
-  for (const trace of chart._fullData) {
-    if (trace.z) grid(trace, lines);
-    else curves(trace, lines);
-  }
+  for (const trace of chart._fullData) (trace.z ? grid : curves)(trace, lines);
   return lines.map((line) => line.map(cell).join(',')).join('\n') + '\n';
 }
 

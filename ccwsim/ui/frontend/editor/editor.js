@@ -59,22 +59,20 @@ class DataEditor extends ToolMap {
   touched(cells) {
     const { nx } = this.data;
     const ids = new Set(cells.map(([row, column]) => row * nx + column));
-    const reach = this.size1 < AIMABLE ? this.radius / this.size1 : 0;
+    const reach = this.pixels < AIMABLE ? this.radius / this.pixels : 0;
     return [...this.placed].filter(([id, [row, column]]) => ids.has(id) || (reach
       && cells.some(([r, c]) => Math.hypot(r - row, c - column) <= reach)))
       .map(([, [row, column]]) => [row, column, ERASE]);
   }
 
-  get size1() { return this.cell * this.view.zoom; }
-
   datum([row, column]) { return this.placed.get(row * this.data.nx + column); }
 
   // If cells are too small to aim at, a tap on the disc of a datum selects that datum.
   aimed(cell) {
-    if (this.size1 >= AIMABLE || this.datum(cell)) return cell;
+    if (this.pixels >= AIMABLE || this.datum(cell)) return cell;
     const cells = [...this.placed.values()];
     const { k, far } = this.nearest(cell, cells);
-    return far <= this.radius / this.size1 ? cells[k].slice(0, 2) : cell;
+    return far <= this.radius / this.pixels ? cells[k].slice(0, 2) : cell;
   }
 
   at(cell) {
@@ -89,8 +87,9 @@ class DataEditor extends ToolMap {
     super.point(cell && tell && !this.gesture ? this.aimed(cell) : cell, tell);
   }
 
-  drawTools(pen) {
-    const { gesture, size1: s } = this;
+  drawInside(pen) {
+    super.drawInside(pen);
+    const { gesture, pixels: s } = this;
     if (gesture?.moves) {
       this.drawGhost(pen, gesture);
     } else if (gesture) {
@@ -123,7 +122,7 @@ class DataEditor extends ToolMap {
   }
 
   drawCross(pen) {
-    if (!this.gesture && this.size1 < 5) super.drawCross(pen);
+    if (!this.gesture && this.pixels < 5) super.drawCross(pen);
   }
 
   drawPoints(pen) {
@@ -132,16 +131,13 @@ class DataEditor extends ToolMap {
   }
 
   drawRings(pen) {
-    pen.strokeStyle = getComputedStyle(this.root).getPropertyValue('--corrected');
+    const colour = styleOf(this.root, '--corrected');
     this.data.points.forEach(([row, column, , , help], k) => {
       if (!help) return;
-      const radius = this.radiusOf(k);
-      pen.lineWidth = Math.max(1.6, radius * 0.45);
-      const [x, y] = this.toCanvas(column + 0.5, row + 0.5);
+      const radius = this.radiusOf(k), wide = Math.max(1.6, radius * 0.45);
+      const place = this.toCanvas(column + 0.5, row + 0.5);
       pen.setLineDash(help < 0 ? [3, 2] : []);
-      pen.beginPath();
-      pen.arc(x, y, radius + 2 * ringOf(radius) + pen.lineWidth, 0, 2 * Math.PI);
-      pen.stroke();
+      strokeIn(pen, [[colour, wide]], () => pen.arc(...place, radius + 2 * ringOf(radius) + wide, 0, 2 * Math.PI));
     });
     pen.setLineDash([]);
   }
@@ -200,13 +196,13 @@ class DataEditor extends ToolMap {
     if (this.tool === 'draw') gesture.cells = [cell];
     else if (this.tool === 'straight') gesture.cells = cellsBetween(cells[0], cell);
     else cells.push(...cellsBetween(cells.at(-1), cell).slice(1));
-    this.point(this.inside(cell) ? cell : null);
+    this.pointTo(cell);
   }
 
   finish({ dragged, moves, cells }, event) {
     const cell = this.cellOf(event);
     if (dragged && moves) this.carry(moves, cell);
-    else if (dragged) this.place(once(cells.filter((one) => this.inside(one))));
+    else if (dragged) this.place(cells.filter((one) => this.inside(one)));
     else if (this.inside(cell)) this.place([this.aimed(cell)]);
   }
 
@@ -233,13 +229,10 @@ class DataEditor extends ToolMap {
   walkedTo(cell) { super.point(cell); } // without aiming at a datum nearby
 }
 
-function once(cells) {
-  return [...new Map(cells.map((cell) => [cell.join(), cell])).values()];
-}
-
 function brushButton([value, label, colour], place) {
   const title = colour ? `Place ${label} (${place + 1})` : 'Place what the map shows there';
-  const button = element('button', { type: 'button', role: 'radio', title }, ...colour ? [swatch('swatch', colour)] : [], label);
+  const parts = colour ? [swatch('swatch', colour), label] : [label];
+  const button = element('button', { type: 'button', role: 'radio', title }, ...parts);
   button.dataset.brush = value;
   return button;
 }

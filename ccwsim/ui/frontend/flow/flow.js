@@ -3,11 +3,10 @@
 const GRIP = 12, FINGER_GRIP = 22; // distances in pixels at which something is gripped
 const TAB = { wide: 52, high: 22 }; // size in pixels of the tab that shows the head of a side
 const STEP = 8; // pixels by which a tab is dragged to change the head by one step
-const TRIES = 10; // maximum number of times that a choice is sent
 
 class FlowMap extends ToolMap {
   chosen = {}; // well (row and column, or null) and heads, also before the page has applied them
-  outbox = new LatestChoice(TRIES, (chosen) => this.report('chosen', chosen));
+  outbox = new LatestChoice((chosen) => this.report('chosen', chosen));
 
   // While the pointer is down, the page answers one choice after another; the latest is always sent.
   show(data) {
@@ -40,7 +39,8 @@ class FlowMap extends ToolMap {
     super.draw();
   }
 
-  drawTools(pen) {
+  drawInside(pen) {
+    super.drawInside(pen);
     const { heads } = this.chosen;
     if (heads) this.tabs().forEach((place, end) => this.drawTab(pen, place, heads[end]));
   }
@@ -91,8 +91,6 @@ class FlowMap extends ToolMap {
     const [column, row] = this.toCells(x + off[0], y + off[1]);
     return this.walkedTo([Math.floor(row), Math.floor(column)]);
   }
-
-  finish() {}
 
   pick(cell) { this.place(cell); }
 

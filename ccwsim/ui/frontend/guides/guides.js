@@ -2,7 +2,6 @@
 // the zones of images, and lines draw the flow. All positions are world coordinates. This code is appended to
 // tools.js.
 const HANDLE = 5, GRIP = 10, FINGER_GRIP = 18; // radius of a corner, and distances at which it is gripped
-const TRIES = 30; // maximum number of times that a drawing is sent
 const MAX_POINTS = 200; // maximum number of corners of an outline, and of points of a stroke
 const ARROW = 0.36; // half of the length of an arrow, as a share of the distance between arrows
 const LINE = '#D55E00'; // colour of drawn lines
@@ -11,7 +10,7 @@ const BRUSH = { value: 0.8, width: 0.16, softness: 0.5 };
 class GuideBoard extends ToolMap {
   brush = { ...BRUSH };
   drawn = { outlines: {} }; // {strokes, flow, outlines}; strokes and flow are false if the study has none
-  outbox = new LatestChoice(TRIES, (drawn) => this.report('drawn', drawn));
+  outbox = new LatestChoice((drawn) => this.report('drawn', drawn));
   past = [];
   future = [];
   begun = null; // the first point of a line that is drawn with the keyboard
@@ -72,7 +71,8 @@ class GuideBoard extends ToolMap {
   bars() {
     super.bars();
     const { strokes, flow } = this.drawn;
-    for (const button of this.root.querySelectorAll('[data-tool]')) button.hidden = !this.tools.includes(button.dataset.tool);
+    for (const button of this.root.querySelectorAll('[data-tool]'))
+      button.hidden = !this.tools.includes(button.dataset.tool);
     for (const button of this.root.querySelectorAll('[data-step]')) button.hidden = !this.tools.length;
     if (!strokes && !flow) this.root.querySelector('[data-step="clear"]').hidden = true;
     this.root.querySelector('.sliders').hidden = this.tool !== 'brush';
@@ -102,7 +102,7 @@ class GuideBoard extends ToolMap {
   toWorld(place) {
     const { cell_size: size, origin } = this.data;
     return place.map((k, axis) => {
-      const decimals = Math.min(Math.max(2 - Math.floor(Math.log10(size[axis])), 0), 20);
+      const decimals = clamp(2 - Math.floor(Math.log10(size[axis])), 0, 20);
       return Number((origin[axis] + k * size[axis]).toFixed(decimals));
     });
   }
@@ -112,13 +112,13 @@ class GuideBoard extends ToolMap {
     return this.toCanvas((x - origin[0]) / sx, (y - origin[1]) / sy);
   }
 
-  worldOf(event) { return this.toWorld(this.within(this.toCells(...this.spotOf(event)))); }
-
-  within([x, y]) {
-    return [Math.min(Math.max(x, 0), this.data.nx), Math.min(Math.max(y, 0), this.data.ny)];
+  worldOf(event) {
+    const [x, y] = this.toCells(...this.spotOf(event));
+    return this.toWorld([clamp(x, 0, this.data.nx), clamp(y, 0, this.data.ny)]);
   }
 
-  drawTools(pen) {
+  drawInside(pen) {
+    super.drawInside(pen);
     const { gesture } = this, { strokes, flow, outlines } = this.drawn;
     (strokes || []).slice((this.data.strokes || []).length).forEach((s) => this.drawStroke(pen, s));
     if (gesture?.brush) this.drawStroke(pen, this.strokeOf(gesture.points));
@@ -138,7 +138,7 @@ class GuideBoard extends ToolMap {
     const { lut, cell_size: [sx] } = this.data;
     pen.strokeStyle = lut[Math.round(value * (lut.length - 1))];
     pen.lineCap = pen.lineJoin = 'round';
-    const wide = 2 * radius / sx * this.cell * this.view.zoom;
+    const wide = 2 * radius / sx * this.pixels;
     for (const [share, alpha] of [[1 - softness / 3, 0.45], [1 - softness, 0.6]]) {
       pen.globalAlpha = alpha;
       pen.lineWidth = Math.max(wide * share, 1);
@@ -154,7 +154,7 @@ class GuideBoard extends ToolMap {
   drawArrows(pen) {
     const { arrows, cell_size: [sx, sy] } = this.data;
     if (!arrows) return;
-    const far = Math.max(ARROW * arrows.every * this.cell * this.view.zoom, 3);
+    const far = Math.max(ARROW * arrows.every * this.pixels, 3);
     strokeIn(pen, [[PAPER, 3, 0.6], [INK, 1.1, 0.75]], () => {
       for (const [x, y, azimuth] of arrows.at) {
         const [east, north] = [Math.sin(azimuth * Math.PI / 180) / sx, Math.cos(azimuth * Math.PI / 180) / sy];
@@ -186,7 +186,7 @@ class GuideBoard extends ToolMap {
   // Draw the edge of the brush, and the part of its full strength.
   drawTip(pen, [x, y]) {
     const { cell_size: [sx] } = this.data;
-    const radius = this.half / sx * this.cell * this.view.zoom;
+    const radius = this.half / sx * this.pixels;
     strokeIn(pen, [[PAPER, 3, 0.9], [INK, 1.2]], () => pen.arc(x, y, radius, 0, 2 * Math.PI));
     const inner = radius * (1 - this.brush.softness);
     if (inner > 2) strokeIn(pen, [[PAPER, 1, 0.9]], () => pen.arc(x, y, inner, 0, 2 * Math.PI));
@@ -230,17 +230,17 @@ class GuideBoard extends ToolMap {
   }
 
   follow(gesture, event) {
-    const place = this.worldOf(event), cell = this.cellOf(event);
+    const place = this.worldOf(event);
     if (gesture.moves) gesture.moves[gesture.at] = place;
     else gesture.points.push(place);
-    this.point(this.at(cell) ? cell : null);
+    this.pointTo(this.cellOf(event));
   }
 
   finish({ brush, line, lasso, moves, dragged, points }) {
     if (brush) this.paint(points);
     if (moves && dragged) this.pushCorners(moves);
     if (!line && !lasso) return;
-    const simple = simpler(points, 2 * this.data.cell_size[0] / (this.cell * this.view.zoom));
+    const simple = simpler(points, 2 * this.data.cell_size[0] / this.pixels);
     if (line) this.pushLine(simple);
     else if (simple.length > 2) this.pushCorners(simple);
   }
@@ -253,15 +253,15 @@ class GuideBoard extends ToolMap {
 
   abandon() {
     this.begun = null;
-    return super.abandon();
+    super.abandon();
   }
 
   // Remove the corner that is clicked twice.
-  doubled(event) {
-    if (!this.corners) return super.doubled();
+  dblclick(event) {
+    if (!this.corners) return super.dblclick(event);
     const grip = this.corner(event, false);
     if (grip && this.corners.length > 3) this.pushCorners(this.corners.toSpliced(grip.at, 1));
-    return true;
+    return null;
   }
 
   // Enter paints at the cursor, begins or ends a line, or moves the nearest corner there.
@@ -282,7 +282,7 @@ class GuideBoard extends ToolMap {
 
 function distance([x, y], [ax, ay], [bx, by]) {
   const [wx, wy] = [bx - ax, by - ay];
-  const t = Math.min(Math.max(((x - ax) * wx + (y - ay) * wy) / (wx * wx + wy * wy || 1), 0), 1);
+  const t = clamp(((x - ax) * wx + (y - ay) * wy) / (wx * wx + wy * wy || 1), 0, 1);
   return Math.hypot(x - ax - t * wx, y - ay - t * wy);
 }
 

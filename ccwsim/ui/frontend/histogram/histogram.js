@@ -17,7 +17,7 @@ export default inOrder(({ data, parentElement, setTriggerValue }) => {
     Object.assign(canvas, { width: width * dots, height: height * dots });
     const pen = canvas.getContext('2d');
     pen.scale(dots, dots);
-    pen.fillStyle = getComputedStyle(root).getPropertyValue('--st-text-color');
+    pen.fillStyle = styleOf(root, '--st-text-color');
     pen.globalAlpha = 0.45;
     const most = Math.max(...counts), wide = width / counts.length, room = height - BELOW;
     counts.forEach((count, k) => {
@@ -30,16 +30,17 @@ export default inOrder(({ data, parentElement, setTriggerValue }) => {
     write(String(rounded(low)), 0, 'left');
     write(String(rounded(high)), width, 'right');
     pen.font = '600 ' + pen.font;
-    edges.forEach((edge) => write(String(edge), Math.min(Math.max(place(edge), 0.12), 0.88) * width, 'center'));
+    edges.forEach((edge) => write(String(edge), clamp(place(edge), 0.12, 0.88) * width, 'center'));
   };
 
   const kept = [...root.querySelectorAll('button')];
-  const handles = edges.map((_, k) => kept[k] ?? root.appendChild(element('button', { type: 'button', role: 'slider' })));
+  const added = () => root.appendChild(element('button', { type: 'button', role: 'slider' }));
+  const handles = edges.map((_, k) => kept[k] ?? added());
   kept.slice(edges.length).forEach((spare) => spare.remove());
   const least = span / STEPS;
   const move = (k, value) => {
     const from = k ? edges[k - 1] + least : low + least / 10, to = k + 1 < edges.length ? edges[k + 1] - least : high;
-    edges[k] = rounded(Math.min(Math.max(value, from), to));
+    edges[k] = rounded(clamp(value, from, to));
     show(k);
     draw();
   };

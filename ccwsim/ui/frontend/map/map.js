@@ -1,8 +1,9 @@
 // A map of square cells on a canvas: nearest neighbour, linked zoom, hover, data as ringed circles. Cells are
-// [row from the south, column]; grey values of the picture are indices into `lut` and `labels`.
+// [row from the south, column]; their values are indices into `lut` and `labels`.
 const LINK = 'ccwsim-map';
 const HIGHEST_MAP = 620; // maximum height of a map in pixels, by default
 const NARROW = 280; // minimum width in pixels of the line below a map
+const POINTED = ['pointerdown', 'pointermove', 'pointerup', 'pointercancel', 'pointerleave', 'dblclick'];
 const ZOOMED = 8; // number of cells along an edge of a strongly zoomed map
 // Maps that share zoom and scale, stored in the window because each component has a copy of this module.
 const groups = (window[Symbol.for(LINK)] ??= new Map());
@@ -30,35 +31,24 @@ class CellMap extends View {
     this.root.querySelector('[data-do="before"]').hidden = !this.before;
     this.root.querySelector('.tools').hidden = data.tools === false;
     this.legendOf();
-    this.ask(data.png + data.lut.join());
+    this.ask(data.digest + data.lut.join());
     this.layout();
   }
 
-  // The old picture stays until the new one is loaded.
-  ask(wanted) {
+  // The old picture stays until the cells of the new one are unpacked.
+  async ask(wanted) {
     if (this.wanted === wanted) return;
     this.wanted = wanted;
-    const image = new Image();
-    image.onload = () => {
-      if (this.wanted !== wanted) return;
-      this.read(image);
-      this.there = wanted;
-      this.say();
-      this.layout();
-    };
-    image.src = 'data:image/png;base64,' + this.data.png;
-  }
-
-  read(image) {
     const { nx, ny, lut } = this.data;
-    const pen = new OffscreenCanvas(nx, ny).getContext('2d', { willReadFrequently: true });
-    pen.drawImage(image, 0, 0);
-    const { data: grey } = pen.getImageData(0, 0, nx, ny);
-    const indices = new Uint8Array(nx * ny), palette = paletteOf(lut);
+    const indices = await unpacked(this.data.cells), palette = paletteOf(lut);
+    if (this.wanted !== wanted) return;
     const picture = pictureOf(nx, ny, (pixels) => {
-      for (let k = 0; k < nx * ny; k++) pixels[k] = palette[indices[k] = grey[4 * k]];
+      indices.forEach((index, k) => { pixels[(ny - 1 - Math.floor(k / nx)) * nx + (k % nx)] = palette[index]; });
     });
     this.shown = { picture, indices };
+    this.there = wanted;
+    this.say();
+    this.layout();
   }
 
   // Show the picture before the last change of the study while a key or a button is held.
@@ -73,84 +63,82 @@ class CellMap extends View {
   get pictured() { return (this.held && this.before) || this.shown; }
 
   layout() {
-    const { nx, ny, axes, max_height: most = HIGHEST_MAP } = this.data;
+    const { nx, ny, axes, cell_size: [, size], origin: [, south], max_height: most = HIGHEST_MAP } = this.data;
+    const north = south + ny * size;
     const wide = Math.floor(this.root.getBoundingClientRect().width);  // clientWidth may round up
     if (!wide) return;
-    this.left = axes ? Math.max(40, Math.ceil(this.longestNorthing()) + 9) : 1; this.bottom = axes ? 20 : 1; this.top = 1; this.right = 1;
-    this.room = Math.min((wide - this.left - this.right) / nx, most / ny);
-    const others = [...(groups.get(this.data.scale) || [])].filter((map) => map !== this);
-    this.size(Math.min(this.room, ...others.filter((m) => m.leads).map((m) => m.room)));
-    if (this.leads) others.forEach((map) => map.fit(others.concat(this)));
+    // also for the decimals of zoomed maps
+    const room = roomForNumbers(this.canvas, this.root, [[south, north], [north - ZOOMED * size, north]]);
+    const [left, bottom] = axes ? [room, 20] : [1, 1];
+    Object.assign(this, { left, bottom, top: 1, right: 1 });
+    this.room = Math.min((wide - left - 1) / nx, most / ny);
+    this.fit(true);
+    if (this.leads) this.peers.forEach((map) => map.fit());
   }
 
-  // Return the width in pixels of the longest number at the west edge, including the decimals of zoomed maps.
-  longestNorthing() {
-    const { ny, cell_size: size, origin } = this.data;
-    const pen = this.canvas.getContext('2d');
-    pen.font = fontOf(this.root);
-    const ends = [origin[1], origin[1] + ny * size[1]];
-    return Math.max(widestTick(pen, ...ends), widestTick(pen, ends[1] - ZOOMED * size[1], ends[1]));
-  }
+  // All maps with the same scale.
+  get peers() { return [...groups.get(this.data.scale) ?? []]; }
 
   get leads() { return this.room && this.data.leads !== false; }
 
-  fit(group) {
-    const cell = Math.min(this.room, ...group.filter((map) => map.leads).map((map) => map.room));
-    if (this.room && Math.abs(cell - this.cell) > 1e-6) this.size(cell);
+  // Use the largest cells with which each leading map fits; draw the map if they have changed, or always.
+  fit(always = false) {
+    const cell = Math.min(this.room, ...this.peers.filter((map) => map.leads).map((map) => map.room));
+    if (always || (this.room && Math.abs(cell - this.cell) > 1e-6)) this.size(cell);
   }
 
-  leave() {
-    if (this.data && this.data.scale) groups.get(this.data.scale).delete(this);
-  }
+  leave() { groups.get(this.data?.scale)?.delete(this); }
 
   size(cell) {
     const { nx, ny } = this.data;
-    this.cell = cell;
-    this.wide = this.cell * nx; this.high = this.cell * ny;
-    this.dots = window.devicePixelRatio || 1;
+    Object.assign(this, { cell, wide: cell * nx, high: cell * ny, dots: window.devicePixelRatio || 1 });
     const [wide, high] = [this.wide + this.left + this.right, this.high + this.top + this.bottom];
     sizeCanvas(this.canvas, wide, high, this.dots);
     // below a map with coordinates, the cells begin at the same pixel
     const west = (map) => map.root.getBoundingClientRect().left;
-    const above = [...(groups.get(this.data.scale) || [])].find((map) => map.data.axes && west(map) === west(this));
+    const above = this.peers.find((map) => map.data.axes && west(map) === west(this));
     const margin = above && !this.data.axes ? above.left - this.left : 0;
     this.canvas.style.marginLeft = `${margin}px`;
     this.below.style.maxWidth = `${Math.max(wide + margin, NARROW)}px`;
     this.draw();
   }
 
+  // The size of a cell in pixels.
+  get pixels() { return this.cell * this.view.zoom; }
+
   // Convert a position in cells (x from the west, y from the south) to the canvas, and back.
   toCanvas(x, y) {
-    const s = this.cell * this.view.zoom;
-    return [this.left + this.wide / 2 + (x - this.view.x) * s,
-      this.top + this.high / 2 - (y - this.view.y) * s];
+    return [this.left + this.wide / 2 + (x - this.view.x) * this.pixels,
+      this.top + this.high / 2 - (y - this.view.y) * this.pixels];
   }
 
   toCells(px, py) {
-    const s = this.cell * this.view.zoom;
-    return [this.view.x + (px - this.left - this.wide / 2) / s,
-      this.view.y - (py - this.top - this.high / 2) / s];
+    return [this.view.x + (px - this.left - this.wide / 2) / this.pixels,
+      this.view.y - (py - this.top - this.high / 2) / this.pixels];
   }
 
   draw() {
-    const pen = clearAndClip(this.canvas, this);
+    const { axes, cell_size: size, origin } = this.data;
+    const [west, south] = this.toCells(this.left, this.top + this.high);
+    const [east, north] = this.toCells(this.left + this.wide, this.top);
+    const ends = (axis, low, high) => [origin[axis] + low * size[axis], origin[axis] + high * size[axis]];
+    const inside = (pen) => this.drawInside(pen);
+    drawFramed(this.canvas, this, inside, axes && ends(0, west, east), ends(1, south, north));
+  }
+
+  drawInside(pen) {
     if (this.pictured) {
-      const s = this.cell * this.view.zoom;
-      const [x, y] = this.toCanvas(0, this.data.ny);
-      pen.imageSmoothingEnabled = s * this.dots < 1;
+      const { data: { nx, ny }, pixels } = this;
+      pen.imageSmoothingEnabled = pixels * this.dots < 1;
       pen.imageSmoothingQuality = 'high';
-      pen.drawImage(this.pictured.picture, x, y, this.data.nx * s, this.data.ny * s);
+      pen.drawImage(this.pictured.picture, ...this.toCanvas(0, ny), nx * pixels, ny * pixels);
     }
     this.drawLines(pen);
     this.drawTrail(pen);
     this.drawMarks(pen);
     if (this.shows.data) this.drawPoints(pen);
     this.drawCross(pen);
-    this.drawTools(pen);
     if (this.held && this.before) drawName(pen, `before: ${this.before.alt}`, this.left + this.wide / 2, 0);
-    pen.restore();
-    drawEdge(pen, this);
-    if (this.data.axes) this.drawAxes(pen);
   }
 
   // Return the distance in cells from each datum to the second nearest datum, limited to the distance at
@@ -182,7 +170,7 @@ class CellMap extends View {
 
   // Return the radius of a mark that extends, with rings, at most half way to the next datum.
   radiusOf(k) {
-    const half = 0.5 * this.spacings()[k] * this.cell * this.view.zoom;
+    const half = 0.5 * this.spacings()[k] * this.pixels;
     return Math.max(SMALLEST_MARK, Math.min(this.radius, half / 1.8));
   }
 
@@ -197,7 +185,7 @@ class CellMap extends View {
       const radius = this.radiusOf(k);
       marks.push({ x, y, radius, colour: (own || lut)[index], wrong });
     });
-    drawData(pen, marks, wrongColourOf(this.root));
+    drawData(pen, marks, styleOf(this.root, '--st-red-color'));
     this.drawWells(pen);
   }
 
@@ -256,7 +244,7 @@ class CellMap extends View {
 
   // Return the label of the mark, or the name of the well, that is nearest to a cell, if one is near.
   marked([row, column]) {
-    const reach = Math.max(0.5, 7 / (this.cell * this.view.zoom));
+    const reach = Math.max(0.5, 7 / this.pixels);
     let said = '', best = reach;
     const wells = this.namedWells().flatMap(({ name: label, cells }) => cells.map(([r, c]) => (
       { label, row: r, column: c, height: 1, width: 1 })));
@@ -274,22 +262,11 @@ class CellMap extends View {
     drawCrossAt(pen, ...this.toCanvas(this.hover[1] + 0.5, this.hover[0] + 0.5));
   }
 
-  // Draw what the tools of a component show above the map.
-  drawTools() {}
-
-  drawAxes(pen) {
-    const { cell_size: size, origin } = this.data;
-    const [west, south] = this.toCells(this.left, this.top + this.high);
-    const [east, north] = this.toCells(this.left + this.wide, this.top);
-    drawAxes(pen, this, [origin[0] + west * size[0], origin[0] + east * size[0]],
-      [origin[1] + south * size[1], origin[1] + north * size[1]]);
-  }
-
   // Return the index of a cell in the picture that is shown; undefined outside the map or without a picture.
   indexAt([row, column]) {
     const { nx, ny } = this.data;
     if (row < 0 || column < 0 || row >= ny || column >= nx) return undefined;
-    return this.pictured?.indices[(ny - 1 - row) * nx + column];
+    return this.pictured?.indices[row * nx + column];
   }
 
   at(cell) {
@@ -304,6 +281,9 @@ class CellMap extends View {
     if (tell) this.tell();
   }
 
+  // Point to a cell if it is in the map.
+  pointTo(cell) { this.point(this.at(cell) ? cell : null); }
+
   // Write the coordinates and the label of the cell under the pointer.
   say() {
     const { hover: cell } = this;
@@ -314,12 +294,12 @@ class CellMap extends View {
   }
 
   look(view, tell = true) {
-    const zoom = Math.min(Math.max(view.zoom, 1), Math.max(1, 48 / this.cell));
+    const zoom = clamp(view.zoom, 1, Math.max(1, 48 / this.cell));
     const halfX = this.data.nx / 2 / zoom, halfY = this.data.ny / 2 / zoom;
     this.view = {
       zoom,
-      x: Math.min(Math.max(view.x, halfX), this.data.nx - halfX),
-      y: Math.min(Math.max(view.y, halfY), this.data.ny - halfY),
+      x: clamp(view.x, halfX, this.data.nx - halfX),
+      y: clamp(view.y, halfY, this.data.ny - halfY),
     };
     this.canvas.classList.toggle('near', zoom > 1);
     this.draw();
@@ -327,10 +307,9 @@ class CellMap extends View {
   }
 
   tell() {
-    if (!this.data.link) return;
-    const { view, hover, held } = this;
-    const detail = { from: this, link: this.data.link, view, hover, held };
-    window.dispatchEvent(new CustomEvent(LINK, { detail }));
+    const { view, hover, held, data: { link } } = this;
+    const detail = { from: this, link, view, hover, held };
+    if (link) window.dispatchEvent(new CustomEvent(LINK, { detail }));
   }
 
   zoomBy(factor, px = this.left + this.wide / 2, py = this.top + this.high / 2) {
@@ -347,7 +326,7 @@ class CellMap extends View {
     super.act(what);
   }
 
-  save() { savePicture(this.canvas, this.data.name ?? 'map'); }
+  save() { download(`${this.data.name ?? 'map'}.png`, this.canvas.toDataURL('image/png')); }
 
   // Return the position of a pointer on the canvas, and the cell at this position.
   spotOf(event) {
@@ -360,41 +339,12 @@ class CellMap extends View {
     return [Math.floor(y), Math.floor(x)];
   }
 
-  // Hear events of the canvas before the map does; a handler that returns true keeps the event.
-  hearFirst(handlers) {
-    const frame = this.root.querySelector('.frame');
-    for (const [kind, handler] of Object.entries(handlers)) {
-      frame.addEventListener(kind, (event) => {
-        if (event.target === this.canvas && handler.call(this, event)) event.stopPropagation();
-      }, { capture: true });
-    }
-  }
-
   listen() {
     const { canvas } = this;
-    const place = (event) => this.spotOf(event);
-    const cellAt = (event) => {
-      const cell = this.cellOf(event);
-      return this.at(cell) ? cell : null;
-    };
     const release = () => this.holdBefore(false);
-    hearWheel(canvas, (event) => this.zoomBy(zoomOf(event), ...place(event)));
+    hearWheel(canvas, (event) => this.zoomBy(zoomOf(event), ...this.spotOf(event)));
+    for (const kind of POINTED) canvas.addEventListener(kind, (event) => this[kind](event));
     hear(canvas, {
-      pointerdown: (event) => {
-        canvas.focus();
-        this.pointers.set(event.pointerId, place(event));
-        this.moved = 0;
-        if (this.view.zoom > 1) canvas.setPointerCapture(event.pointerId);
-      },
-      pointermove: (event) => this.drag(event, place(event), cellAt(event)),
-      pointerup: (event) => {
-        const cell = cellAt(event);
-        if (this.data.picks && this.moved < 4 && cell) this.pick(cell);
-        this.pointers.delete(event.pointerId);
-      },
-      pointercancel: (event) => this.pointers.delete(event.pointerId),
-      pointerleave: () => this.point(null),
-      dblclick: (event) => this.zoomBy(2, ...place(event)),
       keydown: (event) => {
         const what = { '+': 'in', '=': 'in', '-': 'out', 0: 'fit' }[event.key];
         if (what) this.act(what);
@@ -426,19 +376,39 @@ class CellMap extends View {
     } };
   }
 
-  drag(event, now, cell) {
-    const before = this.pointers.get(event.pointerId);
-    if (!before) return this.point(cell);
+  pointerdown(event) {
+    this.canvas.focus();
+    this.pointers.set(event.pointerId, this.spotOf(event));
+    this.moved = 0;
+    if (this.view.zoom > 1) this.canvas.setPointerCapture(event.pointerId);
+  }
+
+  // A pointer that is not pressed points to a cell, one that is pressed pans, and two zoom.
+  pointermove(event) {
+    const now = this.spotOf(event), before = this.pointers.get(event.pointerId);
+    if (!before) return this.pointTo(this.cellOf(event));
     this.moved += Math.hypot(now[0] - before[0], now[1] - before[1]);
-    const s = this.cell * this.view.zoom, other = otherOf(this.pointers, event);
+    const other = otherOf(this.pointers, event);
     if (other) {
       this.zoomBy(spread(now, other) / spread(before, other), ...other);
     } else if (this.view.zoom > 1) {
       this.look({ ...this.view,
-        x: this.view.x - (now[0] - before[0]) / s, y: this.view.y + (now[1] - before[1]) / s });
+        x: this.view.x - (now[0] - before[0]) / this.pixels, y: this.view.y + (now[1] - before[1]) / this.pixels });
     }
     this.pointers.set(event.pointerId, now);
   }
+
+  pointerup(event) {
+    const cell = this.cellOf(event);
+    if (this.data.picks && this.moved < 4 && this.at(cell)) this.pick(cell);
+    this.pointercancel(event);
+  }
+
+  pointercancel(event) { this.pointers.delete(event.pointerId); }
+
+  pointerleave() { this.point(null); }
+
+  dblclick(event) { this.zoomBy(2, ...this.spotOf(event)); }
 
   stop() {
     this.leave();

@@ -111,8 +111,8 @@ function undo({ setTriggerValue }) {
     focusout: () => { typing = false; },
     keydown: (event) => {
       if (event.key === 'Enter') typing = false;
-      const isUndo = event.key.toLowerCase() === 'z' && (event.ctrlKey || event.metaKey) && !event.shiftKey && !event.altKey;
-      if (!isUndo || typing) return;
+      const isControl = (event.ctrlKey || event.metaKey) && !event.shiftKey && !event.altKey;
+      if (!isControl || event.key.toLowerCase() !== 'z' || typing) return;
       event.preventDefault();
       setTriggerValue('told', true);
     },

@@ -58,3 +58,5 @@ function element(tag, properties = {}, ...children) {
 }
 
 function download(name, href) { element('a', { download: name, href }).click(); }
+
+function clamp(value, low, high) { return Math.min(Math.max(value, low), high); }

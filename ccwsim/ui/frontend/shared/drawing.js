@@ -4,14 +4,15 @@ const MARK = 4, SMALLEST_MARK = 1.2, RING = 1.2; // radii of a datum and width o
 const LARGEST = 1e12; // minimum axis number that is written with an exponent
 const INK = '#14181d', PAPER = '#ffffff'; // colours of rings, visible on every background
 
-// Draw all rings below all data, so that a ring does not hide the datum beside it.
-function drawData(pen, marks, wrongColour) {
-  for (const { x, y, radius, wrong } of marks) {
-    disc(pen, x, y, radius + 2 * ringOf(radius), wrong ? wrongColour : INK);
-  }
-  for (const { x, y, radius } of marks) disc(pen, x, y, radius + ringOf(radius), PAPER);
-  for (const { x, y, radius, colour } of marks) disc(pen, x, y, radius, colour);
+// Draw all rings below all data, so that a ring does not hide the datum beside it. `shape` draws a datum with some
+// rings around it, by default a circle.
+function drawData(pen, marks, wrongColour, shape = circle) {
+  for (const mark of marks) shape(pen, mark, 2, mark.wrong ? wrongColour : INK);
+  for (const mark of marks) shape(pen, mark, 1, PAPER);
+  for (const mark of marks) shape(pen, mark, 0, mark.colour);
 }
+
+function circle(pen, { x, y, radius }, rings, colour) { disc(pen, x, y, radius + rings * ringOf(radius), colour); }
 
 // Return the radius of n data in a picture, smaller if there are many.
 function markRadius({ wide, high }, n) {
@@ -29,7 +30,7 @@ function drawNames(pen, { root, left, wide }, names, most) {
   const taken = [];
   for (const [name, at, y] of names) {
     const half = pen.measureText(name).width / 2 + 2;
-    const x = Math.min(Math.max(at, left + half), left + wide - half);
+    const x = clamp(at, left + half, left + wide - half);
     if (taken.some((one) => Math.abs(one.x - x) < one.half + half && Math.abs(one.y - y) < 14)) continue;
     taken.push({ x, y, half });
     drawName(pen, name, x, y);
@@ -85,27 +86,22 @@ function drawCrossAt(pen, x, y, from = 4, [wide, high] = [11, 11], layers = [[PA
   });
 }
 
-// Draw the edge of a picture in the text colour, which remains the colour of the pen.
-function drawEdge(pen, { left, top, wide, high, root }) {
-  const style = getComputedStyle(root);
-  pen.fillStyle = pen.strokeStyle = style.getPropertyValue('--st-text-color');
-  pen.font = fontOf(root);
-  pen.globalAlpha = 0.45;
-  pen.lineWidth = 1;
-  pen.strokeRect(left - 0.5, top - 0.5, wide + 1, high + 1);
-  pen.globalAlpha = 1;
-}
-
-// Clear a canvas and clip all drawing to a box, until `pen.restore()`.
-function clearAndClip(canvas, { left, top, wide, high, dots }) {
-  const pen = canvas.getContext('2d');
+// Draw a box (left, top, wide, high) of a canvas: what `inside` draws is clipped by the edge, which has the colour
+// of texts. Numbers are written along it if the values at its ends are given.
+function drawFramed(canvas, box, inside, across, up) {
+  const pen = canvas.getContext('2d'), { root, left, top, wide, high, dots } = box;
   pen.setTransform(dots, 0, 0, dots, 0, 0);
   pen.clearRect(0, 0, canvas.width, canvas.height);
   pen.save();
   pen.beginPath();
   pen.rect(left, top, wide, high);
   pen.clip();
-  return pen;
+  inside(pen);
+  pen.restore();
+  pen.fillStyle = styleOf(root, '--st-text-color');
+  pen.font = fontOf(root);
+  strokeIn(pen, [[pen.fillStyle, 1, 0.45]], () => pen.rect(left - 0.5, top - 0.5, wide + 1, high + 1));
+  if (across) drawAxes(pen, box, across, up);
 }
 
 function sizeCanvas(canvas, wide, high, dots) {
@@ -115,7 +111,7 @@ function sizeCanvas(canvas, wide, high, dots) {
   canvas.style.height = high + 'px';
 }
 
-function wrongColourOf(root) { return getComputedStyle(root).getPropertyValue('--st-red-color'); }
+function styleOf(root, name) { return getComputedStyle(root).getPropertyValue(name); }
 
 // Draw numbers below and left of a box (left, top, wide, high); a pair contains the values at two edges.
 function drawAxes(pen, { left, top, wide, high }, [west, east], [low, upper]) {
@@ -128,7 +124,7 @@ function drawAxes(pen, { left, top, wide, high }, [west, east], [low, upper]) {
     const x = left + (at - west) / (east - west) * wide;
     const half = pen.measureText(text).width / 2;
     pen.fillRect(x, base, 1, 4);
-    pen.fillText(text, Math.min(Math.max(x, half), left + wide - half), base + 6);
+    pen.fillText(text, clamp(x, half, left + wide - half), base + 6);
   }
   pen.textAlign = 'right';
   for (const { at, text } of ticks(low, upper, high / 60)) {
@@ -140,8 +136,12 @@ function drawAxes(pen, { left, top, wide, high }, [west, east], [low, upper]) {
   pen.globalAlpha = 1;
 }
 
-function widestTick(pen, low, high) {
-  return Math.max(...ticks(low, high, 4).map((mark) => pen.measureText(mark.text).width));
+// Return the room in pixels for numbers at the left of a box, for some ranges of numbers.
+function roomForNumbers(canvas, root, ranges) {
+  const pen = canvas.getContext('2d');
+  pen.font = fontOf(root);
+  const marks = ranges.flatMap(([low, high]) => ticks(low, high, 4));
+  return Math.max(40, Math.ceil(Math.max(...marks.map(({ text }) => pen.measureText(text).width))) + 9);
 }
 
 function fillLegend(legend, { keys, strip, points, points_are: [one, many], wrong_label: wrong }) {
@@ -157,9 +157,7 @@ function fillLegend(legend, { keys, strip, points, points_are: [one, many], wron
   if (wrong) legend.append(key(wrong, 'swatch round wrong', null));
 }
 
-function savePicture(canvas, name) { download(`${name}.png`, canvas.toDataURL('image/png')); }
-
-function fontOf(root) { return '12px ' + getComputedStyle(root).getPropertyValue('--st-font'); }
+function fontOf(root) { return '12px ' + styleOf(root, '--st-font'); }
 
 function rgbOf(colour) { return [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16)); }
 
@@ -206,7 +204,7 @@ function ticks(low, high, wanted) {
   const rough = (high - low) / Math.max(wanted, 1);
   const power = 10 ** Math.floor(Math.log10(rough));
   const step = power * [1, 2, 5, 10].find((k) => k * power >= rough);
-  const decimals = Math.min(Math.max(0, -Math.floor(Math.log10(step) + 1e-9)), 20);
+  const decimals = clamp(-Math.floor(Math.log10(step) + 1e-9), 0, 20);
   const out = [];
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + step * 1e-6; k++) {
     const text = Math.abs(k * step) < LARGEST ? (k * step).toFixed(decimals) : String(k * step);

@@ -1,12 +1,12 @@
 // Drawings, choices and edits on a canvas. A page that is being drawn may miss a message, so the message is sent
 // again until the page has applied it. This code precedes the modules of editors.
-const AGAIN = 2000; // milliseconds after which a message that is not applied is sent again
+const AGAIN = 2000, TRIES = 30; // milliseconds after which a message is sent again, and how often
 
-// The latest drawing or choice, which is sent again at most `tries` times.
+// The latest drawing or choice.
 class LatestChoice {
   sent = null; // not applied yet
 
-  constructor(tries, send) { Object.assign(this, { tries, send }); }
+  constructor(send, tries = TRIES) { Object.assign(this, { send, tries }); }
 
   tell(choice) {
     this.sent = choice;
@@ -39,7 +39,7 @@ class EditQueue extends LatestChoice {
 
   // A new canvas sends the edits that the previous canvas could not send.
   constructor(send, waiting = []) {
-    super(Infinity, send);
+    super(send, Infinity);
     this.edits = waiting.filter((edit) => edit.seq > Date.now() - 30 * AGAIN);
   }
 

@@ -28,104 +28,92 @@ class ToolMap extends CellMap {
     for (const button of this.root.querySelectorAll('[data-tool]')) {
       button.setAttribute('aria-checked', button.dataset.tool === this.tool);
     }
-    for (const button of this.root.querySelectorAll('[data-step]')) button.disabled = !this.canStep(button.dataset.step);
+    for (const button of this.root.querySelectorAll('[data-step]')) {
+      button.disabled = !this.canStep(button.dataset.step);
+    }
     this.canvas.classList.toggle('draws', this.tool !== 'pan');
   }
 
   listen() {
     super.listen();
-    this.hearFirst({
-      pointerdown: this.down, pointermove: this.move, pointerup: this.up,
-      pointercancel: this.abandon, pointerleave: this.leaveCanvas, dblclick: this.doubled,
-    });
     this.canvas.addEventListener('keydown', (event) => this.typedStep(event));
     hearKeys(this.canvas, (event) => this.typed(event));
     this.root.querySelector('.bar')?.addEventListener('click', (event) => {
       const { tool, step, ...others } = event.target.closest('button')?.dataset || {};
       if (tool) this.tool = tool;
       if (step) this.step(step);
-      this.press(others);
+      this.press?.(others);
       this.bars();
       this.draw();
     });
   }
 
-  // Do what another button of the toolbar says.
-  press() {}
-
-  // Return whether something is gripped, so that the map ignores the pointer; likewise below.
-  down(event) {
-    if (this.gesture || this.pointers.size) { // a second finger zooms instead of drawing
-      if (this.gesture) this.pointers.set(this.gesture.id, this.gesture.spot);
-      return this.abandon();
-    }
-    const gripped = event.button === 0 && this.grip(event);
-    if (!gripped) return false;
+  // A second finger zooms instead of drawing.
+  pointerdown(event) {
+    if (this.gesture) this.pointers.set(this.gesture.id, this.gesture.spot);
+    if (this.pointers.size) this.abandon();
+    const gripped = !this.pointers.size && event.button === 0 && this.grip(event);
+    if (!gripped) return super.pointerdown(event);
     this.canvas.focus();
     this.canvas.setPointerCapture(event.pointerId);
     const spot = this.spotOf(event);
     this.gesture = { id: event.pointerId, spot, start: spot, dragged: false, ...gripped };
-    this.draw();
-    return true;
+    return this.draw();
   }
 
-  move(event) {
+  pointermove(event) {
     this.spot = this.spotOf(event);
     const { gesture, spot } = this;
     this.canvas.classList.toggle('moves', Boolean((gesture ?? this.grip(event))?.moves));
-    if (gesture?.id !== event.pointerId) return false;
+    if (gesture?.id !== event.pointerId) return super.pointermove(event);
     gesture.spot = spot;
     gesture.dragged ||= spread(spot, gesture.start) >= (event.pointerType === 'touch' ? FINGER_SLOP : SLOP);
-    this.follow(gesture, event);
-    return true;
+    return this.follow(gesture, event);
   }
 
-  up(event) {
+  pointerup(event) {
     const { gesture } = this;
-    if (gesture?.id !== event.pointerId) return false;
+    if (gesture?.id !== event.pointerId) return super.pointerup(event);
     this.abandon();
-    this.finish(gesture, event);
-    return true;
+    return this.finish?.(gesture, event);
   }
+
+  pointercancel(event) {
+    this.abandon();
+    super.pointercancel(event);
+  }
+
+  pointerleave() {
+    this.spot = null;
+    super.pointerleave();
+  }
+
+  // A double click zooms unless it draws.
+  dblclick(event) { if (this.tool === 'pan') super.dblclick(event); }
 
   abandon() {
     this.gesture = null;
     this.draw();
-    return false;
   }
-
-  leaveCanvas() {
-    this.spot = null;
-    return false;
-  }
-
-  // A double click zooms only if it does not draw.
-  doubled() { return this.tool !== 'pan'; }
 
   // Return the nearest of some places on the canvas, its number and its distance.
   nearest([x, y], places) {
-    const far = places.map((place) => Math.hypot(place[0] - x, place[1] - y));
-    const k = far.indexOf(Math.min(...far));
-    return { k, far: far[k] ?? Infinity };
+    let k = -1, far = Infinity;
+    places.forEach((place, j) => {
+      const away = Math.hypot(place[0] - x, place[1] - y);
+      if (away < far) [k, far] = [j, away];
+    });
+    return { k, far };
   }
 
   inside([row, column]) { return row >= 0 && column >= 0 && row < this.data.ny && column < this.data.nx; }
 
-  // An escape goes on, because it may also close a menu.
+  // Return whether a key is used; an escape goes on, because it may also close a menu.
   typed({ key, shiftKey }) {
-    if (key === 'Escape') return this.abandon();
+    if (key === 'Escape') this.abandon();
     if (!STEPS[key]) return this.typedKey(key);
     this.walk(STEPS[key].map((k) => k * (shiftKey ? FAST : 1)));
     return true;
-  }
-
-  typedStep(event) {
-    const what = stepOf(event);
-    if (!what || !this.canStep(what)) return;
-    event.preventDefault();
-    event.stopPropagation(); // the page also has an undo
-    this.step(what);
-    this.bars();
   }
 
   get cursor() { return this.hover; }
@@ -134,9 +122,8 @@ class ToolMap extends CellMap {
   walk([up, right]) {
     const { data: { nx, ny }, view, cursor } = this;
     const [row, column] = cursor ? [cursor[0] + up, cursor[1] + right] : [Math.floor(view.y), Math.floor(view.x)];
-    const within = (k, n) => Math.min(Math.max(k, 0), n - 1);
-    const cell = [within(row, ny), within(column, nx)];
-    const near = (middle, k, half) => Math.min(Math.max(middle, k + 1 - half), k + half);
+    const cell = [clamp(row, 0, ny - 1), clamp(column, 0, nx - 1)];
+    const near = (middle, k, half) => clamp(middle, k + 1 - half, k + half);
     this.look({ ...view, x: near(view.x, cell[1], nx / 2 / view.zoom), y: near(view.y, cell[0], ny / 2 / view.zoom) });
     this.spot = this.toCanvas(cell[1] + 0.5, cell[0] + 0.5);
     this.readout.setAttribute('aria-live', 'polite');
@@ -144,9 +131,4 @@ class ToolMap extends CellMap {
   }
 
   walkedTo(cell) { this.point(cell); }
-
-  stop() {
-    this.outbox.rest();
-    super.stop();
-  }
 }

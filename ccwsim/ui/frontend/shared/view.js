@@ -23,6 +23,16 @@ class View {
     this.stopHearing?.();
     this.stopHearing = null;
     this.watch.disconnect();
+    this.outbox?.rest();
+  }
+
+  // Undo or redo, when the keys for it are pressed.
+  typedStep(event) {
+    const what = stepOf(event);
+    if (!what || !this.canStep(what)) return;
+    event.preventDefault();
+    event.stopPropagation(); // the page also has an undo
+    this.step(what);
   }
 
   legendOf() {
@@ -38,6 +48,13 @@ class View {
     this.root.querySelector(`[data-do="${what}"]`).setAttribute('aria-pressed', this.shows[what]);
     this.draw();
   }
+}
+
+// Return the cells of a map or volume in the order x, y, z, from the south-west corner of the bottom.
+async function unpacked(packed) {
+  const bytes = Uint8Array.from(atob(packed), (letter) => letter.charCodeAt(0));
+  const plain = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('deflate'));
+  return new Uint8Array(await new Response(plain).arrayBuffer());
 }
 
 // Call `turn` when the wheel turns above a canvas with the focus, or with Ctrl; otherwise the page scrolls.

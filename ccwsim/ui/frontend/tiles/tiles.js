@@ -65,6 +65,6 @@ function fill(button, { png = '', columns, width, height, name, title = '', mark
 
 // Scroll only the box, because scrollIntoView would move the page.
 function reveal(box, { offsetTop: top, offsetHeight: high, offsetLeft: left, offsetWidth: wide }) {
-  box.scrollTop = Math.min(Math.max(box.scrollTop, top + high - box.clientHeight + 3), top - 3);
-  box.scrollLeft = Math.min(Math.max(box.scrollLeft, left + wide - box.clientWidth + 3), left - 3);
+  box.scrollTop = clamp(box.scrollTop, top + high - box.clientHeight + 3, top - 3);
+  box.scrollLeft = clamp(box.scrollLeft, left + wide - box.clientWidth + 3, left - 3);
 }

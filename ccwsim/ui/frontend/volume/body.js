@@ -355,7 +355,7 @@ class Body {
     const pen = canvas.getContext('2d');
     pen.setTransform(this.dots, 0, 0, this.dots, 0, 0);
     pen.clearRect(0, 0, wide, high);
-    pen.strokeStyle = pen.fillStyle = getComputedStyle(view.root).getPropertyValue('--st-text-color');
+    pen.strokeStyle = pen.fillStyle = styleOf(view.root, '--st-text-color');
     this.drawEdges(pen, toCanvas, side, true);
     if (look.tilt < 0) this.drawStems(pen, toCanvas, block, side);
     pen.imageSmoothingEnabled = coarse < 1;
@@ -428,23 +428,20 @@ class Body {
   // Draw the edges of the box behind or in front of the volume, and the names of the axes.
   drawEdges(pen, toCanvas, side, behind) {
     const { shape } = this.view.data;
-    pen.globalAlpha = behind ? 0.35 : 0.5;
-    pen.lineWidth = 1;
-    pen.beginPath();
-    for (let axis = 0; axis < 3; axis++) {
-      const [b, c] = [(axis + 1) % 3, (axis + 2) % 3];
-      for (const [i, j] of [[-1, -1], [-1, 1], [1, -1], [1, 1]]) {
-        if ((i !== side[b] && j !== side[c]) !== behind) continue;
-        const end = [0, 0, 0];
-        end[b] = i > 0 ? shape[b] : 0;
-        end[c] = j > 0 ? shape[c] : 0;
-        pen.moveTo(...toCanvas(...end));
-        end[axis] = shape[axis];
-        pen.lineTo(...toCanvas(...end));
+    strokeIn(pen, [[pen.fillStyle, 1, behind ? 0.35 : 0.5]], () => {
+      for (let axis = 0; axis < 3; axis++) {
+        const [b, c] = [(axis + 1) % 3, (axis + 2) % 3];
+        for (const [i, j] of [[-1, -1], [-1, 1], [1, -1], [1, 1]]) {
+          if ((i !== side[b] && j !== side[c]) !== behind) continue;
+          const end = [0, 0, 0];
+          end[b] = i > 0 ? shape[b] : 0;
+          end[c] = j > 0 ? shape[c] : 0;
+          pen.moveTo(...toCanvas(...end));
+          end[axis] = shape[axis];
+          pen.lineTo(...toCanvas(...end));
+        }
       }
-    }
-    pen.stroke();
-    pen.globalAlpha = 1;
+    });
     if (behind) return;
     pen.font = fontOf(this.view.root);
     pen.textAlign = 'center';
@@ -456,7 +453,7 @@ class Body {
       const [x, y] = toCanvas(...end);
       const far = Math.hypot(x - middle[0], y - middle[1]) || 1;
       const beside = x + 11 * (x - middle[0]) / far;
-      pen.fillText('xyz'[axis], Math.min(Math.max(beside, 5), wide - 5), y + 11 * (y - middle[1]) / far);
+      pen.fillText('xyz'[axis], clamp(beside, 5, wide - 5), y + 11 * (y - middle[1]) / far);
     });
   }
 
@@ -467,22 +464,19 @@ class Body {
     const { shape } = view.data;
     const [, base] = toCanvas(0, 0, 0), [, top] = toCanvas(0, 0, shape[2]);
     const stem = Math.max(12, 0.12 * (base - top));
-    const names = [];
+    const names = [], colour = pen.strokeStyle;
     for (const well of view.wells) {
       const [high, y, x] = well.top;
       const open = !block || (side[2] > 0 && (x - view.at[0]) * side[0] > 0 && (y - view.at[1]) * side[1] > 0);
       const [px, py] = toCanvas(x + 0.5, y + 0.5, open ? high + 1 : shape[2]);
       const [, head] = toCanvas(x + 0.5, y + 0.5, shape[2]);
       const path = [...well.cells].sort((one, other) => other[0] - one[0]).map(([layer, row, column]) => toCanvas(column + 0.5, row + 0.5, layer + 0.5));
-      const colour = pen.strokeStyle;
       strokeIn(pen, [[PAPER, 3, 0.5], [INK, 1, 0.8]], () => path.forEach((spot) => pen.lineTo(...spot)));
-      pen.strokeStyle = colour;
-      pen.lineWidth = 1.25;
-      pen.beginPath();
-      pen.moveTo(px, py);
-      pen.lineTo(px, head - stem);
-      pen.stroke();
-      disc(pen, px, head - stem, 2.2, pen.strokeStyle);
+      strokeIn(pen, [[colour, 1.25]], () => {
+        pen.moveTo(px, py);
+        pen.lineTo(px, head - stem);
+      });
+      disc(pen, px, head - stem, 2.2, colour);
       if (well.name) names.push([well.name, px, head - stem]);
     }
     const box = { root: view.root, left: 0, wide: parseFloat(this.canvas.style.width) };
@@ -490,18 +484,14 @@ class Body {
   }
 
   turnBy(turn, tilt) {
-    this.look.turn += turn;
-    this.look.tilt = Math.min(Math.max(this.look.tilt + tilt, -STEEPEST), STEEPEST);
-    this.view.tell('look');
+    const { look } = this;
+    this.lookFrom({ turn: look.turn + turn, tilt: clamp(look.tilt + tilt, -STEEPEST, STEEPEST) });
   }
 
-  zoomBy(factor) {
-    this.look.zoom = Math.min(Math.max(this.look.zoom * factor, 0.5), 12);
-    this.view.tell('look');
-  }
+  zoomBy(factor) { this.lookFrom({ zoom: clamp(this.look.zoom * factor, 0.5, 12) }); }
 
-  reset() {
-    this.view.shared.look = { ...FIRST_LOOK };
+  lookFrom(changes) {
+    this.view.shared.look = { ...this.look, ...changes };
     this.view.tell('look');
   }
 
@@ -529,14 +519,14 @@ class Body {
       },
       pointerup: release,
       pointercancel: release,
-      dblclick: () => this.reset(),
+      dblclick: () => this.lookFrom(FIRST_LOOK),
     });
     hearKeys(canvas, ({ key }) => {
       const turns = { ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[key];
       const zoom = { '+': 1.25, '=': 1.25, '-': 0.8 }[key];
       if (turns) this.turnBy(...turns.map((way) => way * TURN_KEY));
       if (zoom) this.zoomBy(zoom);
-      if (key === '0') this.reset();
+      if (key === '0') this.lookFrom(FIRST_LOOK);
       return turns || zoom || key === '0';
     });
   }

@@ -12,9 +12,7 @@ const KEYS = { ArrowUp: 1, ArrowRight: 1, ArrowDown: -1, ArrowLeft: -1, PageUp: 
 
 class Slice {
   constructor(view, axis) {
-    this.view = view;
-    Object.assign(this, PLANES[axis]);
-    this.axis = axis;
+    Object.assign(this, PLANES[axis], { view, axis, root: view.root });
     this.panel = view.root.querySelector(`[data-panel="${axis}"]`);
     this.canvas = this.panel.querySelector('canvas');
     this.slider = this.panel.querySelector('input');
@@ -28,31 +26,29 @@ class Slice {
 
   layout(left, bottom, dots) {
     const { data: { shape }, scale } = this.view;
-    Object.assign(this, { left, top: 1, dots });
-    this.wide = shape[this.right] * scale[this.right];
-    this.high = shape[this.up] * scale[this.up];
-    sizeCanvas(this.canvas, this.wide + left + 1, this.high + 1 + bottom, dots);
+    const [wide, high] = [this.right, this.up].map((axis) => shape[axis] * scale[axis]);
+    Object.assign(this, { left, top: 1, wide, high, dots });
+    sizeCanvas(this.canvas, wide + left + 1, high + 1 + bottom, dots);
     this.slider.max = this.count - 1;
-    this.slider.parentElement.style.width = this.wide + left + 1 + 'px';
+    this.slider.parentElement.style.width = wide + left + 1 + 'px';
   }
 
   draw() {
-    const { view, here } = this;
-    const { data } = view;
-    const pen = clearAndClip(this.canvas, this);
+    const { view } = this, { data } = view;
+    const axes = data.axes ? [view.extent(this.right), view.extent(this.up)] : [];
+    drawFramed(this.canvas, this, (pen) => this.drawInside(pen), ...axes);
+    this.say();
+  }
+
+  drawInside(pen) {
+    const { view } = this, { hover } = view.shared;
     pen.imageSmoothingEnabled = Math.min(view.scale[this.right], view.scale[this.up]) * this.dots < 1;
     pen.drawImage(this.picture(), this.left, this.top, this.wide, this.high);
     this.drawLines(pen);
     this.drawHairs(pen);
-    if (view.shows.data) this.drawData(pen, wrongColourOf(view.root));
-    const { hover } = view.shared;
-    if (hover && hover[this.across] === here) {
-      drawCrossAt(pen, ...this.toCanvas(hover[this.right] + 0.5, hover[this.up] + 0.5));
-    }
-    pen.restore();
-    drawEdge(pen, { ...this, root: view.root });
-    if (data.axes) drawAxes(pen, this, view.extent(this.right), view.extent(this.up));
-    this.say();
+    if (view.shows.data) this.drawData(pen);
+    if (hover?.[this.across] !== this.here) return;
+    drawCrossAt(pen, ...this.toCanvas(hover[this.right] + 0.5, hover[this.up] + 0.5));
   }
 
   // Draw the cells of the slice, one pixel per cell.
@@ -96,8 +92,8 @@ class Slice {
 
   // Draw data in the slice as circles; in a section, draw data of a well as a strip of cells. In the map, a
   // well with data near the layer, but none in the layer, is a dot. The name of a well is at its highest datum.
-  drawData(pen, wrongColour) {
-    const { view, here } = this;
+  drawData(pen) {
+    const { view, here } = this, wrongColour = styleOf(view.root, '--st-red-color');
     const { data, wells } = view;
     const colours = data.point_lut || data.lut;
     const inside = data.points.filter((point) => point[2 - this.across] === here);
@@ -110,14 +106,12 @@ class Slice {
       (strip ? strips : circles).push({ x, y, radius, colour: colours[point[3]], wrong: point[4] });
     }
     const high = this.view.scale[this.up], half = Math.max(2.5, this.view.scale[this.right] / 2);
-    const box = ({ x, y }, ring, colour) => { // integer pixels avoid gaps between the cells of a well
-      const top = Math.round(y - high / 2) - ring, base = Math.round(y + high / 2) + ring;
+    const box = (_, { x, y }, rings, colour) => { // integer pixels avoid gaps between the cells of a well
+      const ring = RING * rings, top = Math.round(y - high / 2) - ring, base = Math.round(y + high / 2) + ring;
       pen.fillStyle = colour;
       pen.fillRect(x - half - ring, top, 2 * (half + ring), base - top);
     };
-    for (const strip of strips) box(strip, 2 * RING, strip.wrong ? wrongColour : INK);
-    for (const strip of strips) box(strip, RING, PAPER);
-    for (const strip of strips) box(strip, 0, strip.colour);
+    drawData(pen, strips, wrongColour, box);
     if (this.axis === 'z') {
       const reach = Math.max(1, Math.round(WELL_REACH * data.shape[2]));
       for (const well of wells) {
@@ -134,7 +128,7 @@ class Slice {
     drawData(pen, circles, wrongColour);
     const named = [...heads].filter(([{ name }]) => name);
     const names = named.map(([{ name }, spot]) => [name, ...spot]);
-    drawNames(pen, { ...this, root: view.root }, names, data.max_names);
+    drawNames(pen, this, names, data.max_names);
   }
 
   say() {
@@ -161,7 +155,7 @@ class Slice {
     const place = { [this.right]: ((event.clientX - box.left) / shrunk - this.left) / scale[this.right],
       [this.up]: (this.top + this.high - (event.clientY - box.top) / shrunk) / scale[this.up] };
     for (const axis of [this.right, this.up]) {
-      cell[axis] = Math.min(Math.max(Math.floor(place[axis]), 0), shape[axis] - 1);
+      cell[axis] = clamp(Math.floor(place[axis]), 0, shape[axis] - 1);
     }
     const beside = [this.right, this.up].some((axis) => place[axis] < 0 || place[axis] >= shape[axis]);
     return { cell, beside };
@@ -169,7 +163,7 @@ class Slice {
 
   step(by) {
     const at = [...this.view.at];
-    at[this.across] = Math.min(Math.max(at[this.across] + by, 0), this.count - 1);
+    at[this.across] = clamp(at[this.across] + by, 0, this.count - 1);
     this.view.moveTo(at);
   }
 

@@ -28,7 +28,7 @@ class VolumeView extends View {
     this.start();
     this.latest = data;
     this.outbox.taken(data.ack ?? 0);
-    const cells = await unpacked(data);
+    const cells = await unpackedOnce(data);
     if (this.latest !== data) return;
     Object.assign(this, { data, cells });
     this.own = kept(page.own, data.key);
@@ -39,7 +39,6 @@ class VolumeView extends View {
     }
     this.palette = paletteOf(data.lut);
     this.findWells();
-    this.offerExaggerations();
     this.body.show();
     this.body.panel.hidden = !data.body;
     this.legendOf();
@@ -56,11 +55,8 @@ class VolumeView extends View {
     const { points, shape } = this.data;
     const named = wellsWithData(this.data, (cell) => this.idOf(cell));
     const taken = new Set(named.flatMap(({ cells }) => cells.map((cell) => this.idOf(cell))));
-    const columns = new Map();
-    for (const point of points.filter((one) => !taken.has(this.idOf(one)))) {
-      const id = point[1] * shape[0] + point[2];
-      columns.set(id, [...columns.get(id) ?? [], point]);
-    }
+    const others = points.filter((point) => !taken.has(this.idOf(point)));
+    const columns = Map.groupBy(others, ([, row, column]) => row * shape[0] + column);
     const unnamed = [...columns.values()].map((cells) => ({ name: '', cells })).filter(({ cells }) => cells.length > 1);
     this.wells = [...named, ...unnamed];
     this.wellOf = new Map();
@@ -88,6 +84,7 @@ class VolumeView extends View {
 
   layout() {
     const { data, root } = this;
+    this.offerExaggerations();
     const whole = Math.floor(root.getBoundingClientRect().width);
     if (!whole) return;
     const columns = data.body ? (whole >= TWO_COLUMNS ? 2 : 1) : whole >= THREE_COLUMNS ? 3 : 1;
@@ -99,9 +96,7 @@ class VolumeView extends View {
     const wide = beside ? Math.floor((whole - BESIDE_GAP) * (1 - SHARE)) : inRow;
     const most = isFull(root) ? Math.max(data.max_height, window.innerHeight - ABOVE) / (columns === 2 ? 2 : 1) : data.max_height;
     const dots = window.devicePixelRatio || 1;
-    const pen = this.slices[0].canvas.getContext('2d');
-    pen.font = fontOf(root);
-    const left = data.axes ? Math.max(40, Math.ceil(Math.max(...[1, 2].map((axis) => widestTick(pen, ...this.extent(axis))))) + 9) : 1;
+    const left = data.axes ? roomForNumbers(this.slices[0].canvas, root, [this.extent(1), this.extent(2)]) : 1;
     const bottom = data.axes ? 20 : 1;
     const [x, y, z] = data.shape.map((n, axis) => n * data.cell_size[axis]);
     const pixels = Math.min((wide - left - 1) / Math.max(x, y), most / y, most / z);
@@ -171,12 +166,11 @@ class VolumeView extends View {
   // Send cells (x, y, z) in a slice across an axis, or an undo or redo, to the page.
   pick(axis, cells) { this.outbox.push({ axis, cells: cells.map(([x, y, z]) => [z, y, x]) }); }
 
-  step(event) {
+  step(what) { this.outbox.push({ do: what }); }
+
+  canStep(what) {
     const { picks, can_undo: undo, can_redo: redo } = this.latest;
-    const what = picks && stepOf(event);
-    if (!what) return;
-    event.preventDefault();
-    if ((what === 'undo' ? undo : redo) || this.outbox.edits.length) this.outbox.push({ do: what });
+    return picks && ((what === 'undo' ? undo : redo) || this.outbox.edits.length > 0);
   }
 
   save() {
@@ -184,13 +178,12 @@ class VolumeView extends View {
     const dots = window.devicePixelRatio || 1;
     const picture = document.createElement('canvas');
     sizeCanvas(picture, box.width, box.height, dots);
-    const style = getComputedStyle(this.root);
     const pen = picture.getContext('2d');
     pen.scale(dots, dots);
-    pen.fillStyle = style.getPropertyValue('--st-background-color') || PAPER;
+    pen.fillStyle = styleOf(this.root, '--st-background-color') || PAPER;
     pen.fillRect(0, 0, box.width, box.height);
-    pen.fillStyle = style.getPropertyValue('--st-text-color');
-    pen.font = '13px ' + style.getPropertyValue('--st-font');
+    pen.fillStyle = styleOf(this.root, '--st-text-color');
+    pen.font = '13px ' + styleOf(this.root, '--st-font');
     pen.textBaseline = 'middle';
     for (const panel of this.root.querySelectorAll('.panel')) {
       const canvas = panel.querySelector('canvas'), place = canvas.getBoundingClientRect();
@@ -200,7 +193,7 @@ class VolumeView extends View {
       pen.fillText(words.join('  '), above.left - box.left, above.top - box.top + above.height / 2);
       pen.drawImage(canvas, place.left - box.left, place.top - box.top, place.width, place.height);
     }
-    savePicture(picture, this.data.name);
+    download(`${this.data.name}.png`, picture.toDataURL('image/png'));
   }
 
   listen() {
@@ -223,7 +216,6 @@ class VolumeView extends View {
   follow({ shared, what }) {
     if (!this.data || shared !== this.shared) return;
     this.say();
-    if (what === 'size') this.offerExaggerations();
     if (what === 'size') this.layout();
     else if (what === 'mode') this.body.show();
     else this.body.follow();
@@ -232,12 +224,7 @@ class VolumeView extends View {
     else if (what !== 'size') this.ask(isCut ? 'all' : 'slices', true);
   }
 
-  heardByWindow() { return { [LINK]: ({ detail }) => this.follow(detail), keydown: (event) => this.step(event) }; }
-
-  stop() {
-    this.outbox.rest();
-    super.stop();
-  }
+  heardByWindow() { return { [LINK]: ({ detail }) => this.follow(detail), keydown: (event) => this.typedStep(event) }; }
 }
 
 function isFull(root) { return root.matches(':fullscreen'); }
@@ -247,13 +234,10 @@ function kept(where, key) {
   return where.get(key);
 }
 
-// Return the cells of a volume in the order x, y, z from the bottom; each volume is unpacked only once.
-function unpacked({ cells: packed, digest }) {
-  const known = page.cells.get(digest);
+// Return the cells of a volume; each volume is unpacked only once.
+function unpackedOnce({ cells: packed, digest }) {
+  const cells = page.cells.get(digest) ?? unpacked(packed);
   page.cells.delete(digest);
-  const bytes = Uint8Array.from(known ? '' : atob(packed), (letter) => letter.charCodeAt(0));
-  const cells = known || new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream('deflate')))
-    .arrayBuffer().then((buffer) => new Uint8Array(buffer));
   page.cells.set(digest, cells);
   if (page.cells.size > CACHED) page.cells.delete(page.cells.keys().next().value);
   return cells;
