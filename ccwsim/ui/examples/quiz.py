@@ -25,7 +25,7 @@ from ccwsim.metrics.pattern_codes import codes_in
 from ccwsim.model.arrays import Bytes, Mask, Shape
 from ccwsim.sharing.choices import ImageChoice
 from ccwsim.ui.frontend.cells import CellMap, draw_cells
-from ccwsim.ui.frontend.component import draw_component
+from ccwsim.ui.frontend.component import draw_tiles
 from ccwsim.ui.results.maps import pretty
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.resolve import fitted, image_of, levels
@@ -237,18 +237,25 @@ def _draw_round(state: State, shown: Round) -> None:
         if int(value[0]) == number:
             pick(quiz, int(value[1]))
 
-    tiles: list[dict[str, Any]] = []
-    for k, picture in enumerate(shown.pictures):
-        tile: dict[str, Any] = {"png": b64encode(map_png(picture, colours)).decode()}
-        label, is_answer = f"{k + 1}", picked and k == shown.answer
-        if picked:  # the browser gets the answer only after the pick
-            label += " · training image" if is_answer else " · realization"
-            label += ", your pick" if k == quiz.picked else ""
-        tile |= {"label": label, "name": f"Picture {label}", "value": [number, k]}
-        tiles.append(tile | {"mark": "answer" if is_answer else "", "disabled": picked})
-    data = {"tiles": tiles, "shown": quiz.picked, "kind": "quiz"}
-    data["heading"] = "Which one is the training image?"
-    draw_component("tiles", PICTURES, data, "chosen", chosen)
+    def label(k: int) -> str:
+        if not picked:  # the browser gets the answer only after the pick
+            return f"{k + 1}"
+        what = "training image" if k == shown.answer else "realization"
+        return f"{k + 1} · {what}{', your pick' if k == quiz.picked else ''}"
+
+    tiles = [
+        {
+            "value": [number, k],
+            "png": b64encode(map_png(picture, colours)).decode(),
+            "label": label(k),
+            "name": f"Picture {label(k)}",
+            "mark": "answer" if picked and k == shown.answer else "",
+            "disabled": picked,
+        }
+        for k, picture in enumerate(shown.pictures)
+    ]
+    heading = "Which one is the training image?"
+    draw_tiles(PICTURES, heading, tiles, chosen, kind="quiz", shown=quiz.picked)
     if picked:
         draw_reveal(quiz, shown, colours)
     if not quiz.tallies:

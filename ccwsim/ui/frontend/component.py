@@ -1,6 +1,6 @@
 """Streamlit components of the dashboard: each is a folder of JavaScript, HTML and CSS."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -45,6 +45,24 @@ def draw_component(
     if event:
         options[f"on_{event}_change"] = catch_callback_errors(changed)
     _component(name)(key=key, data=data, **options)
+
+
+def draw_tiles(
+    key: str,
+    heading: str,
+    tiles: Sequence[dict[str, Any]],
+    take: Callable[[Any], None],
+    **options: Any,
+) -> None:
+    """Draw pictures that act as buttons; `take` is called with the value of a clicked tile.
+
+    A tile may have a `value` (by default its number), a `name` for screen readers, texts (`label`,
+    `note`, `badge`, `title`), a picture `png` with `width` and `height`, and may be `disabled`.
+    `options` has what the tiles have in common: their style `kind`, the number `shown`, what
+    `arrows` do ("choose" or "move"), and a picture of all tiles with some `columns`.
+    """
+    data = {"heading": heading, "tiles": tiles, **options}
+    draw_component("tiles", key, data, "chosen", take)
 
 
 def run_script(name: str, key: str, take: Callable[[Any], None] | None = None, **data: Any) -> None:

@@ -16,7 +16,7 @@ from ccwsim import Ensemble, Grid, HardData, TrainingImage, datasets
 from ccwsim.figures import ENTROPY, contact_sheet, facies_colours, tile_size
 from ccwsim.sharing.choices import CellsOfWells
 from ccwsim.ui.frontend.cells import CellMap, draw_cells, facies_map, points_of, share_map
-from ccwsim.ui.frontend.component import draw_component
+from ccwsim.ui.frontend.component import draw_tiles
 from ccwsim.ui.results.charts import e_type_of
 from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.resolve import data_of, image_of, wells_of, what_decides
@@ -227,10 +227,19 @@ def draw_gallery(state: State, ensemble: Ensemble, colours: Sequence[str]) -> No
         step_note(f"Layer {ensemble.grid.nz // 2} of each realization; 0 is the bottom")
     png, columns = sheet(ensemble, tuple(colours), 2 * longest, ensemble.n)
     tiles = [{"name": f"Realization {r}", "badge": r} for r in range(1, ensemble.n + 1)]
-    data = {"png": png, "columns": columns, "width": width, "height": height, "tiles": tiles}
-    data |= {"kind": "sheet small" if width < NARROW_TILE else "sheet", "arrows": "choose"}
-    data |= {"heading": "Realizations; arrow keys choose", "shown": state.shown}
-    draw_component("tiles", "gallery", data, "chosen", lambda r: setattr(state, "shown", int(r)))
+    draw_tiles(
+        "gallery",
+        "Realizations; arrow keys choose",
+        tiles,
+        lambda r: setattr(state, "shown", int(r)),
+        kind="sheet small" if width < NARROW_TILE else "sheet",
+        arrows="choose",
+        shown=state.shown,
+        png=png,
+        columns=columns,
+        width=width,
+        height=height,
+    )
 
 
 @cached(max_entries=80)

@@ -16,7 +16,7 @@ from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.numbers import seconds
 from ccwsim.report.settings import caption_of
 from ccwsim.ui.flow.solving import FlowState, model_downloads
-from ccwsim.ui.frontend.component import draw_component
+from ccwsim.ui.frontend.component import draw_tiles
 from ccwsim.ui.results import charts, maps
 from ccwsim.ui.results.maps import MAP_WIDTHS, SMALLEST_IMAGE
 from ccwsim.ui.session.cached import kept_with
@@ -223,10 +223,10 @@ def draw_history(state: State) -> None:
     if len(runs) < 2:
         return
     panel_title("Runs of this session", "click to restore a run")
-    data = {"tiles": [entry(runs, k) for k in range(len(runs))], "shown": place_of(state)}
-    data |= {"kind": "history", "arrows": "move"}
-    data["heading"] = "Runs of this session, newest first; arrow keys move"
-    draw_component("tiles", "history_strip", data, "chosen", lambda key: go_back(state, str(key)))
+    heading = "Runs of this session, newest first; arrow keys move"
+    tiles = [entry(runs, k) for k in range(len(runs))]
+    options = {"kind": "history", "shown": place_of(state), "arrows": "move"}
+    draw_tiles("history_strip", heading, tiles, lambda key: go_back(state, str(key)), **options)
 
 
 def go_back(state: State, key: str) -> None:

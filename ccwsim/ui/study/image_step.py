@@ -13,7 +13,7 @@ from ccwsim.figures import contact_sheet, facies_colours, map_png
 from ccwsim.model.arrays import Bytes, describe_shape
 from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED
 from ccwsim.sharing.choices import DataChoice, ImageChoice, Upload
-from ccwsim.ui.frontend.component import draw_component
+from ccwsim.ui.frontend.component import draw_tiles
 from ccwsim.ui.results.maps import colours_of, pretty
 from ccwsim.ui.session.address import go_to, page_link
 from ccwsim.ui.session.cached import cached
@@ -158,9 +158,9 @@ def _menu(state: State) -> None:
     labels = {name: pretty(name) for name in datasets.names()}
     labels |= {name: f"{pretty(name)} (volume)" for name in datasets.volume_names()}
     tiles = [{"value": name, "name": text, "title": text} for name, text in labels.items()]
-    sheet = _bundled_sheet() | {"kind": "sheet named", "heading": "Bundled images", "tiles": tiles}
-    sheet |= {"shown": None if current.upload else list(labels).index(current.bundled)}
-    draw_component("tiles", "image_sheet", sheet | {"arrows": "choose"}, "chosen", choose)
+    shown = None if current.upload else list(labels).index(current.bundled)
+    options = {"kind": "sheet named", "shown": shown, "arrows": "choose", **_bundled_sheet()}
+    draw_tiles("image_sheet", "Bundled images", tiles, choose, **options)
     bundled: dict[str, Any] = options_of(labels) | {"placeholder": "choose one"}
     field(st.selectbox, "Bundled with the program", key="image_bundled", **chosen, **bundled)
     if not current.upload:

@@ -23,7 +23,7 @@ from ccwsim.model.numbers import minus, plural, seconds, three_digits
 from ccwsim.model.parameters import PER_AXIS
 from ccwsim.report.settings import describe_inputs
 from ccwsim.ui.frontend.cells import draw_cells, facies_map
-from ccwsim.ui.frontend.component import draw_component
+from ccwsim.ui.frontend.component import draw_tiles
 from ccwsim.ui.results.charts import chart_menu, draw_caption, draw_clickable_chart
 from ccwsim.ui.results.maps import ghost_panel, middle_layers, step_buttons, with_data
 from ccwsim.ui.session.address import page_link
@@ -80,7 +80,7 @@ def draw_page(state: State) -> None:
                 plan = planning.plan_of(state).fitting
                 panel_title("Settings", "to be tried; a realization of each will appear here")
                 tiles = _to_come(plan, names_of(plan), "")
-                _draw_tiles(tiles, -1, state.choices.grid, lambda _: None)
+                _draw_settings(tiles, -1, state.choices.grid, lambda _: None)
     with st.container(key="run_bar"):
         _sweep_button(state, "sweep_below")
 
@@ -150,7 +150,7 @@ def _draw_found(state: State) -> None:
             _draw_rows(state, run, found)
         elif run.going:
             panel_title("Settings", "settings appear as soon as they are finished")
-            draw_tiles(run, names_of(run.settings), (-1, -1), lambda _: None)
+            draw_settings(run, names_of(run.settings), (-1, -1), lambda _: None)
 
 
 def _draw_rows(state: State, run: SweepRun, found: Sweep) -> None:
@@ -183,7 +183,7 @@ def _draw_rows(state: State, run: SweepRun, found: Sweep) -> None:
         name = f"{grid_part(run.training_image, run.grid)}_seed{run.seed}_sweep.csv"
         content = partial(sweep_csv, found, choice.index)
         download("Table, CSV", content, name, key="sweep_csv", width="content")
-    draw_tiles(run, names, marked, lambda number: choose(state, number))
+    draw_settings(run, names, marked, lambda number: choose(state, number))
     if not run.going:
         draw_table(found)
 
@@ -341,7 +341,7 @@ def draw_use(state: State, parameters: Parameters, text: str, key: str) -> None:
     use_button(text, key, **options)
 
 
-def draw_tiles(
+def draw_settings(
     run: SweepRun, names: list[str], marked: tuple[int, int], choose: Callable[[int], None]
 ) -> None:
     """Draw a tile per finished setting; `marked` are the numbers of the shown and the best one."""
@@ -358,7 +358,7 @@ def draw_tiles(
         tiles.append(tile | {"badge": "recommended" if k == marked[1] else ""})
     if run.going:
         tiles += _to_come(run.settings[len(rows) :], names, "to come")
-    _draw_tiles(tiles, marked[0], run.grid, choose)
+    _draw_settings(tiles, marked[0], run.grid, choose)
 
 
 def _to_come(settings: Sequence[Parameters], names: list[str], note: str) -> list[dict[str, Any]]:
@@ -369,13 +369,14 @@ def _to_come(settings: Sequence[Parameters], names: list[str], note: str) -> lis
     ]
 
 
-def _draw_tiles(
+def _draw_settings(
     tiles: list[dict[str, Any]], shown: int, grid: Grid, choose: Callable[[int], None]
 ) -> None:
     width, height = tile_size(grid.shape[-2:], TILE_PIXELS)
-    data = {"tiles": tiles, "shown": shown, "width": width, "height": height, "kind": "settings"}
-    data |= {"heading": "Settings; arrow keys choose", "arrows": "choose"}
-    draw_component("tiles", TILES, data, "chosen", lambda k: choose(int(k)))
+    options = {"kind": "settings", "shown": shown, "arrows": "choose"}
+    options |= {"width": width, "height": height}
+    heading = "Settings; arrow keys choose"
+    draw_tiles(TILES, heading, tiles, lambda k: choose(int(k)), **options)
 
 
 def draw_table(found: Sweep) -> None:
