@@ -484,3 +484,18 @@ def test_a_dragged_well_is_told_one_choice_after_another_and_the_last_one_always
     tab.evaluate("(data) => { callWith(data); }", {**shown, "well": [0, 8], "heads": [1.2, 0]})
     tab.mouse.click(*spot(6, 12))
     assert told()[-1]["well"] == [6, 12]
+
+
+def test_a_line_of_flow_is_drawn_and_undone_with_keys(tab):
+    guides = {"strokes": False, "flow": [], "outlines": {}}
+    tab.set_viewport_size({"width": 500, "height": 600})
+    begin(tab, "guides", map_content(EMPTY) | guides | {"arrows": None})
+    tab.evaluate("() => { call(); }")
+    width(tab, "> 400")
+    tab.locator("canvas").focus()
+    for key in ("ArrowUp", "Enter", "ArrowDown", "Shift+ArrowRight", "Enter"):
+        tab.keyboard.press(key)  # the cursor begins in the middle
+    line = [[8.5, 4.5], [15.5, 3.5]]
+    is_told(tab, ["drawn", guides | {"flow": [line]}])
+    tab.keyboard.press("Control+z")
+    is_told(tab, ["drawn", guides | {"flow": [line]}], ["drawn", guides])
