@@ -56,7 +56,11 @@ class VolumeView extends View {
     const named = wellsWithData(this.data, (cell) => this.idOf(cell));
     const taken = new Set(named.flatMap(({ cells }) => cells.map((cell) => this.idOf(cell))));
     const others = points.filter((point) => !taken.has(this.idOf(point)));
-    const columns = Map.groupBy(others, ([, row, column]) => row * shape[0] + column);
+    const columns = new Map();
+    for (const point of others) {
+      const id = point[1] * shape[0] + point[2];
+      columns.set(id, [...columns.get(id) ?? [], point]);
+    }
     const unnamed = [...columns.values()].map((cells) => ({ name: '', cells })).filter(({ cells }) => cells.length > 1);
     this.wells = [...named, ...unnamed];
     this.wellOf = new Map();
