@@ -16,7 +16,6 @@ from ccwsim.flow.answers import at_percentiles, starts_on_grid
 from ccwsim.io import Conversion, preview_wells
 from ccwsim.model.arrays import check_choice, check_number
 from ccwsim.model.facies_property import values_by_facies
-from ccwsim.ui.flow.solving import duration
 from ccwsim.ui.session.resolve import fitted, position_along, taken_by_code
 from ccwsim.ui.study.guides_step import frame
 from ccwsim.ui.widgets.fields import bound_to
@@ -58,8 +57,6 @@ def test_flow():
     assert at_percentiles(np.array([3.0, 1.0, 2.0]), (0, 50, 100)).tolist() == [1, 2, 0]
     image = TrainingImage([[0, 7]], facies_names=["mud", "sand"])
     assert values_by_facies(image, {"mud": 1, 7: 10}).tolist() == [1.0, 10.0]
-    said = [duration(86400.0), duration(3.2e8), duration(float("inf"))]
-    assert said == ["1 d", "10.1 years", "never"]
 
 
 def test_widgets():

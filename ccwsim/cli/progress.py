@@ -13,6 +13,7 @@ import click
 from tqdm import tqdm
 
 from ccwsim.cli.program import PROGRAM
+from ccwsim.model.numbers import duration
 
 SECONDS_A_LINE = 5.0  # between progress lines without a terminal, as in the log of a batch system
 STARTING = "starting …"
@@ -92,7 +93,7 @@ class ProgressLine:
         line = f"{100 * fraction:.0f} %, {done}" if self._first else starting_text()
         if self._first and fraction > self._first[1]:
             pace = (fraction - self._first[1]) / (now - self._first[0])
-            line += f", {duration((1 - fraction) / pace)} left"
+            line += f", {duration((1 - fraction) / pace, rough=True)} left"
         print(line, file=self._stream, flush=True)
 
 
@@ -105,17 +106,7 @@ def starting_text() -> str:
         return STARTING
     text = f"compiling kernels, once for this machine: {progress.n_done} of {progress.n}"
     left = progress.seconds_left
-    return f"{text}, {duration(left)} left" if left is not None else text
-
-
-def duration(seconds: float) -> str:
-    """Return a time in words: "8 s", "1 min 15 s", "2 h 1 min"."""
-    whole = round(seconds)
-    if whole < 60:
-        return f"{whole} s"
-    if whole < 3600:
-        return f"{whole // 60} min {whole % 60} s"
-    return f"{whole // 3600} h {whole % 3600 // 60} min"
+    return f"{text}, {duration(left, rough=True)} left" if left is not None else text
 
 
 SIGNALS = {"SIGINT": 130, "SIGTERM": 143, "SIGHUP": 129}

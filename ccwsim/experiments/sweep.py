@@ -22,7 +22,7 @@ from ccwsim.model.arrays import Shape, check_int, frozen
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
-from ccwsim.model.numbers import seconds as in_seconds
+from ccwsim.model.numbers import duration
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.secondary import Secondary
 from ccwsim.model.training_image import TrainingImage
@@ -279,5 +279,5 @@ def _first_reason(sweep: Sweep, alike: list[int]) -> str:
     limits = {name: 100 * TOLERANCES[name] for name in ("patterns", "proportions")}
     alike_by = _SAID["alike"].format(tau=TOLERANCES["connection"], **limits)
     are = f"cannot be told apart by {n} realizations each" if same else alike_by
-    named, fastest = f"{'; '.join(labels[:MAX_NAMED])}{more}", in_seconds(sweep.times[k])
+    named, fastest = f"{'; '.join(labels[:MAX_NAMED])}{more}", duration(sweep.times[k])
     return f"These {are}: {named}. The fastest setting is {labels[0]}, {fastest}."

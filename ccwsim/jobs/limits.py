@@ -5,8 +5,9 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 from ccwsim.model.errors import CCWSIMError, refused
+from ccwsim.model.numbers import format_bytes
 from ccwsim.system.machine import n_cores
-from ccwsim.system.memory import format_bytes, free_memory, used_memory
+from ccwsim.system.memory import free_memory, used_memory
 
 MAX_CELLS = "CCWSIM_MAX_CELLS"
 MAX_DATA = "CCWSIM_MAX_DATA"

@@ -15,7 +15,7 @@ from ccwsim.datasets.sampling import sample_random
 from ccwsim.figures import LIGHT, Group, mds_chart, mds_title
 from ccwsim.metrics import Anodi, anodi
 from ccwsim.metrics.stack import Stack
-from ccwsim.model.numbers import seconds
+from ccwsim.model.numbers import duration
 from ccwsim.paper import methods, verdicts
 from ccwsim.paper.experiment import IMAGES, TEXTS, ExperimentRun, Outcome, said
 from ccwsim.paper.methods import DEFAULT, SETTINGS, TITLES
@@ -203,7 +203,7 @@ def stone_wall(run: ExperimentRun) -> Outcome:
         p = methods.paper_parameters(method, level, default=whose == "default")
         e = run.simulate(image, shape, p, data, n, workers=1)
         study.add(method, level, whose, e.indices)
-        times.append(seconds(methods.median_seconds(e)))
+        times.append(duration(methods.median_seconds(e)))
     for method in METHODS:
         name = f"{TITLES[method]}_stonewall512_hd300_L1"
         study.add(method, 1, "published", methods.published(run, image, name, shape))

@@ -10,7 +10,7 @@ from ccwsim.figures import Bundle
 from ccwsim.metrics import Stationarity, etype, stationarity
 from ccwsim.metrics.bands import STATISTICS, Statistic
 from ccwsim.metrics.stack import Stack
-from ccwsim.model.numbers import seconds
+from ccwsim.model.numbers import duration
 from ccwsim.paper import methods, verdicts
 from ccwsim.paper.experiment import TEXTS, ExperimentRun, Outcome, said
 from ccwsim.paper.methods import SETTINGS
@@ -71,7 +71,7 @@ def _measures(
     share = float(np.mean(images == image.n_facies - 1))
     tau = list(methods.relative_tau(images, image).values())
     near, far = (f"{tau[k]:.2f}" if k < len(tau) else "–" for k in (1, 3))
-    time = seconds(methods.median_seconds(ensemble)) if ensemble else "–"
+    time = duration(methods.median_seconds(ensemble)) if ensemble else "–"
     distances = methods.format_distances(methods.mean_distances(images, image))
     return name, percent(share), distances, near, far, time
 
@@ -135,10 +135,10 @@ def _maps(e: Ensemble, what: str, data: HardData | None = None) -> tuple[Picture
 
 def _by_data(free: Ensemble, runs: list[Ensemble]) -> Table:
     rows: list[tuple[str, ...]]
-    rows = [("0", str(free.n), "–", "–", "–", seconds(methods.median_seconds(free)))]
+    rows = [("0", str(free.n), "–", "–", "–", duration(methods.median_seconds(free)))]
     for e in runs:
         counts = (f"{n.mean():.1f}" for n in (e.n_mismatched, e.n_resimulated, e.n_forced))
-        rows.append((str(e.hard_data.n), str(e.n), *counts, seconds(methods.median_seconds(e))))
+        rows.append((str(e.hard_data.n), str(e.n), *counts, duration(methods.median_seconds(e))))
     header = ("data", "realizations", "wrong", "re-simulated", "forced", "CPU time (median)")
     caption = said("by_data", nx=free.grid.nx, ny=free.grid.ny, level=LEVEL, settings=SETTINGS)
     return Table(header, tuple(rows), caption)

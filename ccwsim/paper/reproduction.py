@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from ccwsim.experiments.trials import run_trials
 from ccwsim.model.errors import Cancelled, CCWSIMError
-from ccwsim.model.numbers import seconds
+from ccwsim.model.numbers import duration
 from ccwsim.paper.comparison import sampled_data, stone_wall, variability
 from ccwsim.paper.experiment import (
     FULL,
@@ -177,11 +177,11 @@ def _run_facts(r: Reproduction) -> tuple[tuple[str, str], ...]:
     if r.inputs.folder is not None:
         folder = f"training images and data of the folder “{r.inputs.folder.name}”"
     extent = said("extent", x=r.extent)
-    took = ", ".join(f"{f.experiment.title} {seconds(f.seconds)}" for f in r.finished)
+    took = ", ".join(f"{f.experiment.title} {duration(f.seconds)}" for f in r.finished)
     return (
         ("Inputs", folder),
         ("Extent", extent),
         ("Seed", str(r.seed)),
         ("Parameters", f"{SETTINGS}, unless a section states other values"),
-        ("Time", f"{seconds(r.seconds)} in all; {took}"),
+        ("Time", f"{duration(r.seconds)} in all; {took}"),
     )

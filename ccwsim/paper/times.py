@@ -7,7 +7,7 @@ import numpy as np
 
 from ccwsim.experiments.timing import Timing, data_cases, grid_cases, growth, time_cases
 from ccwsim.figures import LIGHT, TimeSeries, timings_chart
-from ccwsim.model.numbers import minus, seconds
+from ccwsim.model.numbers import duration, minus
 from ccwsim.model.parameters import Parameters
 from ccwsim.paper import methods, verdicts
 from ccwsim.paper.experiment import ExperimentRun, Outcome, said
@@ -47,9 +47,9 @@ def grid_size(run: ExperimentRun) -> Outcome:
     paper = {p.level: p.cpu_seconds for p in FIGURE_13}
     rows = []
     for k, side in enumerate(sides):
-        each = (seconds(by_level[level][k].seconds) for level in LEVELS)
+        each = (duration(by_level[level][k].seconds) for level in LEVELS)
         rows.append((f"{side} × {side}", f"{side * side:,}", *each))
-    theirs = (seconds(paper[level] or 0.0) for level in LEVELS)
+    theirs = (duration(paper[level] or 0.0) for level in LEVELS)
     rows.append((f"paper, {PAPER_SIDE} × {PAPER_SIDE}", f"{PAPER_SIDE**2:,}", *theirs))
     header = ("grid", "cells", *(f"level {level}" for level in LEVELS))
     caption = said("grids", n=n)
@@ -102,8 +102,8 @@ def _grid_judgements(by_level: dict[int, list[Timing]]) -> Iterator[Judgement]:
         yield verdicts.of_time("25 million cells, level 1", taken_here, paper, "Fig. 13")
         return
     claim = "Fig. 13: 56 s for 25 million cells at level 1."
-    whole = seconds(25e6 / largest.n_cells * taken_here)
-    found = said("largest", here=seconds(taken_here), side=side, whole=whole)
+    whole = duration(25e6 / largest.n_cells * taken_here)
+    found = said("largest", here=duration(taken_here), side=side, whole=whole)
     yield verdicts.judged(claim, found, verdicts.OPEN)
 
 
@@ -115,7 +115,7 @@ def level_change(taken: dict[int, list[float]], a: int, b: int) -> Judgement:
         f"{_change(v)} from level {m} to {n}" for (m, n), v in LEVEL_CHANGES.items()
     )
     claim = f"Fig. 13: the CPU time changes by {each}, averaged over five sizes."
-    largest = f"{seconds(taken[a][-1])} and {seconds(taken[b][-1])} at the largest"
+    largest = f"{duration(taken[a][-1])} and {duration(taken[b][-1])} at the largest"
     found = f"Level {a} to {b}: {_change(ours)}, averaged over {len(taken[a])} sizes; {largest}."
     return verdicts.of_ratio(claim, found, 1 + ours, 1 + theirs)
 
@@ -174,10 +174,10 @@ def _row(p: Parameters, times: Times) -> tuple[str, ...]:
     for k in (0, 1):
         t = times[method, level, exact, k]
         wrong = 100 * float(t.n_mismatched.mean()) / max(t.n_data, 1)
-        cells += [seconds(t.seconds), f"{wrong:.1f} %"]
+        cells += [duration(t.seconds), f"{wrong:.1f} %"]
     for source, n in product((PAPER, OCTAVE), TABLE_2_DATA):
         taken = None if exact else _published(source, method, level, n)
-        cells.append("–" if taken is None else seconds(taken))
+        cells.append("–" if taken is None else duration(taken))
     return tuple(cells)
 
 

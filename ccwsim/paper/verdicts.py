@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from itertools import pairwise
 from math import isnan, log
 
-from ccwsim.model.numbers import minus, seconds
+from ccwsim.model.numbers import duration, minus
 from ccwsim.paper.experiment import said
 from ccwsim.report.document import Judgement, Tone
 
@@ -66,12 +66,12 @@ def of_time(
     what: str, ours: float, theirs: float, where: str, comparable: bool = True
 ) -> Judgement:
     """Judge our CPU time against the paper's CPU time if the grids are comparable."""
-    claim = f"{where}: {seconds(theirs)} for {what}."
+    claim = f"{where}: {duration(theirs)} for {what}."
     if not comparable:
-        return judged(claim, f"{seconds(ours)} on a smaller grid; not comparable.", OPEN)
+        return judged(claim, f"{duration(ours)} on a smaller grid; not comparable.", OPEN)
     ratio = theirs / ours
     how = f"{ratio:.3g} times less" if ratio >= 1 else f"{1 / ratio:.3g} times more"
-    found = said("time", ours=seconds(ours), how=how)
+    found = said("time", ours=duration(ours), how=how)
     words = {-1: "more time", 0: "like time", 1: "less time"}
     return judged(claim, found, words[order_of(ratio, ALIKE)])
 
@@ -94,7 +94,7 @@ def of_levels(times: Mapping[int, float]) -> Judgement:
     words = {-1: "less than", 0: "as long as", 1: "more than"}
     orders = {(a, b): order_of(times[b] / times[a]) for a, b in pairwise(levels)}
     steps = (f"level {b} takes {words[order]} level {a}" for (a, b), order in orders.items())
-    each = ", ".join(f"level {level} {seconds(times[level])}" for level in levels)
+    each = ", ".join(f"level {level} {duration(times[level])}" for level in levels)
     falls = all(order < 0 for order in orders.values())
     claim = "Fig. 13: each level takes less CPU time than the level below."
     return of_claim(claim, f"{each}: {', '.join(steps)}.", falls)

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from ccwsim.model.arrays import LazyStack, describe_shape
 from ccwsim.model.ensemble import codes_with_nan
 from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.numbers import format_bytes
 from ccwsim.model.study import Study
-from ccwsim.system.memory import format_bytes
 from ccwsim.system.whole_files import WholeFile, unwritable
 
 Stored = tuple[NDArray[np.uint8], NDArray[np.int32] | None]

@@ -12,7 +12,7 @@ from ccwsim.metrics.stack import Stack
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.numbers import seconds, three_digits
+from ccwsim.model.numbers import duration, three_digits
 from ccwsim.model.parameters import parameter_table
 from ccwsim.report import document, verdicts
 from ccwsim.report.pictures import bundle_chart, bundle_of, map_picture, share_picture
@@ -61,7 +61,7 @@ def study_report(
         ("Variograms and connectivity", curves, f"{of_facies}, compared with the training image"),
         ("Measures", (_measures(ensemble, facies),), f"{of_facies}, beside crops of the image"),
         ("Flow", (_flow(ensemble, facies),), f"{of_facies}, beside crops of the image"),
-        ("CPU time and proportions", counts, f"{seconds(mean)} a realization"),
+        ("CPU time and proportions", counts, f"{duration(mean)} a realization"),
         ("Parameters", (_parameters(ensemble),), ""),
         ("Reproduction", _reproduction(ensemble, choices, link, how), ""),
     )

@@ -104,8 +104,3 @@ def lines_of(path: Path) -> list[str]:
         return path.read_text("utf-8", errors="replace").splitlines()
     except OSError:
         return []
-
-
-def format_bytes(number: float) -> str:
-    """Format a number of bytes."""
-    return f"{number / 1e9:.1f} GB" if number >= 1e9 else f"{number / 1e6:.0f} MB"

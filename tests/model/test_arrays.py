@@ -21,14 +21,23 @@ from ccwsim.model.classes import are_codes, merge_facies
 from ccwsim.model.errors import shown
 from ccwsim.model.grid import fault_of_crs
 from ccwsim.model.missing import known_values, unknown_note
-from ccwsim.model.numbers import plural, seconds, with_power
+from ccwsim.model.numbers import duration, format_bytes, plural, with_power
 from ccwsim.model.parameters import describe_weight
 
 
 def test_words():
     assert [listing(letters) for letters in ("x", "xy", "xyz")] == ["x", "x and y", "x, y and z"]
     assert (plural(1, "cell"), plural(3, "cell")) == ("1 cell", "3 cells")
-    assert [seconds(s) for s in (0.0123, 0.9997, 75.0)] == ["12.3 ms", "1 s", "75 s"]
+    assert [duration(s) for s in (0.0123, 0.9997, 75.0)] == ["12.3 ms", "1 s", "75 s"]
+    assert [duration(s, rough=True) for s in (0.2, 59.7, 125, 7260)] == [
+        "1 s",
+        "60 s",
+        "2 min",
+        "2.0 h",
+    ]
+    travel = [duration(s) for s in (86400.0, 3.2e8, float("inf"))]
+    assert travel == ["1 d", "10.1 years", "never"]
+    assert [format_bytes(n) for n in (12.3e9, 45e6)] == ["12.3 GB", "45 MB"]
     small = [with_power(x) for x in (3.214e-5, -2e-12, 0.0, 12.5, 1.0)]
     assert small == ["3.21 × 10⁻⁵", "−2 × 10⁻¹²", "0", "12.5", "1"]
     assert [shown(v) for v in ("sand", (3, 4))] == ["'sand'", "(3, 4)"]

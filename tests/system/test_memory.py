@@ -9,8 +9,6 @@ import sys
 
 import pytest
 
-from ccwsim.system.memory import format_bytes
-
 ARENAS = """
 import ctypes, sys, threading
 from ccwsim.system.memory import settle_memory
@@ -73,7 +71,3 @@ def test_freed_maps_go_back_to_the_system():
         return int(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
 
     assert left(2) < 10 * 10**6 < left()
-
-
-def test_bytes_have_a_unit():
-    assert [format_bytes(n) for n in (12.3e9, 45e6)] == ["12.3 GB", "45 MB"]

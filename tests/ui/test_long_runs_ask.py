@@ -11,10 +11,10 @@ import pytest
 from ccwsim import Grid, Parameters, TrainingImage, simulate
 from ccwsim.jobs import limits
 from ccwsim.jobs.job import Job, server_queue
+from ccwsim.model.numbers import duration
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Shown, Upload
 from ccwsim.sharing.link import link_of
 from ccwsim.sharing.project import Project, project_as_bytes
-from ccwsim.ui.session.progress import format_duration
 from ccwsim.ui.session.resolve import image_of, study_of
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.share.menu import open_project
@@ -126,7 +126,7 @@ def test_a_project_of_a_short_run_starts_at_once():
 def test_more_realizations_take_longer_and_are_said_so(times):
     more = replace(LONG, n_realizations=times * LONG.n_realizations)
     assert estimated_seconds(more) == pytest.approx(times * estimated_seconds(LONG))
-    said = format_duration(estimated_seconds(more))
+    said = duration(estimated_seconds(more), rough=True)
     assert f"takes about {said} on this machine" in question_of(
         State(choices=more, needs_confirmation=True)
     )

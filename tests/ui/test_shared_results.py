@@ -10,7 +10,7 @@ import streamlit as st
 
 from ccwsim import simulate
 from ccwsim.model.arrays import readonly
-from ccwsim.model.numbers import seconds
+from ccwsim.model.numbers import duration
 from ccwsim.sharing.choices import Choices, ImageChoice
 from ccwsim.ui.results import charts
 from ccwsim.ui.session.resolve import image_of
@@ -118,7 +118,7 @@ def test_charts_in_other_names_and_times_are_their_own():
     slower = readonly(np.full(2, 9.0))
     state.ensemble = replace(state.ensemble, cpu_seconds=slower)
     later = launched_with(state)
-    assert f"{seconds(9.0)} CPU each" in html(later)
+    assert f"{duration(9.0)} CPU each" in html(later)
     assert specs_of(later) != specs_of(page)
 
 

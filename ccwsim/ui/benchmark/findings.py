@@ -12,12 +12,12 @@ from ccwsim.experiments.timing import Timing, TimingCase, growth, image_of_case,
 from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.model.arrays import Shape, describe_shape
 from ccwsim.model.errors import Cancelled
-from ccwsim.model.numbers import plural, seconds, three_digits
+from ccwsim.model.numbers import duration, plural, three_digits
 from ccwsim.paper import published_times as published
 from ccwsim.paper.published_times import PAPER, published_time
 from ccwsim.ui.benchmark.measurement import TimingRun
 from ccwsim.ui.results.maps import pretty
-from ccwsim.ui.session.progress import compilation_to_come, format_duration
+from ccwsim.ui.session.progress import compilation_to_come
 from ccwsim.ui.study.run import failed
 from ccwsim.ui.widgets.text import page_text, scrolled
 
@@ -117,8 +117,7 @@ def describe_levels(timings: Sequence[Timing]) -> str:
 def describe_plan(n_cases: int, n_realizations: int, seconds: float) -> str:
     """Describe a planned run and its approximate duration."""
     work = f"{plural(n_cases, 'setting')} × {plural(n_realizations, 'realization')}"
-    duration = format_duration(max(seconds, 1.0))
-    return f"{work} on one thread: about {duration}.{compilation_to_come()}"
+    return f"{work} on one thread: about {duration(seconds, rough=True)}.{compilation_to_come()}"
 
 
 def why_ended(run: TimingRun) -> str:
@@ -179,7 +178,7 @@ def grid_table(timings: Sequence[Timing]) -> str:
     rows = []
     for shape in sorted({t.grid_shape for t in timings}, key=lambda s: (prod(s), len(s))):
         took = [next((t for t in own if t.grid_shape == shape), None) for own in found.values()]
-        rows.append([size_text(shape), *(seconds(t.seconds) if t else NONE for t in took)])
+        rows.append([size_text(shape), *(duration(t.seconds) if t else NONE for t in took)])
     if any(volume for _, _, volume in found):
         return table_of([head], rows)
     paper = {t.level: t.cpu_seconds for t in published.FIGURE_13}
@@ -265,7 +264,7 @@ def _head(row: Sequence[str]) -> str:
 
 
 def _time(timing: Timing | None) -> str:
-    return seconds(timing.seconds) if timing else NONE
+    return duration(timing.seconds) if timing else NONE
 
 
 def _wrong(timing: Timing | None) -> str:

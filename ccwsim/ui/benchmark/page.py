@@ -11,6 +11,7 @@ from ccwsim.figures import TimeSeries, timings_chart
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_REALIZATIONS_TIMED
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.numbers import format_bytes
 from ccwsim.paper import published_times as published
 from ccwsim.paper.times import paper_series
 from ccwsim.system.machine import this_machine
@@ -131,7 +132,7 @@ def _describe_plan(state: State, kind: Kind) -> str:
     )
     n_bytes = max(case.n_cells for case in cases) * measurement.BYTES_PER_CELL
     if n_bytes > MIN_BYTES_TOLD:
-        text += f" Up to {n_bytes / 1e6:.0f} MB of memory."
+        text += f" Up to {format_bytes(n_bytes)} of memory."
     if page_state.running not in (None, getattr(page_state, kind)):
         text += " Another measurement is running; two at once would slow each other down."
     return text

@@ -11,7 +11,7 @@ from ccwsim.experiments.comparison import Comparison, PairRatio
 from ccwsim.figures import DARK, LIGHT
 from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.metrics import fit_proportions
-from ccwsim.model.numbers import seconds, three_digits
+from ccwsim.model.numbers import duration, three_digits
 from ccwsim.report.verdicts import describe_proportion
 from ccwsim.ui.compare.settings import TWO_POINT
 from ccwsim.ui.widgets.text import numbers_table, page_text
@@ -111,7 +111,7 @@ def figures_table(found: Comparison) -> str:
         ratio = found.cpu_seconds[k] / found.cpu_seconds[0]
         means = map(three_digits, _counts_of_data(name, e).mean(axis=1)) if with_data else ()
         patterns = _patterns(found, k)
-        rows.append([letter, seconds(found.cpu_seconds[k]), f"{ratio:.2f} ×", *means, *patterns])
+        rows.append([letter, duration(found.cpu_seconds[k]), f"{ratio:.2f} ×", *means, *patterns])
     return numbers_table(rows, (*heads, "from the image", "variety"), "figures")
 
 

@@ -18,7 +18,7 @@ from ccwsim.jobs.limits import Demand, limits_of_environment
 from ccwsim.metrics.lags import axes_of
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_REALIZATIONS_COMPARED
-from ccwsim.model.numbers import plural, seconds, three_digits
+from ccwsim.model.numbers import duration, plural, three_digits
 from ccwsim.report.settings import describe_inputs, describe_parameters, describe_setting
 from ccwsim.report.verdicts import SIGNS, curve_title, describe_curves, describe_scaling
 from ccwsim.sharing.choices import ImageChoice, Upload
@@ -353,7 +353,7 @@ def _draw_times_and_proportions(found: Comparison) -> None:
     """Draw CPU times and proportions below the training image."""
     image, theme, names = found.ensembles[0].training_image, chart_theme(), found.names
     each = dict(zip(names, (1000 * e.cpu_seconds for e in found.ensembles), strict=True))
-    labels = [seconds(mean) for mean in found.cpu_seconds]
+    labels = [duration(mean) for mean in found.cpu_seconds]
     chart = figures.compared_times_chart(each, 1000 * found.cpu_seconds, labels, theme)
     charts.titled_chart(
         "CPU time", "", chart, "compared_times", "CPU time of a realization by setting"

@@ -18,7 +18,7 @@ from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.jobs.statistics import Failure
 from ccwsim.model.bounds import MAX_CONDUCTIVITY, MIN_CONDUCTIVITY
 from ccwsim.model.facies_property import cell_values
-from ccwsim.model.numbers import minus, plural, three_digits, with_power
+from ccwsim.model.numbers import duration, minus, plural, three_digits, with_power
 from ccwsim.report.settings import caption_of
 from ccwsim.system.log import reason
 from ccwsim.ui.flow import solving
@@ -201,7 +201,7 @@ def _draw_flow(state: State, ensemble: Ensemble, found: Solution, settings: Flow
     if not flow.wells:
         k = flow.effective_k * solving.UNITS[page_state.unit]
         facts.insert(0, f"effective K {with_power(k)} {page_state.unit}")
-    facts.append(f"half of the water needs more than {solving.duration(median)}")
+    facts.append(f"half of the water needs more than {duration(median)}")
     facts.append(f"balance {with_power(flow.balance, 1)}, {plural(flow.iterations, 'iteration')}")
     with st.container(**ROW, key="flow_tools"):
         write_facts(facts)
@@ -214,11 +214,11 @@ def _draw_flow(state: State, ensemble: Ensemble, found: Solution, settings: Flow
         _draw_heads(page_state, ensemble, found, settings)
     options = bound_to(page_state, "particles", min_value=0, max_value=200, step=5, width=420)
     if np.isfinite(median) and ensemble.grid.nz is None:  # volumes show whole tracks
-        label = f"Particles after this share of {solving.duration(median)} (%)"
+        label = f"Particles after this share of {duration(median)} (%)"
         field(st.slider, label, key="flow_particles", **options)
     note, by_hand = text.page_text("Flow of the shown realization"), text.page_text("Flow by hand")
     if ensemble.grid.nz is not None:
-        by_hand = text.page_text("Tracks in a volume", time=solving.duration(2 * median))
+        by_hand = text.page_text("Tracks in a volume", time=duration(2 * median))
     text.step_note(f"{note} {by_hand}")
 
 
@@ -316,7 +316,7 @@ def with_tracks(
     at = particles / 100 * median
     for x, y in (positions(found.tracks, at) - corner) / size if particles else ():
         mark = {"kind": "disc", "row": y - 0.5, "column": x - 0.5, "height": 1, "width": 1}
-        marks.append({**mark, "colour": PARTICLE, "label": f"after {solving.duration(at)}"})
+        marks.append({**mark, "colour": PARTICLE, "label": f"after {duration(at)}"})
     return replace(shown, lines=lines, line_colours=[*colours, accent], marks=marks)
 
 

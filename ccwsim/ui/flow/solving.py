@@ -261,14 +261,6 @@ def model_downloads(
     return {f"Models for flow programs, with the values of Flow: {', '.join(said)}": files}
 
 
-def duration(seconds: float) -> str:
-    """Return a travel time in days or years."""
-    if not np.isfinite(seconds):
-        return "never"
-    days = seconds / DAY
-    return f"{three_digits(days)} d" if days < 1000 else f"{three_digits(days / 365.25)} years"
-
-
 def worth(capture: Capture, truth: NDArray[np.bool_] | None) -> str:
     """Return a sentence on the Brier score of the capture probability against climatology."""
     try:

@@ -13,6 +13,7 @@ from ccwsim import CCWSIMError
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import Demand
 from ccwsim.model.bounds import MAX_SEED
+from ccwsim.model.numbers import format_bytes
 from ccwsim.paper import reproduction
 from ccwsim.paper.experiment import FULL, QUICK, PaperInputs, inputs_in
 from ccwsim.paper.reproduction import EXPERIMENTS, Finished, Reproduction
@@ -152,7 +153,7 @@ def _draw_end(run: PaperRun) -> None:
         else:
             st.html(f'<p class="facts ran">{words}</p>')
         if run.report:
-            label = f"Download the report ({len(run.report) / 1e6:.0f} MB)"
+            label = f"Download the report ({format_bytes(len(run.report))})"
             name = f"ccwsim-paper-{date.today()}.html"
             download(label, run.report, name, key="download_paper", type="primary")
 

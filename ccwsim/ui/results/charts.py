@@ -16,7 +16,7 @@ from ccwsim.metrics.bands import Statistic, curves_of
 from ccwsim.metrics.lags import DirectionName, axes_of, max_lag
 from ccwsim.metrics.stack import Stack
 from ccwsim.model.bounds import MAX_CURVES
-from ccwsim.model.numbers import seconds
+from ccwsim.model.numbers import duration
 from ccwsim.report import verdicts
 from ccwsim.report.pictures import bundle_of_curves, layers_bundle, layers_chart
 from ccwsim.ui.frontend.component import draw_component
@@ -245,7 +245,7 @@ def _times(ensemble: Ensemble, theme: Theme) -> None:
         panel_title("CPU time", "not run on this machine yet")
         return
     mean = float(ensemble.cpu_seconds.mean())
-    note = f"{seconds(mean)} a realization"
+    note = f"{duration(mean)} a realization"
     times = times_chart, 1000 * ensemble.cpu_seconds, 1000 * mean, theme
     titled_chart("CPU time", note, times, "times", "CPU time of each realization", _draw_once)
 

@@ -2,6 +2,7 @@
 
 from ccwsim.engine.compilation import compilation, must_compile
 from ccwsim.jobs.job import Job
+from ccwsim.model.numbers import duration
 
 SLOW_START = 0.8
 """Number of seconds without progress after which a job is assumed to compile kernels."""
@@ -13,7 +14,7 @@ def progress_text(job: Job, label: str = "") -> str:
         return f"{label} · {delay}" if label else delay
     text = label or f"{job.n_done:,} of {job.n:,} {job.unit}"
     left = job.seconds_left
-    return text if left is None else f"{text} · {format_duration(max(left, 1.0))} left"
+    return text if left is None else f"{text} · {duration(left, rough=True)} left"
 
 
 def delay_text(job: Job) -> str:
@@ -38,20 +39,13 @@ def compilation_text() -> str:
     if progress := compilation():
         text += f": {progress.n_done} of {progress.n} done"
         if progress.seconds_left is not None:
-            text += f", about {format_duration(max(progress.seconds_left, 1.0))} left"
+            text += f", about {duration(progress.seconds_left, rough=True)} left"
     return text + " …"
 
 
 def compilation_to_come() -> str:
     """Return a note that kernels must compile first, or "" if all kernels are compiled already."""
     return " Kernels are compiled first; this happens only once." if must_compile() else ""
-
-
-def format_duration(seconds: float) -> str:
-    """Return a duration in seconds as text with few digits."""
-    if seconds < 90:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
 
 
 def ordinal(number: int) -> str:

@@ -32,6 +32,7 @@ from ccwsim.metrics import default_parameters
 from ccwsim.model.arrays import Shape
 from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED, MAX_LEVEL, MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.errors import refused
+from ccwsim.model.numbers import duration, format_bytes
 from ccwsim.model.parameters import PER_AXIS, legal_sizes
 from ccwsim.model.secondary import cells_in_polygon
 from ccwsim.model.study import Study
@@ -51,9 +52,7 @@ from ccwsim.sharing.choices import (
     WellTables,
     ZoneLayers,
 )
-from ccwsim.system.memory import format_bytes
 from ccwsim.ui.session.cached import CONTENT, cached, kept_with
-from ccwsim.ui.session.progress import format_duration
 
 Value = TypeVar("Value")
 Made = TypeVar("Made", io.PointColumns, io.WellColumns, io.Conversion)
@@ -479,7 +478,8 @@ def _sampled(
     if seconds > UNASKED_SECONDS:
         raise CCWSIMError(
             "sampling data needs a realization without data, which takes about "
-            f"{format_duration(seconds)}; choose a smaller grid or a higher level, or other data"
+            f"{duration(seconds, rough=True)}; choose a smaller grid or a higher level, or "
+            "other data"
         )
     demand = demand_of(Study(image, Grid.of(shape), parameters), 1)
     reference = result_in_turn(partial(simulate, image, shape, parameters, seed=seed), demand)

@@ -13,7 +13,7 @@ from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.metrics import VERTICAL, axes_of, etype
 from ccwsim.metrics.bands import Statistic
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.numbers import seconds
+from ccwsim.model.numbers import duration
 from ccwsim.report.settings import caption_of
 from ccwsim.ui.flow.solving import FlowState, model_downloads
 from ccwsim.ui.frontend.component import draw_tiles
@@ -258,7 +258,7 @@ def entry(runs: list[PastRun], k: int) -> dict[str, Any]:
     missing = run.choices.n_realizations - ensemble.n
     stopped = f"{ensemble.n} of {run.choices.n_realizations} · " if missing else ""
     label = " · ".join(changes) or study_name(run.choices)
-    note = f"{stopped}{run.at:%H:%M:%S} · {seconds(ensemble.wall_seconds)}"
+    note = f"{stopped}{run.at:%H:%M:%S} · {duration(ensemble.wall_seconds)}"
     return {
         "value": run.key,
         "png": _picture(run),

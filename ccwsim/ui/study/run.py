@@ -17,19 +17,17 @@ from ccwsim.jobs.job import PATIENCE, Job, server_queue
 from ccwsim.jobs.limits import Demand, limits_of_environment, needs_consent
 from ccwsim.jobs.workers import Cancel, Progress, progress_of_part
 from ccwsim.model.bounds import MAX_REALIZATIONS, MAX_SEED
-from ccwsim.model.numbers import seconds as in_seconds
+from ccwsim.model.numbers import duration, format_bytes
 from ccwsim.run.executors import executor_of_environment
 from ccwsim.run.footprint import demand_of
 from ccwsim.run.shared import SharedRun, SharedRuns
 from ccwsim.sharing.choices import Choices
 from ccwsim.system.log import reason
 from ccwsim.system.machine import n_cores
-from ccwsim.system.memory import format_bytes
 from ccwsim.ui.session import resolve
 from ccwsim.ui.session.address import go_to
 from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.fragments import follow
-from ccwsim.ui.session.progress import format_duration
 from ccwsim.ui.session.state import PastRun, State
 from ccwsim.ui.study.changes import changes_between
 from ccwsim.ui.widgets.errors import if_possible, problem_in
@@ -155,8 +153,8 @@ def question_of(state: State) -> str:
     seconds, demand = estimated_seconds(state.choices), demand_of_run(state.choices)
     if not needs_consent(demand, seconds, server_queue().still_to_take):
         return ""
-    duration, memory = format_duration(seconds), format_bytes(demand.n_bytes)
-    return page_text("Long run", duration=duration, memory=memory)
+    memory = format_bytes(demand.n_bytes)
+    return page_text("Long run", duration=duration(seconds, rough=True), memory=memory)
 
 
 def estimated_seconds(choices: Choices) -> float:
@@ -179,7 +177,7 @@ def describe_price(choices: Choices, **changes: Any) -> str:
     one = resolve.fitted_to_image(choices, image)
     changed = resolve.fitted(one.parameters, image.shape, **changes)
     each, now = (_seconds_of_one(one, parameters) for parameters in (changed, one.parameters))
-    return f"about {in_seconds(float(f'{each:.2g}'))} a realization, {each / now:.2g} × today's"
+    return f"about {duration(float(f'{each:.2g}'))} a realization, {each / now:.2g} × today's"
 
 
 def describe_levels(choices: Choices) -> str:

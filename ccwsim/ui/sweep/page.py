@@ -19,7 +19,7 @@ from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.metrics import Quality
 from ccwsim.model.bounds import MAX_REALIZATIONS_OF_SWEEP
 from ccwsim.model.missing import UNKNOWN
-from ccwsim.model.numbers import minus, plural, seconds, three_digits
+from ccwsim.model.numbers import duration, minus, plural, three_digits
 from ccwsim.model.parameters import PER_AXIS
 from ccwsim.report.settings import describe_inputs
 from ccwsim.ui.frontend.cells import draw_cells, facies_map
@@ -352,7 +352,7 @@ def draw_settings(
         run.tiles.append(contact_sheet(first, run.colours, longest=2 * TILE_PIXELS)[0])
     tiles: list[dict[str, Any]] = []
     for k, (row, png) in enumerate(zip(rows, run.tiles, strict=False)):
-        bits, time = three_digits(row.quality.pattern_distance), seconds(row.quality.cpu_seconds)
+        bits, time = three_digits(row.quality.pattern_distance), duration(row.quality.cpu_seconds)
         tile = {"label": label(row.parameters, names), "note": f"{bits} bits · {time}"}
         tile |= {"name": f"Setting {tile['label']}", "png": b64encode(png).decode()}
         tiles.append(tile | {"badge": "recommended" if k == marked[1] else ""})

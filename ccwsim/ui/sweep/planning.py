@@ -12,12 +12,12 @@ from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import Demand, limits_of_environment
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
-from ccwsim.model.numbers import plural
+from ccwsim.model.numbers import duration, plural
 from ccwsim.model.parameters import METHODS
 from ccwsim.sharing.choices import Choices
 from ccwsim.system.log import reason
 from ccwsim.ui.results.maps import pretty
-from ccwsim.ui.session.progress import compilation_to_come, format_duration
+from ccwsim.ui.session.progress import compilation_to_come
 from ccwsim.ui.session.resolve import data_of, fitted, image_of, levels
 from ccwsim.ui.session.state import State, start_page_run
 from ccwsim.ui.study.trials import SettingsRun, inputs_of, study_key
@@ -201,8 +201,8 @@ def describe_study(state: State) -> str:
 def describe_plan(state: State, plan: SweepPlan) -> str:
     """Describe a plan: number of settings, duration, and the reason why settings are omitted."""
     n = plural(state.page(SweepState).n_realizations, "realization")
-    duration = format_duration(max(seconds_of(state, plan), 1.0))
-    text = f"{plural(len(plan), 'setting')} × {n}: about {duration} on one core."
+    about = duration(seconds_of(state, plan), rough=True)
+    text = f"{plural(len(plan), 'setting')} × {n}: about {about} on one core."
     text += compilation_to_come()
     if plan.left_out:
         n = len(plan.left_out)

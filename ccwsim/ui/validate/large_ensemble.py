@@ -18,7 +18,7 @@ from ccwsim.metrics import RunningStatistics, RunningSummary
 from ccwsim.metrics.bands import Statistic, curves_of
 from ccwsim.metrics.lags import DirectionName, axes_of, max_lag
 from ccwsim.model.bounds import MAX_LARGE_ENSEMBLE
-from ccwsim.model.numbers import three_digits
+from ccwsim.model.numbers import format_bytes, three_digits
 from ccwsim.model.study import Study
 from ccwsim.report.verdicts import SIGNS, curve_title
 from ccwsim.run.footprint import demand_of
@@ -184,7 +184,7 @@ def describe_summary(run: LargeEnsembleRun, summary: RunningSummary) -> str:
             data = f" In total, {n:,} {'datum is' if n == 1 else 'data are'} not honoured."
     values = {"n": summary.n, "name": image.facies_names[k], "image": 100 * image.proportions[k]}
     values |= {name: 100 * getattr(mean, name)[k] for name in ("mean", "low", "high")}
-    values |= {"data": data, "size": run.nbytes / 1e6}
+    values |= {"data": data, "size": format_bytes(run.nbytes)}
     return page_text("Summary of a large ensemble", **values)
 
 

@@ -8,7 +8,7 @@ import streamlit as st
 
 from ccwsim.metrics import fit_proportions
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.numbers import plural, seconds, three_digits
+from ccwsim.model.numbers import duration, plural, three_digits
 from ccwsim.report.verdicts import advise_proportions, describe_proportion
 
 SMALL = 3
@@ -48,8 +48,8 @@ def _time(ensemble: Ensemble) -> str:
     many = plural(ensemble.n, "realization")
     if ensemble.is_stored:
         return f"{many} stored with the program, not run on this machine"
-    each = seconds(float(ensemble.cpu_seconds.mean()))
-    return f"{many} in {seconds(ensemble.wall_seconds)}, {each} CPU each"
+    each = duration(float(ensemble.cpu_seconds.mean()))
+    return f"{many} in {duration(ensemble.wall_seconds)}, {each} CPU each"
 
 
 def _proportions(ensemble: Ensemble) -> list[str]:

@@ -15,9 +15,7 @@ from ccwsim.model.numbers import with_power
 from ccwsim.sharing.choices import Choices
 from ccwsim.ui.flow.page import positions, thinned, times_csv, tracks_csv, with_tracks
 from ccwsim.ui.flow.solving import (
-    DAY,
     FlowState,
-    duration,
     model_downloads,
     rock_of,
     set_well,
@@ -157,11 +155,6 @@ def test_worth_names_both_scores():
     text = worth(run.result.capture, run.result.capture.captured[0])
     assert "reference field" in text
     assert "constant" in text
-
-
-def test_durations_have_units():
-    assert duration(0.5 * DAY) == "0.5 d"
-    assert "years" in duration(1e9)
 
 
 def test_the_first_well_of_a_volume_is_in_the_middle():
