@@ -16,7 +16,8 @@ from ccwsim.engine.trace import Trace
 from ccwsim.experiments.comparison import compare
 from ccwsim.experiments.plan import plan_sweep
 from ccwsim.experiments.sweep import sweep
-from ccwsim.experiments.timing import grid_cases, time_cases, time_study
+from ccwsim.experiments.timing import grid_trials, time_trial, time_trials
+from ccwsim.experiments.trials import Trial
 from ccwsim.model.study import Study
 from ccwsim.sharing.project import project_as_bytes, read_project
 
@@ -113,15 +114,15 @@ def experiments(i: Whole) -> Any:
     swept = sweep(IMAGE, (40, 50), tried, None, i(1), i(3), n_kept=i(1), facies=i(1))
     both = {"a": P, "b": tried[1]}
     found = compare(IMAGE, (i(40), i(50)), both, None, i(2), i(3), facies=i(0))
-    timed = time_study(IMAGE, (i(40), i(50)), P, None, i(1), i(3))
-    cases = grid_cases([i(20), i(40)], [P])
-    sizes = [t.grid_shape for t in time_cases(IMAGE, cases, i(1), i(3))]
+    timed = time_trial(Trial.of(IMAGE, (i(40), i(50)), P, seed=i(3)), i(1))
+    trials = grid_trials(IMAGE, [(i(20), i(20)), (i(40), i(40))], [P], i(3))
+    sizes = [t.trial.grid.shape for t in time_trials(trials, i(1))]
     return (
         [row.realizations for row in swept.rows],
         [row.quality.facies for row in swept.rows],
         list(found.curves),
         [e.digest for e in found.ensembles],
-        timed.grid_shape,
+        timed.trial.grid.shape,
         sizes,
     )
 

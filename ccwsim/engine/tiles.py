@@ -14,8 +14,8 @@ from ccwsim.engine.corrections.guidance import Guide, guided_energies
 from ccwsim.engine.corrections.proportions import Steering, closest_to_target, draw_towards
 from ccwsim.engine.corrections.refinement import data_at_stake, refine_place
 from ccwsim.engine.corrections.unseen_patterns import (
+    PasteWorkspace,
     Patterns,
-    Trial,
     make_trial,
     n_unseen_with,
     simulated_within_reach,
@@ -127,7 +127,7 @@ class PatchWorkspace(NamedTuple):
     chances: NDArray[np.float64]  # shape (K,), for `draw_towards`
     misses: Misses
     placing: PlacingWorkspace
-    trial: Trial
+    trial: PasteWorkspace
 
 
 class Simulated(NamedTuple):

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.engine.prepared_image import fresh_images
-from ccwsim.experiments.trials import run_trials
+from ccwsim.experiments.trials import Trial, run_trials
 from ccwsim.jobs.workers import Cancel, Progress, progress_of_part
 from ccwsim.metrics import Anodi, Band, Fit, Scaling, anodi, band, fit_curve
 from ccwsim.metrics.bands import STATISTICS, curves_of
@@ -19,12 +18,9 @@ from ccwsim.model.arrays import Shape
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled, CCWSIMError, refused
 from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.secondary import Secondary
-from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.run.simulation import simulate
 
 MIN_SETTINGS, MAX_SETTINGS = 2, 4
 SIMULATED, CURVES_DONE = 0.7, 0.85  # finished work after the simulation, and after the curves
@@ -146,7 +142,6 @@ class Comparison:
         return PairRatio(name, other, *self.anodi.relative(name, other), errors)
 
 
-@fresh_images()
 def compare(
     training_image: TrainingImage | ArrayLike,
     grid_shape: Shape | Grid,
@@ -181,29 +176,30 @@ def compare(
     >>> compare(stripes, (40, 50), both, n_realizations=2).ratios[0].name
     'cells'
     """
-    image, grid = TrainingImage.of(training_image), Grid.of(grid_shape)
-    data = HardData.of(hard_data, grid, image)
+    base = Trial.of(training_image, grid_shape, None, hard_data, seed=seed, secondary=secondary)
+    image = base.training_image
     if facies is not None:
         image.index_of(facies)
-    _check(image, grid, settings, data, seed, secondary)
+    if not MIN_SETTINGS <= len(settings) <= MAX_SETTINGS:
+        raise refused("number_of_settings", n=len(settings), low=MIN_SETTINGS, high=MAX_SETTINGS)
+    trials = [_checked(base, name, setting) for name, setting in settings.items()]
 
-    def simulated(setting: Parameters | Ensemble, report: Callable[..., None]) -> Ensemble:
-        if isinstance(setting, Ensemble):
-            return setting
-        study = image, grid, setting, data, n_realizations, seed
-        return simulate(*study, progress=report, cancel=cancel, secondary=secondary)
+    def simulated(trial: Trial | Ensemble, report: Callable[..., None]) -> Ensemble:
+        if isinstance(trial, Ensemble):
+            return trial
+        return trial.simulate(n_realizations, progress=report, cancel=cancel)
 
     report, n_done = on_partial or (lambda _: None), len(settings) * n_realizations
     found = Comparison((), ())
-    trials = run_trials(
-        [*settings.values()],
+    ensembles = run_trials(
+        trials,
         simulated,
         seconds=[1.0] * len(settings),
         progress=progress_of_part(progress, 0.0, SIMULATED),
         cancel=cancel,
         n_pieces=n_realizations,
     )
-    for name, ensemble in zip(settings, trials, strict=True):
+    for name, ensemble in zip(settings, ensembles, strict=True):
         found = Comparison((*found.names, name), (*found.ensembles, ensemble))
         report(found)
     code = int(image.codes[-1]) if facies is None else facies
@@ -227,22 +223,16 @@ def add_curves(
     return _with_curves(comparison, facies, progress_of_part(progress, 0.0, 1.0, n, cancel))
 
 
-def _check(
-    image: TrainingImage,
-    grid: Grid,
-    settings: Mapping[str, Parameters | Ensemble],
-    data: HardData,
-    seed: int,
-    secondary: Secondary | None,
-) -> None:
-    if not MIN_SETTINGS <= len(settings) <= MAX_SETTINGS:
-        raise refused("number_of_settings", n=len(settings), low=MIN_SETTINGS, high=MAX_SETTINGS)
-    for name, parameters in settings.items():
-        try:
-            if isinstance(parameters, Parameters):
-                Study(image, grid, parameters, data, seed, secondary)
-        except CCWSIMError as error:
-            raise CCWSIMError(f"setting {name}: {error}") from None
+def _checked(base: Trial, name: str, setting: Parameters | Ensemble) -> Trial | Ensemble:
+    """Return an ensemble, or the trial of a setting, which must fit."""
+    if isinstance(setting, Ensemble):
+        return setting
+    trial = replace(base, parameters=setting)
+    try:
+        trial.study()
+    except CCWSIMError as error:
+        raise CCWSIMError(f"setting {name}: {error}") from None
+    return trial
 
 
 def _with_curves(found: Comparison, facies: int, report: Callable[..., None]) -> Comparison:

@@ -3,7 +3,7 @@
 import tomllib
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import prod
 from pathlib import Path
 from typing import Any
@@ -11,22 +11,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.engine.prepared_image import fresh_images
 from ccwsim.experiments.plan import label, varied
-from ccwsim.experiments.timing import typical_seconds
-from ccwsim.experiments.trials import run_trials
+from ccwsim.experiments.timing import typical
+from ccwsim.experiments.trials import Trial, TrialResult, run_trials
 from ccwsim.jobs.workers import Cancel, Progress
 from ccwsim.metrics import Quality, judge
 from ccwsim.metrics.diagnosis import MIN_ACROSS, templates_that_fit
 from ccwsim.model.arrays import Shape, check_int, frozen
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
 from ccwsim.model.numbers import duration
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.secondary import Secondary
 from ccwsim.model.training_image import TrainingImage
-from ccwsim.run.simulation import simulate
 
 _SAID: dict[str, str] = tomllib.loads(Path(__file__).with_name("sweep.toml").read_text("utf-8"))
 ERRORS = {
@@ -52,10 +49,9 @@ DOUBT = 2.0  # two settings are different if they differ by at least these stand
 
 
 @dataclass(frozen=True, eq=False)
-class SweepRow:
+class SweepRow(TrialResult):
     """One setting of a sweep, with the setting's result."""
 
-    parameters: Parameters
     quality: Quality
     # facies codes, shape (n_kept, ny, nx) or (n_kept, nz, ny, nx)
     realizations: NDArray[np.integer]
@@ -100,7 +96,6 @@ class Sweep:
         return known[errors[known] <= errors[best] + np.maximum(tolerance, apart)]
 
 
-@fresh_images()
 def sweep(
     training_image: TrainingImage | ArrayLike,
     grid_shape: Shape | Grid,
@@ -134,40 +129,47 @@ def sweep(
     """
     if not len(settings):
         raise CCWSIMError("there is no setting to try: give ranges with a valid combination")
-    n, grid = check_int("n_realizations", n_realizations, 1), Grid.of(grid_shape)
-    image = TrainingImage.of(training_image)
-    data = HardData.of(hard_data, grid, image)
+    n = check_int("n_realizations", n_realizations, 1)
+    base = Trial.of(training_image, grid_shape, None, hard_data, seed=seed, secondary=secondary)
+    trials = [replace(base, parameters=parameters) for parameters in settings]
     if facies is not None:
-        image.index_of(facies)
+        base.training_image.index_of(facies)
 
-    def tried(parameters: Parameters, report: Callable[..., None]) -> SweepRow | str:
+    def tried(trial: Trial, report: Callable[..., None]) -> SweepRow | str:
         """Return the result of a setting, or the reason why it has none."""
-        study = image, grid, parameters, data, n, seed
-        options: Any = {"progress": lambda share, _: report(share), "cancel": cancel}
-        options |= {"n_workers": 1, "keep_sources": True, "secondary": secondary}
         try:
-            ensemble = simulate(*study, **options)
-            kept = frozen(ensemble.realizations[: max(n_kept, 1)])  # others can be freed
-            return SweepRow(parameters, judge(ensemble, facies), kept)
+            ensemble = trial.simulate(
+                n,
+                n_workers=1,
+                keep_sources=True,
+                progress=lambda share, _: report(share),
+                cancel=cancel,
+            )
+            return SweepRow(
+                trial,
+                ensemble.cpu_seconds,
+                ensemble.n_mismatched,
+                quality=judge(ensemble, facies),
+                realizations=frozen(ensemble.realizations[: max(n_kept, 1)]),  # frees the others
+            )
         except Cancelled:
             raise
         except CCWSIMError as error:
             return str(error)
 
-    sizes = image.shape, grid.shape, image.n_facies, data.n
-    seconds = [typical_seconds(p, *sizes, judged=True) for p in settings]
+    seconds = [typical(trial, judged=True) for trial in trials]
     rows: list[SweepRow] = []
     failed: list[tuple[Parameters, str]] = []
     with suppress(Cancelled):
-        trials = run_trials(settings, tried, seconds, progress, cancel)
-        for parameters, outcome in zip(settings, trials, strict=True):
+        outcomes = run_trials(trials, tried, seconds, progress, cancel)
+        for parameters, outcome in zip(settings, outcomes, strict=True):
             if isinstance(outcome, str):
                 failed.append((parameters, outcome))
                 continue
             rows.append(outcome)
             if found:
                 found(outcome)
-    return Sweep(tuple(rows), tuple(failed), len(settings), image.shape)
+    return Sweep(tuple(rows), tuple(failed), len(settings), base.training_image.shape)
 
 
 @dataclass(frozen=True)

@@ -1,18 +1,17 @@
 """Estimate and measure the CPU time of a realization by grid size and number of data."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from math import prod
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim import CCWSIMError, Grid, HardData, Parameters, TrainingImage, simulate
+from ccwsim import CCWSIMError, Grid, Parameters, TrainingImage
 from ccwsim.datasets.sampling import sample_random
 from ccwsim.engine.corrections.resimulation import MAX_COMPARED
-from ccwsim.engine.prepared_image import fresh_images
 from ccwsim.engine.stages.conditioning import MAX_DATA
-from ccwsim.experiments.trials import run_trials
+from ccwsim.experiments.trials import Trial, TrialResult, run_trials
 from ccwsim.jobs.workers import Cancel, Progress, progress_of_part
 from ccwsim.model.arrays import Shape, check_int, frozen
 from ccwsim.model.errors import refused
@@ -21,130 +20,106 @@ CELLS_AT_ONCE = 32_000_000  # cells of realizations in memory at a time; a cell 
 LINEAR = (0.9, 1.1)  # growth is called linear if the exponent of the cells is in this range
 
 
-@dataclass(frozen=True)
-class TimingCase:
-    """One setting to time; for a map, a 3D training image is replaced by its middle layer."""
-
-    parameters: Parameters
-    grid_shape: Shape  # (rows, columns) or (layers, rows, columns)
-    n_data: int = 0  # number of hard data; 0 for an unconditional run
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "grid_shape", Grid.of(self.grid_shape).shape)
-
-    @property
-    def n_cells(self) -> int:
-        """Number of cells of the grid."""
-        return prod(self.grid_shape)
-
-
-def grid_cases(sides: Sequence[int], parameters: Sequence[Parameters]) -> list[TimingCase]:
-    """Return a case for each square grid and each setting, small grids first (Fig. 13)."""
-    return [TimingCase(p, (side, side)) for side in sorted(sides) for p in parameters]
-
-
-def data_cases(
-    numbers: Sequence[int], parameters: Sequence[Parameters], grid_shape: Shape
-) -> list[TimingCase]:
-    """Return a case for each number of data and each setting, small numbers first (Table 2)."""
-    return [TimingCase(p, grid_shape, n) for n in sorted(numbers) for p in parameters]
-
-
-@dataclass(frozen=True, eq=False)
-class Timing(TimingCase):
-    """The CPU times of a case, one for each realization."""
-
-    cpu_seconds: NDArray[np.float64] = field(kw_only=True)  # CPU seconds on one thread
-    n_mismatched: NDArray[np.int64] = field(kw_only=True)  # number of hard data not honoured
-
-    @property
-    def seconds(self) -> float:
-        """Median CPU time; it hardly changes if other processes interrupt one realization."""
-        return float(np.median(self.cpu_seconds))
-
-
-@fresh_images()
-def time_study(
+def grid_trials(
     training_image: TrainingImage,
-    grid_shape: Shape | Grid,
-    parameters: Parameters,
-    hard_data: HardData | None = None,
-    n_realizations: int = 3,
+    shapes: Sequence[Shape],
+    parameters: Sequence[Parameters],
     seed: int = 0,
-    progress: Progress | None = None,
-    cancel: Cancel | None = None,
-) -> Timing:
-    """Measure the CPU time of realizations of a study on one thread; no realization is stored."""
-    grid, n = Grid.of(grid_shape), check_int("n_realizations", n_realizations, 1)
-    batch = max(min(CELLS_AT_ONCE // grid.n_cells, n), 1)
-    seconds, wrong = [], []
-    for first in range(0, n, batch):
-        size = min(batch, n - first)
-        report = progress_of_part(progress, first / n, (first + size) / n, first)
-        study = training_image, grid, parameters, hard_data, size, seed
-        ensemble = simulate(
-            *study, n_workers=1, progress=report, cancel=cancel, first_realization=first
-        )
-        seconds.append(ensemble.cpu_seconds)
-        wrong.append(ensemble.n_mismatched)
-    n_data = hard_data.n if hard_data else 0
-    return Timing(
-        *(parameters, grid.shape, n_data),
-        cpu_seconds=frozen(np.concatenate(seconds)),
-        n_mismatched=frozen(np.concatenate(wrong)),
-    )
+) -> list[Trial]:
+    """Return a trial for each grid and each setting, small grids first (Fig. 13).
 
-
-def time_cases(
-    training_image: TrainingImage,
-    cases: Sequence[TimingCase],
-    n_realizations: int = 3,
-    seed: int = 0,
-    progress: Progress | None = None,
-    cancel: Cancel | None = None,
-) -> Iterator[Timing]:
-    """Measure and yield the times of each case, in the order of `cases`.
-
-    Data are sampled from an unconditional realization (section 5.2): all cases on one grid use the
-    same data, and larger sets contain the smaller. `progress` is called with the fraction of the
-    expected time and the number of finished cases. Raises `CCWSIMError` for more data than cells.
+    For maps, a 3D training image is replaced by its middle layer.
     """
-    seed = check_int("seed", seed, 0)
-    for case in cases:
-        if not 0 <= case.n_data <= case.n_cells:
-            raise refused("too_many_data_to_time", n_data=case.n_data, n_cells=case.n_cells)
-    fields = {}
-
-    def timed(case: TimingCase, report: Callable[..., None]) -> Timing:
-        data, shape = None, case.grid_shape
-        if case.n_data:
-            if shape not in fields:
-                fields[shape] = _sampled_field(training_image, case, seed)
-            data = sample_random(fields[shape], case.n_data, seed)
-        image = image_of_case(training_image, case)
-        study = image, case.grid_shape, case.parameters, data, n_realizations, seed
-        return time_study(*study, lambda share, _: report(share), cancel)
-
-    work = [_typical(training_image, case) for case in cases]
-    yield from run_trials(cases, timed, work, progress, cancel)
+    grids = sorted(map(Grid.of, shapes), key=lambda grid: grid.n_cells)
+    return [
+        Trial(image_for(training_image, grid), grid, p, seed=seed)
+        for grid in grids
+        for p in parameters
+    ]
 
 
-def image_of_case(training_image: TrainingImage, case: TimingCase) -> TrainingImage:
-    """Return the training image of a case; if only the grid is 2D, return the middle layer."""
-    if training_image.n_dimensions == len(case.grid_shape):
+def data_trials(
+    training_image: TrainingImage,
+    grid_shape: Shape,
+    numbers: Sequence[int],
+    parameters: Sequence[Parameters],
+    seed: int = 0,
+) -> list[Trial]:
+    """Return a trial for each number of data and each setting, small numbers first (Table 2).
+
+    Raises `CCWSIMError` for more data than cells.
+    """
+    grid = Grid.of(grid_shape)
+    for n in numbers:
+        if not 0 <= n <= grid.n_cells:
+            raise refused("too_many_data_to_time", n_data=n, n_cells=grid.n_cells)
+    image = image_for(training_image, grid)
+    return [
+        Trial(image, grid, p, seed=seed, n_sampled=n) for n in sorted(numbers) for p in parameters
+    ]
+
+
+def image_for(training_image: TrainingImage, grid: Grid) -> TrainingImage:
+    """Return the training image for a grid; if only the grid is 2D, return the middle layer."""
+    if training_image.n_dimensions == grid.n_dimensions:
         return training_image
     middle = training_image.array[training_image.shape[0] // 2]
     return TrainingImage(middle, name=f"middle layer of {training_image.name}")
 
 
-def _sampled_field(image: TrainingImage, case: TimingCase, seed: int) -> NDArray[np.integer]:
+def time_trial(
+    trial: Trial,
+    n_realizations: int = 3,
+    progress: Progress | None = None,
+    cancel: Cancel | None = None,
+) -> TrialResult:
+    """Measure the CPU time of realizations of a trial on one thread; no realization is stored."""
+    n = check_int("n_realizations", n_realizations, 1)
+    batch = max(min(CELLS_AT_ONCE // trial.n_cells, n), 1)
+    seconds, wrong = [], []
+    for first in range(0, n, batch):
+        size = min(batch, n - first)
+        report = progress_of_part(progress, first / n, (first + size) / n, first)
+        ensemble = trial.simulate(
+            size, n_workers=1, progress=report, cancel=cancel, first_realization=first
+        )
+        seconds.append(ensemble.cpu_seconds)
+        wrong.append(ensemble.n_mismatched)
+    return TrialResult(trial, frozen(np.concatenate(seconds)), frozen(np.concatenate(wrong)))
+
+
+def time_trials(
+    trials: Sequence[Trial],
+    n_realizations: int = 3,
+    progress: Progress | None = None,
+    cancel: Cancel | None = None,
+) -> Iterator[TrialResult]:
+    """Measure and yield the times of each trial, in the order of `trials`.
+
+    Data are sampled from an unconditional realization (section 5.2): all trials on one grid use the
+    same data, and larger sets contain the smaller. `progress` is called with the fraction of the
+    expected time and the number of finished trials.
+    """
+    fields: dict[Shape, NDArray[np.integer]] = {}
+
+    def timed(trial: Trial, report: Callable[..., None]) -> TrialResult:
+        if n_data := trial.n_sampled:
+            shape = trial.grid.shape
+            if shape not in fields:
+                fields[shape] = _field_to_sample(trial)
+            data = sample_random(fields[shape], n_data, trial.seed)
+            trial = replace(trial, hard_data=data)
+        return time_trial(trial, n_realizations, lambda share, _: report(share), cancel)
+
+    yield from run_trials(trials, timed, [*map(typical, trials)], progress, cancel)
+
+
+def _field_to_sample(trial: Trial) -> NDArray[np.integer]:
     """Return the field from which data are sampled; timed realizations have other seeds."""
-    p = case.parameters
-    p = Parameters(p.template_size, p.overlap_size, p.level)
-    other = seed + 1 if seed < 2**31 else seed - 1
-    return simulate(
-        image_of_case(image, case), case.grid_shape, p, seed=other, n_workers=1
-    ).realizations[0]
+    p = trial.parameters
+    plain = Parameters(p.template_size, p.overlap_size, p.level)
+    other = trial.seed + 1 if trial.seed < 2**31 else trial.seed - 1
+    return replace(trial, parameters=plain, seed=other).simulate(1, n_workers=1).realizations[0]
 
 
 def level_of(p: Parameters) -> int:
@@ -166,9 +141,9 @@ class Growth:
         return LINEAR[0] <= self.exponent <= LINEAR[1]
 
 
-def growth(timings: Sequence[Timing]) -> Growth:
+def growth(timings: Sequence[TrialResult]) -> Growth:
     """Return how one setting's time grows with the number of grid cells (Fig. 13)."""
-    cells = np.array([t.n_cells for t in timings], float)
+    cells = np.array([t.trial.n_cells for t in timings], float)
     seconds = np.array([max(t.seconds, 1e-9) for t in timings])
     if len(np.unique(cells)) < 2:
         raise CCWSIMError("growth needs CPU times for at least two grid sizes")
@@ -178,42 +153,38 @@ def growth(timings: Sequence[Timing]) -> Growth:
 
 
 def expected_seconds(
-    training_image: TrainingImage,
-    cases: Sequence[TimingCase],
-    n_realizations: int = 1,
-    measured: Sequence[Timing] = (),
+    trials: Sequence[Trial], n_realizations: int = 1, measured: Sequence[TrialResult] = ()
 ) -> float:
-    """Return the expected CPU seconds for timing the cases."""
-    each = (
-        _typical(training_image, case) * _slowdown(training_image, case, measured) for case in cases
-    )
-    return n_realizations * sum(each)
+    """Return the expected CPU seconds of trials, at the pace of the most similar measured ones."""
+    return n_realizations * sum(typical(trial) * _slowdown(trial, measured) for trial in trials)
 
 
-def _typical(training_image: TrainingImage, case: TimingCase) -> float:
-    n_facies = training_image.n_facies
-    image = training_image.shape[-len(case.grid_shape) :]
-    return typical_seconds(case.parameters, image, case.grid_shape, n_facies, case.n_data)
-
-
-def _slowdown(training_image: TrainingImage, case: TimingCase, measured: Sequence[Timing]) -> float:
-    """Return the ratio of measured to expected time of the most similar measured case."""
+def _slowdown(trial: Trial, measured: Sequence[TrialResult]) -> float:
+    """Return the ratio of measured to expected time of the most similar measured trial."""
     if not measured:
         return 1.0
 
-    def unlike(timing: Timing) -> tuple[bool, bool, bool, int, int, float]:
-        p, own = timing.parameters, case.parameters
+    def unlike(result: TrialResult) -> tuple[bool, bool, bool, int, int, float]:
+        other, p, own = result.trial, result.parameters, trial.parameters
         return (
-            len(timing.grid_shape) != len(case.grid_shape),
+            other.grid.n_dimensions != trial.grid.n_dimensions,
             p.method != own.method,
-            bool(timing.n_data) != bool(case.n_data),
+            bool(other.n_data) != bool(trial.n_data),
             abs(level_of(p) - level_of(own)),
-            abs(timing.n_data - case.n_data),
-            abs(np.log(timing.n_cells / case.n_cells)),
+            abs(other.n_data - trial.n_data),
+            abs(np.log(other.n_cells / trial.n_cells)),
         )
 
     nearest = min(measured, key=unlike)
-    return nearest.seconds / _typical(training_image, nearest)
+    return nearest.seconds / typical(nearest.trial)
+
+
+def typical(trial: Trial, judged: bool = False) -> float:
+    """Return about the CPU seconds to simulate, and judge, a realization of a trial."""
+    image, grid = trial.training_image, trial.grid.shape
+    return typical_seconds(
+        trial.parameters, image.shape, grid, image.n_facies, trial.n_data, judged=judged
+    )
 
 
 PER_CELL = 2.5e-8  # seconds to cut and paste a cell of the grid

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ccwsim import datasets
 from ccwsim.datasets.catalogue import reference_field
 from ccwsim.datasets.sampling import sample_random
-from ccwsim.engine.prepared_image import fresh_images
+from ccwsim.experiments.trials import Trial
 from ccwsim.io import read_hard_data, read_training_image
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled, CCWSIMError, refused
@@ -21,7 +21,6 @@ from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.report.document import Block, Judgement
-from ccwsim.run.simulation import simulate
 
 TEXTS = tomllib.loads(files("ccwsim.paper").joinpath("texts.toml").read_text("utf-8"))
 """Texts of the report and its experiments, images, and sources of published times."""
@@ -175,7 +174,6 @@ class ExperimentRun:
         """Report the finished share of an experiment that does not count steps."""
         self.progress(share)
 
-    @fresh_images()
     def simulate(
         self,
         image: TrainingImage,
@@ -190,9 +188,8 @@ class ExperimentRun:
         def inside(fraction: float, n_done: int) -> None:
             self.progress(min((self._done + fraction) / self._steps, 1.0))
 
-        ensemble = simulate(
-            image, shape, parameters, data, n, self.seed, workers, inside, self.cancel
-        )
+        trial = Trial.of(image, shape, parameters, data, seed=self.seed)
+        ensemble = trial.simulate(n, n_workers=workers, progress=inside, cancel=self.cancel)
         self.step()
         return ensemble
 

@@ -5,7 +5,8 @@ from itertools import pairwise, product
 
 import numpy as np
 
-from ccwsim.experiments.timing import Timing, data_cases, grid_cases, growth, time_cases
+from ccwsim.experiments.timing import data_trials, grid_trials, growth, time_trials
+from ccwsim.experiments.trials import TrialResult
 from ccwsim.figures import LIGHT, TimeSeries, timings_chart
 from ccwsim.model.numbers import duration, minus
 from ccwsim.model.parameters import Parameters
@@ -32,7 +33,7 @@ N_TIMED = 3
 LINEAR = 0.15  # growth of time is called linear if the exponent differs from 1 by at most this
 PAPER_CELLS = 512 * 512
 
-Times = dict[tuple[str, int, bool, int], Timing]
+Times = dict[tuple[str, int, bool, int], TrialResult]
 """Times by the key (method, level, whether data are exact, index in `TABLE_2_DATA`)."""
 
 
@@ -41,8 +42,8 @@ def grid_size(run: ExperimentRun) -> Outcome:
     image, sides = run.inputs.image("channel"), run.extent.timed_sides
     parameters = [methods.paper_parameters("ccwsim", level) for level in LEVELS]
     n = min(N_TIMED, run.extent.n_timed)
-    cases = grid_cases(sides, parameters)
-    times = list(time_cases(image, cases, n, run.seed, run.report, run.cancel))
+    trials = grid_trials(image, [(side, side) for side in sides], parameters, run.seed)
+    times = list(time_trials(trials, n, run.report, run.cancel))
     by_level = {level: [t for t in times if t.parameters.level == level] for level in LEVELS}
     paper = {p.level: p.cpu_seconds for p in FIGURE_13}
     rows = []
@@ -61,10 +62,10 @@ def grid_size(run: ExperimentRun) -> Outcome:
     return Outcome(blocks, tuple(_grid_judgements(by_level)))
 
 
-def _grid_chart(by_level: dict[int, list[Timing]], sides: tuple[int, ...]) -> Chart:
+def _grid_chart(by_level: dict[int, list[TrialResult]], sides: tuple[int, ...]) -> Chart:
     measured = []
     for level, times in by_level.items():
-        cells, values = np.array([(t.n_cells, t.seconds) for t in times], float).T
+        cells, values = np.array([(t.trial.n_cells, t.seconds) for t in times], float).T
         measured.append(TimeSeries(f"level {level}", level, cells, values))
     named = sorted({*sides, PAPER_SIDE})
     ticks = {side**2: f"{side}²" for side in named}
@@ -84,7 +85,7 @@ def paper_series(per_cell: bool = False) -> list[TimeSeries]:
     return series
 
 
-def _grid_judgements(by_level: dict[int, list[Timing]]) -> Iterator[Judgement]:
+def _grid_judgements(by_level: dict[int, list[TrialResult]]) -> Iterator[Judgement]:
     taken = {level: [t.seconds for t in times] for level, times in by_level.items()}
     for a, b in pairwise(LEVELS):
         yield level_change(taken, a, b)
@@ -96,13 +97,13 @@ def _grid_judgements(by_level: dict[int, list[Timing]]) -> Iterator[Judgement]:
     found = f"Time is proportional to the number of cells to the power {each}."
     yield verdicts.judged(claim, found, "linear" if worst <= LINEAR else "not linear")
     largest = by_level[1][-1]
-    side, taken_here = largest.grid_shape[0], largest.seconds
+    side, taken_here = largest.trial.grid.nx, largest.seconds
     if side == PAPER_SIDE:
         paper = next(p.cpu_seconds or 0.0 for p in FIGURE_13 if p.level == 1)
         yield verdicts.of_time("25 million cells, level 1", taken_here, paper, "Fig. 13")
         return
     claim = "Fig. 13: 56 s for 25 million cells at level 1."
-    whole = duration(25e6 / largest.n_cells * taken_here)
+    whole = duration(25e6 / largest.trial.n_cells * taken_here)
     found = said("largest", here=duration(taken_here), side=side, whole=whole)
     yield verdicts.judged(claim, found, verdicts.OPEN)
 
@@ -135,9 +136,9 @@ def times_with_data(run: ExperimentRun) -> Outcome:
         for level in levels
     ]
     n = run.extent.n_timed
-    cases = data_cases(numbers, settings, (side, side))
-    measured = time_cases(image, cases, n, run.seed, run.report, run.cancel)
-    times: Times = {(*_key(t.parameters), numbers.index(t.n_data)): t for t in measured}
+    trials = data_trials(image, (side, side), numbers, settings, run.seed)
+    measured = time_trials(trials, n, run.report, run.cancel)
+    times: Times = {(*_key(t.parameters), numbers.index(t.trial.n_data)): t for t in measured}
     ours = (column for n_data in numbers for column in (f"{n_data} data", "wrong"))
     others = (f"{source}, {n_data}" for source in ("paper", "Octave") for n_data in TABLE_2_DATA)
     header = ("method", "level", "data", *ours, *others)
@@ -173,7 +174,7 @@ def _row(p: Parameters, times: Times) -> tuple[str, ...]:
     cells = [TITLES[method], str(level), "exact" if exact else "as published"]
     for k in (0, 1):
         t = times[method, level, exact, k]
-        wrong = 100 * float(t.n_mismatched.mean()) / max(t.n_data, 1)
+        wrong = 100 * float(t.n_mismatched.mean()) / max(t.trial.n_data, 1)
         cells += [duration(t.seconds), f"{wrong:.1f} %"]
     for source, n in product((PAPER, OCTAVE), TABLE_2_DATA):
         taken = None if exact else _published(source, method, level, n)

@@ -12,7 +12,7 @@ from ccwsim import HardData, Parameters, Secondary, TrainingImage, simulate
 from ccwsim.engine import prepared_image
 from ccwsim.engine.prepared_image import PreparedImage, fresh_images, keep
 from ccwsim.engine.realization import simulate_realization
-from ccwsim.experiments.timing import time_study
+from ccwsim.experiments.trials import Trial
 from ccwsim.jobs.workers import Watch
 from ccwsim.model.grid import Grid
 from ccwsim.model.study import Study
@@ -142,6 +142,6 @@ def test_an_image_is_kept_as_far_as_the_bytes_go(monkeypatch):
 def test_measured_times_include_the_preparation(images, monkeypatch):
     used = counted(monkeypatch)
     for _ in range(2):
-        time_study(BASE["training_image"], (60, 50), P)
+        Trial.of(BASE["training_image"], (60, 50), P).simulate(1)
     assert used[0] is not used[1]
     assert not images._values

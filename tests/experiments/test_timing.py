@@ -13,16 +13,15 @@ import pytest
 from ccwsim import Cancelled, CCWSIMError, Grid, HardData, Parameters, TrainingImage, simulate
 from ccwsim.datasets.sampling import sample_random
 from ccwsim.experiments.timing import (
-    Timing,
-    TimingCase,
-    data_cases,
+    data_trials,
     expected_seconds,
-    grid_cases,
+    grid_trials,
     growth,
-    time_cases,
-    time_study,
+    time_trial,
+    time_trials,
     typical_seconds,
 )
+from ccwsim.experiments.trials import Trial, TrialResult
 from ccwsim.paper import published_times as pub
 from ccwsim.system.machine import this_machine
 from tests.small_images import blobs
@@ -32,24 +31,26 @@ P = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
 LEVELS = [P, replace(P, wavelet_level=2)]
 
 
-def took(side: int, seconds: float, p: Parameters = P, n_data: int = 0) -> Timing:
-    return Timing(
-        *(p, (side, side), n_data),
-        cpu_seconds=np.array([seconds]),
-        n_mismatched=np.zeros(1, int),
-    )
+def took(side: int, seconds: float, p: Parameters = P, n_data: int = 0) -> TrialResult:
+    trial = Trial(TI, Grid(side, side), p, n_sampled=n_data)
+    return TrialResult(trial, np.array([seconds]), np.zeros(1, int))
+
+
+def grids(*sides: int, parameters=(P,)) -> list[Trial]:
+    return grid_trials(TI, [(side, side) for side in sides], parameters)
 
 
 def test_a_study_is_timed_on_its_own_grid_with_its_own_data():
     data = HardData([[1, 2], [30, 40]], [0, 1])
-    timing = time_study(TI, (40, 50), P, data, n_realizations=4)
+    trial = Trial.of(TI, (40, 50), P, data)
+    timing = time_trial(trial, n_realizations=4)
     assert timing.cpu_seconds.shape == timing.n_mismatched.shape == (4,)
-    assert (timing.grid_shape, timing.n_data, timing.n_cells) == ((40, 50), 2, 2000)
+    assert timing.trial is trial
+    assert (trial.grid.shape, trial.n_data, trial.n_cells) == ((40, 50), 2, 2000)
     assert (timing.n_mismatched == 0).all()
     assert timing.seconds == np.median(timing.cpu_seconds)
-    assert isinstance(timing, TimingCase)
     with pytest.raises(FrozenInstanceError):
-        timing.n_data = 3  # type: ignore[misc]
+        trial.seed = 3  # type: ignore[misc]
     with pytest.raises(ValueError, match="read-only"):
         timing.cpu_seconds[0] = 0
 
@@ -57,15 +58,15 @@ def test_a_study_is_timed_on_its_own_grid_with_its_own_data():
 def test_large_grids_are_timed_a_few_at_a_time(monkeypatch):
     asked = []
 
-    def spied(*args, **options):
-        asked.append((args[4], options["first_realization"]))
+    def spied(**options):
+        asked.append((options["n_realizations"], options["first_realization"]))
         assert options["n_workers"] == 1
-        return simulate(*args, **options)
+        return simulate(**options)
 
-    monkeypatch.setattr("ccwsim.experiments.timing.simulate", spied)
+    monkeypatch.setattr("ccwsim.experiments.trials.simulate", spied)
     monkeypatch.setattr("ccwsim.experiments.timing.CELLS_AT_ONCE", 2 * 900)
     seen = []
-    timing = time_study(TI, Grid(30, 30), P, None, 5, progress=lambda f, n: seen.append((f, n)))
+    timing = time_trial(Trial(TI, Grid(30, 30), P), 5, lambda f, n: seen.append((f, n)))
     assert asked == [(2, 0), (2, 2), (1, 4)]
     assert len(timing.cpu_seconds) == 5
     assert [f for f, _ in seen] == sorted(f for f, _ in seen)
@@ -73,29 +74,29 @@ def test_large_grids_are_timed_a_few_at_a_time(monkeypatch):
 
 
 def test_grids_come_small_first_and_levels_in_their_order():
-    found = list(time_cases(TI, grid_cases([48, 20], LEVELS), n_realizations=2))
-    assert [(t.grid_shape[0], t.parameters.level) for t in found] == [
+    found = list(time_trials(grids(48, 20, parameters=LEVELS), n_realizations=2))
+    assert [(t.trial.grid.nx, t.parameters.level) for t in found] == [
         (20, 1),
         (20, 2),
         (48, 1),
         (48, 2),
     ]
-    assert all(len(t.cpu_seconds) == 2 and t.n_data == 0 for t in found)
+    assert all(len(t.cpu_seconds) == 2 and t.trial.n_data == 0 for t in found)
 
 
 def test_data_come_few_first_and_are_the_same_for_all_settings(monkeypatch):
     given = []
 
-    def spied(ti, grid, p, data, *rest):
-        given.append(data)
-        return time_study(ti, grid, p, data, *rest)
+    def spied(trial, *rest):
+        given.append(trial.hard_data)
+        return time_trial(trial, *rest)
 
-    monkeypatch.setattr("ccwsim.experiments.timing.time_study", spied)
-    found = list(time_cases(TI, data_cases([30, 0, 10], LEVELS, (40, 50)), n_realizations=1))
-    assert [(t.n_data, t.parameters.level) for t in found] == [
+    monkeypatch.setattr("ccwsim.experiments.timing.time_trial", spied)
+    found = list(time_trials(data_trials(TI, (40, 50), [30, 0, 10], LEVELS), n_realizations=1))
+    assert [(t.trial.n_data, t.parameters.level) for t in found] == [
         (n, level) for n in (0, 10, 30) for level in (1, 2)
     ]
-    assert given[0] is None
+    assert given[0].n == 0
     assert given[2].digest == given[3].digest
     few, many = ({tuple(c) for c in given[k].cells.tolist()} for k in (2, 4))
     assert few < many
@@ -110,14 +111,14 @@ def test_another_seed_gives_other_data_and_the_same_seed_the_same(monkeypatch):
 
     monkeypatch.setattr("ccwsim.experiments.timing.sample_random", spied)
     for seed in (4, 4, 5):
-        list(time_cases(TI, [TimingCase(P, (40, 50), 12)], 1, seed))
+        list(time_trials(data_trials(TI, (40, 50), [12], [P], seed), 1))
     first, second, third = (data.digest for data in read)
     assert first == second != third
 
 
 def test_results_come_one_by_one_and_progress_counts_all_work():
     seen = []
-    results = time_cases(TI, grid_cases([20, 48], [P]), 1, progress=lambda *s: seen.append(s))
+    results = time_trials(grids(20, 48), 1, progress=lambda *s: seen.append(s))
     next(results)
     between = seen[-1][0]
     assert 0 < between < 0.5  # the larger grid takes most of the work
@@ -128,8 +129,8 @@ def test_results_come_one_by_one_and_progress_counts_all_work():
 
 def test_it_stops_when_asked_and_keeps_what_was_finished():
     stop = []
-    results = time_cases(TI, grid_cases([20, 24, 28], [P]), 1, cancel=lambda: bool(stop))
-    assert next(results).grid_shape == (20, 20)
+    results = time_trials(grids(20, 24, 28), 1, cancel=lambda: bool(stop))
+    assert next(results).trial.grid.shape == (20, 20)
     stop.append(True)
     with pytest.raises(Cancelled, match="1 of 3"):
         next(results)
@@ -137,13 +138,13 @@ def test_it_stops_when_asked_and_keeps_what_was_finished():
 
 def test_what_cannot_be_timed_says_why():
     with pytest.raises(CCWSIMError, match="do not fit a grid of 100 cells"):
-        list(time_cases(TI, [TimingCase(P, (10, 10), 101)]))
+        data_trials(TI, (10, 10), [101], [P])
     with pytest.raises(CCWSIMError, match="n_realizations"):
-        time_study(TI, (20, 20), P, n_realizations=0)
+        time_trial(Trial(TI, Grid(20, 20), P), n_realizations=0)
     with pytest.raises(CCWSIMError, match="seed"):
-        list(time_cases(TI, [TimingCase(P, (20, 20))], 1, seed=-1))
+        time_trial(Trial(TI, Grid(20, 20), P, seed=-1))
     with pytest.raises(CCWSIMError, match="Template 64"):
-        time_study(TI, (20, 20), replace(P, template_size=64))
+        time_trial(Trial(TI, Grid(20, 20), replace(P, template_size=64)))
 
 
 @pytest.mark.parametrize("exponent", [0.5, 1.0, 2.0])
@@ -174,14 +175,14 @@ def test_the_usual_time_grows_with_what_there_is_to_do():
 
 
 def test_expected_time_follows_the_most_similar_measurement():
-    cases = data_cases([0, 100], LEVELS, (200, 200))
-    usual = expected_seconds(TI, cases, 3)
+    trials = data_trials(TI, (200, 200), [0, 100], LEVELS)
+    usual = expected_seconds(trials, 3)
     each = [typical_seconds(p, TI.shape, (200, 200), 2, n) for n in (0, 100) for p in LEVELS]
     assert usual == pytest.approx(3 * sum(each))
     slow = took(200, 7.0)
-    assert expected_seconds(TI, [slow], 2, [slow]) == pytest.approx(14.0)
+    assert expected_seconds([slow.trial], 2, [slow]) == pytest.approx(14.0)
     others = [slow, took(200, 9.0, LEVELS[1]), took(200, 11.0, P, 100)]
-    assert expected_seconds(TI, cases[:3], 1, others) == pytest.approx(27.0)
+    assert expected_seconds(trials[:3], 1, others) == pytest.approx(27.0)
 
 
 def test_published_times_have_a_source_and_are_those_of_the_paper():

@@ -30,6 +30,7 @@ from ccwsim import (
 )
 from ccwsim.experiments import comparison, plan, timing, two_point
 from ccwsim.experiments.sweep import sweep
+from ccwsim.experiments.trials import Trial
 from ccwsim.figures import LIGHT, Bundle, Dots, Group, LayerData, Strip
 from ccwsim.io import training_image_as_bytes
 from ccwsim.model.study import Study
@@ -118,6 +119,10 @@ class Case:
     @cached_property
     def calibration(self) -> metrics.Calibration:
         return metrics.calibration(self.etype, self.truth)
+
+    @property
+    def trial(self) -> Trial:
+        return Trial(self.image, self.study.grid, self.study.parameters, self.data)
 
     @cached_property
     def comparison(self) -> comparison.Comparison:
@@ -398,18 +403,15 @@ EXPERIMENTS: dict[str, Callable[[Case], Any]] = {
     "plan_sweep": lambda c: plan.plan_sweep(
         c.study.parameters, {"n_candidates": [1, 2]}, c.image.shape
     ),
-    "expected_seconds": lambda c: timing.expected_seconds(
-        c.image, [timing.TimingCase(c.study.parameters, c.study.grid.shape)]
-    ),
+    "expected_seconds": lambda c: timing.expected_seconds([c.trial]),
     "level_of": lambda c: timing.level_of(c.study.parameters),
     "simulate_two_point": lambda c: two_point.simulate_two_point(c.image, c.study.grid, 2),
     "sweep": lambda c: sweep(
         *(c.image, c.study.grid, [c.study.parameters], c.data, 2), secondary=c.study.secondary
     ),
-    "time_cases": lambda c: list(
-        timing.time_cases(c.image, [timing.TimingCase(c.study.parameters, c.study.grid.shape)], 1)
-    ),
-    "time_study": lambda c: timing.time_study(c.image, c.study.grid, c.study.parameters, c.data, 1),
+    "time_trial": lambda c: timing.time_trial(c.trial, 1),
+    "time_trials": lambda c: list(timing.time_trials([c.trial], 1)),
+    "typical": lambda c: timing.typical(c.trial),
     "typical_seconds": lambda c: timing.typical_seconds(
         c.study.parameters, c.image.shape, c.study.grid.shape
     ),
@@ -455,7 +457,7 @@ WITHOUT_STUDIES = {
         *("read_wells", "resolve_points", "upload_limits"),
     },
     "experiments": {
-        *("compile_in_background", "data_cases", "grid_cases", "growth", "image_of_case"),
+        *("compile_in_background", "data_trials", "grid_trials", "growth", "image_for"),
         *("pareto_front", "recommended", "run_trials", "usual_work"),
     },
 }

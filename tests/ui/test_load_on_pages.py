@@ -13,7 +13,7 @@ from streamlit.runtime.scriptrunner_utils import script_run_context
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import CCWSIMError, Grid, datasets
-from ccwsim.experiments.timing import TimingCase
+from ccwsim.experiments.trials import Trial
 from ccwsim.jobs import limits
 from ccwsim.jobs.job import Job, Queue, server_queue
 from ccwsim.jobs.limits import RESERVE
@@ -108,7 +108,7 @@ def test_pages_that_start_runs_refuse_what_is_beyond_the_limit(monkeypatch, page
     runs = (
         state.page(SweepState).run,
         state.page(ComparePageState).run,
-        state.page(Benchmark).grids,
+        state.page(Benchmark).grids.run,
         state.page(PaperState).run,
     )
     assert runs == (None,) * 4
@@ -240,12 +240,12 @@ def test_times_that_others_disturbed_are_told(monkeypatch, alone):
         monkeypatch.setattr(f"ccwsim.{module}.server_queue", lambda: queue)
     if not alone:
         queue.request(Somebody())
-    case = TimingCase(SMALL.parameters, (32, 32))
-    run = TimingRun(datasets.load("channels"), [case], 1, 0).start()
+    trial = Trial(datasets.load("channels"), Grid(32, 32), SMALL.parameters)
+    run = TimingRun(trials=[trial], n_realizations=1).start()
     assert run.job.wait(SLOW)
     assert run.disturbed is not alone
     state = State(choices=SMALL)
-    state.page(Benchmark).grids = run
+    state.page(Benchmark).grids.run = run
     app = AppTest.from_file(str(ROOT / "pages/benchmark.py"), default_timeout=SLOW)
     app.session_state[KEY] = state
     assert ("Other sessions were computing" in html(app.run())) is not alone

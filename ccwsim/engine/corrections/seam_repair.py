@@ -24,8 +24,8 @@ from ccwsim.engine.corrections.resimulation import (
     make_honouring,
 )
 from ccwsim.engine.corrections.unseen_patterns import (
+    PasteWorkspace,
     Patterns,
-    Trial,
     box_within_reach,
     known_patterns,
     make_trial,
@@ -96,7 +96,7 @@ class RepairWorkspace(NamedTuple):
     strips: Strips
     cut: CutWorkspace
     best_mask: Mask  # shape of a window: the mask of the best cut
-    trial: Trial
+    trial: PasteWorkspace
 
 
 def window_lengths(template: Triple, room: Triple) -> tuple[Triple, Triple, Triple]:

@@ -50,7 +50,7 @@ NO_PATTERNS = Patterns(
 """Placeholder for kernels that do not use patterns."""
 
 
-class Trial(NamedTuple):
+class PasteWorkspace(NamedTuple):
     """Workspace to paste patches beside the grid and count the unseen patterns that they leave."""
 
     cells: NDArray[np.uint8]  # a patch and the cells within reach of its patterns
@@ -60,12 +60,14 @@ class Trial(NamedTuple):
     no_sources: NDArray[np.int32]  # empty
 
 
-def make_trial(patch: Triple, patterns: Patterns, n_facies: int) -> Trial:
+def make_trial(patch: Triple, patterns: Patterns, n_facies: int) -> PasteWorkspace:
     """Return the workspace to try patches of at most `patch` cells."""
     wide = tuple(n + 2 * r for n, r in zip(patch, patterns.reach, strict=True))
     numbers, no_sources = np.zeros(wide[1] * wide[2], np.uint32), np.zeros((0, 0, 0), np.int32)
     counts = np.zeros(n_facies, np.int64)
-    return Trial(np.zeros(wide, np.uint8), np.zeros(wide, np.uint32), numbers, counts, no_sources)
+    return PasteWorkspace(
+        np.zeros(wide, np.uint8), np.zeros(wide, np.uint32), numbers, counts, no_sources
+    )
 
 
 def known_patterns(

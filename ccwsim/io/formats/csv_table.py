@@ -2,7 +2,7 @@
 
 import csv
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from io import StringIO
 
 from ccwsim.io.formats.text_tables import is_number
@@ -17,6 +17,15 @@ def csv_as_bytes(head: Iterable[object], lines: Iterable[Iterable[object]]) -> b
     writer = csv.writer(text, lineterminator="\r\n")  # so that it quotes texts with either of them
     writer.writerows([_cell(value) for value in line] for line in (head, *lines))
     return text.getvalue().replace("\r\n", "\n").encode()
+
+
+def records_as_csv(records: Sequence[Mapping[str, object]]) -> bytes:
+    """Return records with equal keys as CSV; floating-point numbers have six digits."""
+    lines = (
+        [f"{value:.6g}" if isinstance(value, float) else value for value in record.values()]
+        for record in records
+    )
+    return csv_as_bytes(records[0] if records else (), lines)
 
 
 def _cell(value: object) -> object:

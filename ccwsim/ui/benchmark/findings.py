@@ -3,22 +3,21 @@
 from collections.abc import Sequence
 from html import escape
 from math import prod
-from typing import Any
 
 import numpy as np
 
 from ccwsim.engine.stages.path import in_layers
-from ccwsim.experiments.timing import Timing, TimingCase, growth, image_of_case, level_of
-from ccwsim.io.formats.csv_table import csv_as_bytes
-from ccwsim.model.arrays import Shape, describe_shape
-from ccwsim.model.errors import Cancelled
+from ccwsim.experiments.timing import growth, level_of
+from ccwsim.experiments.trials import Trial, TrialResult
+from ccwsim.io.formats.csv_table import records_as_csv
+from ccwsim.model.arrays import describe_shape
 from ccwsim.model.numbers import duration, plural, three_digits
+from ccwsim.model.parameters import Parameters
 from ccwsim.paper import published_times as published
 from ccwsim.paper.published_times import PAPER, published_time
-from ccwsim.ui.benchmark.measurement import TimingRun
+from ccwsim.report.settings import describe_value, short_name
+from ccwsim.ui.benchmark.measurement import TimingRun, size_text
 from ccwsim.ui.results.maps import pretty
-from ccwsim.ui.session.progress import compilation_to_come
-from ccwsim.ui.study.run import failed
 from ccwsim.ui.widgets.text import page_text, scrolled
 
 Setting = tuple[str, int, bool]
@@ -26,18 +25,18 @@ Setting = tuple[str, int, bool]
 NONE = "–"
 
 
-def by_setting(timings: Sequence[Timing]) -> dict[Setting, list[Timing]]:
+def by_setting(timings: Sequence[TrialResult]) -> dict[Setting, list[TrialResult]]:
     """Return the times by method and level, in the order in which they were measured."""
-    found: dict[Setting, list[Timing]] = {}
+    found: dict[Setting, list[TrialResult]] = {}
     for timing in timings:
-        found.setdefault(setting_of(timing), []).append(timing)
+        found.setdefault(setting_of(timing.trial), []).append(timing)
     return found
 
 
-def setting_of(timed: Timing | TimingCase) -> Setting:
-    """Return the method, level and dimension of a case."""
-    p = timed.parameters
-    return p.method, level_of(p), len(timed.grid_shape) > 2
+def setting_of(trial: Trial) -> Setting:
+    """Return the method, level and dimension of a trial."""
+    p = trial.parameters
+    return p.method, level_of(p), trial.grid.n_dimensions > 2
 
 
 def name_of(setting: Setting, settings: Sequence[Setting]) -> str:
@@ -48,17 +47,13 @@ def name_of(setting: Setting, settings: Sequence[Setting]) -> str:
     return f"{kind}{method.upper()} level {level}" if several else f"{kind}level {level}"
 
 
-def size_text(shape: Shape) -> str:
-    """Return the size of a grid as text."""
-    return f"{shape[0]}²" if len(shape) == 2 else describe_shape(shape)
-
-
-def describe_growth(name: str, timings: Sequence[Timing]) -> str:
+def describe_growth(name: str, timings: Sequence[TrialResult]) -> str:
     """Describe the growth of a setting's time with the number of cells; empty for only one size."""
-    if len({t.n_cells for t in timings}) < 2:
+    if len({t.trial.n_cells for t in timings}) < 2:
         return ""
     found = growth(timings)
-    low, high = (size_text(f(timings, key=lambda t: t.n_cells).grid_shape) for f in (min, max))
+    ends = (f((t.trial for t in timings), key=lambda trial: trial.n_cells) for f in (min, max))
+    low, high = (size_text(trial.grid.shape) for trial in ends)
     how, why = "linear", ""
     if not found.linear:
         how = "more than linear" if found.exponent > 1 else "less than linear"
@@ -70,7 +65,7 @@ def describe_growth(name: str, timings: Sequence[Timing]) -> str:
     )
 
 
-def growth_lines(timings: Sequence[Timing]) -> list[str]:
+def growth_lines(timings: Sequence[TrialResult]) -> list[str]:
     """Describe how each setting's time grows with the grid; compare levels, volumes and maps."""
     found = by_setting(timings)
     each = [describe_growth(name_of(setting, list(found)), own) for setting, own in found.items()]
@@ -78,7 +73,7 @@ def growth_lines(timings: Sequence[Timing]) -> list[str]:
     return [line for line in (*each, *more) if line]
 
 
-def describe_volumes(timings: Sequence[Timing]) -> str:
+def describe_volumes(timings: Sequence[TrialResult]) -> str:
     """Compare the times per cell of volumes and of maps, on the largest grid of each."""
     found = by_setting(timings)
     both = [
@@ -89,95 +84,75 @@ def describe_volumes(timings: Sequence[Timing]) -> str:
     if not both:
         return ""
     said = (
-        f"{three_digits((a.seconds / a.n_cells) / (b.seconds / b.n_cells))} (level {level})"
+        f"{three_digits(a.seconds_per_cell / b.seconds_per_cell)} (level {level})"
         for (_, level, _), a, b in both
     )
     return page_text("Volumes and maps", times=", ".join(said))
 
 
-def describe_levels(timings: Sequence[Timing]) -> str:
+def describe_levels(timings: Sequence[TrialResult]) -> str:
     """Compare the lowest and highest wavelet level by time, as measured here and in the paper."""
     paper = {t.level: t.cpu_seconds or 0.0 for t in published.FIGURE_13}
-    maps = [t for t in timings if t.parameters.method == "ccwsim" and len(t.grid_shape) == 2]
+    maps = [t for t in timings if setting_of(t.trial)[::2] == ("ccwsim", False)]
     own = {t.parameters.level: t for t in maps}
     sides = {level: t for level, t in own.items() if level in paper}
     if len(sides) < 2:
         return ""
     low, high = min(sides), max(sides)
-    if sides[low].n_cells != sides[high].n_cells:
+    if sides[low].trial.grid != sides[high].trial.grid:
         return ""
     ratio = f"{sides[low].seconds / sides[high].seconds:.1f}"
     published_ratio = f"{paper[low] / paper[high]:.1f}"
     shares = published.LEVEL_CHANGES.items()
     changes = " and ".join(f"−{-100 * v:.1f} % ({a} to {b})" for (a, b), v in shares)
-    values = {"side": round(sides[low].n_cells ** 0.5), "published": published_ratio}
+    values = {"side": sides[low].trial.grid.nx, "published": published_ratio}
     return page_text("Levels", low=low, high=high, ratio=ratio, changes=changes, **values)
-
-
-def describe_plan(n_cases: int, n_realizations: int, seconds: float) -> str:
-    """Describe a planned run and its approximate duration."""
-    work = f"{plural(n_cases, 'setting')} × {plural(n_realizations, 'realization')}"
-    return f"{work} on one thread: about {duration(seconds, rough=True)}.{compilation_to_come()}"
-
-
-def why_ended(run: TimingRun) -> str:
-    """Return the reason why a run ended early, or an empty text."""
-    if isinstance(run.error, Cancelled):
-        kept = "; these are shown." if run.rows else ": nothing was measured."
-        return f"Stopped after {run.n_finished}{kept}"
-    return failed(run.error) if run.error else ""
 
 
 def describe_run(run: TimingRun | None) -> str:
     """Describe the training image and parameters of a run."""
     if run is None:
         return ""
-    image, p = run.training_image, max(run.settings, key=lambda c: len(c.grid_shape)).parameters
-    template, overlap = map(_sizes, (p.template_size, p.overlap_size))
+    image, p = run.main.training_image, run.main.parameters
     off = (
         "" if p.exact_data else "; data only condition the search, and mismatches are not corrected"
     )
     return (
         f"Training image {pretty(image.name)}, {describe_shape(image.shape)} cells, "
-        f"{image.n_facies} facies; template {template}, overlap {overlap}, K {p.n_candidates}"
-        f"{_how_maps(run.settings)}; median time of {plural(run.n_realizations, 'realization')}, "
+        f"{image.n_facies} facies; {_describe_sizes(p)}, K {p.n_candidates}"
+        f"{_how_maps(run.trials)}; median time of {plural(run.n_realizations, 'realization')}, "
         "including preparation of the training image; one thread; seed "
-        f"{run.seed}{off}."
+        f"{run.main.seed}{off}."
     )
 
 
-def _sizes(size: Any) -> str:
-    return describe_shape(size) if isinstance(size, tuple) else str(size)
-
-
-def _how_maps(cases: Sequence[TimingCase]) -> str:
+def _how_maps(trials: Sequence[Trial]) -> str:
     """Describe the maps that are timed in addition to volumes; empty if no maps are timed."""
-    maps = [case.parameters for case in cases if len(case.grid_shape) == 2]
-    if not maps or len(maps) == len(cases):
+    maps = [trial.parameters for trial in trials if trial.grid.n_dimensions == 2]
+    if not maps or len(maps) == len(trials):
         return ""
     return (
-        "; maps of the middle layer of the image, with as many cells as the volumes, template "
-        f"{_sizes(maps[0].template_size)}, overlap {_sizes(maps[0].overlap_size)}"
+        "; maps of the middle layer of the image, with as many cells as the volumes, "
+        f"{_describe_sizes(maps[0])}"
     )
 
 
-def progress_label(run: TimingRun) -> str:
-    """Return a text with the number of timed settings and the name of the setting being timed."""
-    text, to_come = run.n_finished, run.settings[len(run.rows) :]
-    if to_come:
-        case = to_come[0]
-        data = f", {case.n_data} data" if case.n_data else ""
-        text += f" · now {size_text(case.grid_shape)}, level {level_of(case.parameters)}{data}"
-    return text
+def _describe_sizes(p: Parameters) -> str:
+    names = ("template_size", "overlap_size")
+    return ", ".join(
+        f"{short_name(name)} {describe_value(name, getattr(p, name))}" for name in names
+    )
 
 
-def grid_table(timings: Sequence[Timing]) -> str:
+def grid_table(timings: Sequence[TrialResult]) -> str:
     """Return an HTML table of times by grid size; for maps, the paper's largest grid is last."""
     found = by_setting(timings)
     head = ["cells", *(name_of(setting, list(found)) for setting in found)]
     rows = []
-    for shape in sorted({t.grid_shape for t in timings}, key=lambda s: (prod(s), len(s))):
-        took = [next((t for t in own if t.grid_shape == shape), None) for own in found.values()]
+    for shape in sorted({t.trial.grid.shape for t in timings}, key=lambda s: (prod(s), len(s))):
+        took = [
+            next((t for t in own if t.trial.grid.shape == shape), None) for own in found.values()
+        ]
         rows.append([size_text(shape), *(duration(t.seconds) if t else NONE for t in took)])
     if any(volume for _, _, volume in found):
         return table_of([head], rows)
@@ -190,10 +165,10 @@ def grid_table(timings: Sequence[Timing]) -> str:
 
 
 def data_table(
-    timings: Sequence[Timing], settings: Sequence[Setting], numbers: Sequence[int], side: int
+    timings: Sequence[TrialResult], settings: Sequence[Setting], numbers: Sequence[int], side: int
 ) -> str:
     """Return measured and published times (none for volumes) as HTML, laid out as Table 2."""
-    measured = {(*setting_of(t)[:2], t.n_data): t for t in timings}
+    measured = {(*setting_of(t.trial)[:2], t.trial.n_data): t for t in timings}
     shown = [n for n in numbers if n]
     first = ["method", "level", *(["no data"] if 0 in numbers else [])]
     head = [*first, *(f"{n} data" for n in shown for _ in range(3))]
@@ -263,14 +238,14 @@ def _head(row: Sequence[str]) -> str:
     return "".join(f"<th colspan={n}>{escape(text)}</th>" for text, n in cells)
 
 
-def _time(timing: Timing | None) -> str:
+def _time(timing: TrialResult | None) -> str:
     return duration(timing.seconds) if timing else NONE
 
 
-def _wrong(timing: Timing | None) -> str:
+def _wrong(timing: TrialResult | None) -> str:
     if timing is None:
         return NONE
-    share = 100 * float(np.mean(timing.n_mismatched)) / timing.n_data
+    share = 100 * float(np.mean(timing.n_mismatched)) / timing.trial.n_data
     return "0" if share == 0 else f"{three_digits(share)} %"
 
 
@@ -280,27 +255,35 @@ def _ratio(times: Sequence[float | None]) -> str:
     return f"{last / before:.2f}" if before and last else NONE
 
 
-TIMINGS_HEAD = (
-    *("image", "image_nx", "image_ny", "image_nz"),
-    *("method", "level", "template", "overlap", "candidates", "exact_data"),
-    *("nx", "ny", "nz", "n_data", "seed"),
-    *("realization", "cpu_seconds", "data_not_honoured", "machine"),
-)
-
-
 def timings_csv(runs: Sequence[TimingRun], machine: str) -> bytes:
     """Return CSV with a line per timed realization, including its setting and the machine."""
-    lines = []
-    for run in runs:
-        for timing in list(run.rows):
-            p, own = timing.parameters, image_of_case(run.training_image, timing)
-            sizes = map(_sizes, (p.level, p.template_size, p.overlap_size))
-            setting = [p.method, *sizes, p.n_candidates, p.exact_data]
-            image = [own.name, *in_layers(own.shape)[::-1]]
-            grid = in_layers(timing.grid_shape)[::-1]
-            case = [*image, *setting, *grid, timing.n_data, run.seed]
-            lines += [
-                [*case, r + 1, f"{cpu:.6g}", int(timing.n_mismatched[r]), machine]
-                for r, cpu in enumerate(timing.cpu_seconds)
-            ]
-    return csv_as_bytes(TIMINGS_HEAD, lines)
+    records = []
+    for timing in (timing for run in runs for timing in list(run.rows)):
+        trial, p = timing.trial, timing.parameters
+        image_nz, image_ny, image_nx = in_layers(trial.training_image.shape)
+        nz, ny, nx = in_layers(trial.grid.shape)
+        for r, cpu_seconds in enumerate(timing.cpu_seconds):
+            records.append(
+                {
+                    "image": trial.training_image.name,
+                    "image_nx": image_nx,
+                    "image_ny": image_ny,
+                    "image_nz": image_nz,
+                    "method": p.method,
+                    "level": describe_value("wavelet_level", p.level),
+                    "template": describe_value("template_size", p.template_size),
+                    "overlap": describe_value("overlap_size", p.overlap_size),
+                    "candidates": p.n_candidates,
+                    "exact_data": p.exact_data,
+                    "nx": nx,
+                    "ny": ny,
+                    "nz": nz,
+                    "n_data": trial.n_data,
+                    "seed": trial.seed,
+                    "realization": r + 1,
+                    "cpu_seconds": cpu_seconds,
+                    "data_not_honoured": timing.n_mismatched[r],
+                    "machine": machine,
+                }
+            )
+    return records_as_csv(records)

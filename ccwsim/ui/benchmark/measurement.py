@@ -4,16 +4,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
-from ccwsim import CCWSIMError, Grid, Parameters
+from ccwsim import CCWSIMError, Parameters
 from ccwsim.experiments import timing
-from ccwsim.experiments.timing import Timing, TimingCase
+from ccwsim.experiments.timing import level_of
+from ccwsim.experiments.trials import Trial, TrialResult
 from ccwsim.jobs.job import Job, server_queue
 from ccwsim.jobs.limits import Demand
-from ccwsim.model.arrays import Shape
+from ccwsim.model.arrays import Shape, describe_shape
 from ccwsim.model.parameters import METHODS
-from ccwsim.model.study import Study
 from ccwsim.ui.session.resolve import fitted, image_of, levels
-from ccwsim.ui.session.state import State, start_page_run
+from ccwsim.ui.session.state import RunState, State
 from ccwsim.ui.study.trials import TrialsRun
 
 Kind = Literal["grids", "data"]
@@ -31,39 +31,49 @@ MAX_SHARE_OF_MEMORY = 0.5
 FINEST, COARSEST = 0, 3
 
 
-@dataclass
-class TimingRun(TrialsRun[TimingCase, Timing, None]):
-    """Timed cases, in order; `disturbed` by other sessions that computed at the same time."""
+@dataclass(kw_only=True)
+class TimingRun(TrialsRun[TrialResult, None]):
+    """Timed trials, in order; `disturbed` by other sessions that computed at the same time."""
 
     disturbed: bool = False
 
-    def study_of(self, setting: TimingCase) -> Study:
-        image = timing.image_of_case(self.training_image, setting)
-        return Study(image, Grid.of(setting.grid_shape), setting.parameters)
+    @property
+    def main(self) -> Trial:
+        """A trial on the study's own image; maps beside volumes have the middle layer."""
+        return max(self.trials, key=lambda trial: trial.grid.n_dimensions)
 
-    def n_kept(self, setting: TimingCase) -> int:
-        return max(timing.CELLS_AT_ONCE // setting.n_cells, 1)
+    def n_kept(self, trial: Trial) -> int:
+        return max(timing.CELLS_AT_ONCE // trial.n_cells, 1)
 
     def demand(self) -> Demand:
-        """Return the resources that the largest case needs; one case runs at a time."""
+        """Return the resources that the largest trial needs; one trial runs at a time."""
         n_bytes = max((demand.n_bytes for demand in self.demands(n_workers=1)), default=0)
-        n_cells = sum(case.n_cells for case in self.settings) * self.n_realizations
-        return Demand(n_cells, max((case.n_data for case in self.settings), default=0), n_bytes)
+        n_cells = sum(trial.n_cells for trial in self.trials) * self.n_realizations
+        return Demand(n_cells, max((trial.n_data for trial in self.trials), default=0), n_bytes)
+
+    def label(self) -> str:
+        """Return the number of timed settings and the name of the setting being timed."""
+        text, to_come = self.n_finished, self.trials[len(self.rows) :]
+        if to_come:
+            trial = to_come[0]
+            data = f", {trial.n_data} data" if trial.n_data else ""
+            text += (
+                f" · now {size_text(trial.grid.shape)}, level {level_of(trial.parameters)}{data}"
+            )
+        return text
 
     def work(self, job: Job) -> None:
         def report(fraction: float, n_done: int) -> None:
             self.disturbed = self.disturbed or server_queue().n_active > 1
             job.report(fraction, n_done)
 
-        image, n = self.training_image, self.n_realizations
-        run = image, self.settings, n, self.seed, report, job.is_cancelled
-        for timed in timing.time_cases(*run):
+        for timed in timing.time_trials(self.trials, self.n_realizations, report, job.is_cancelled):
             self.rows.append(timed)
 
 
 @dataclass
 class Benchmark:
-    """The state of the page: the user's choices, the latest runs, and why a run did not start.
+    """The state of the page: the user's choices, and the latest runs.
 
     `largest` is the side of the largest map, and `side` is the side of the map with data.
     `largest_volume` and `side_volume` are the corresponding sides of the layers of volumes. `maps`
@@ -81,14 +91,17 @@ class Benchmark:
     data_levels: list[int] = field(default_factory=lambda: [1, 3])
     data_methods: list[str] = field(default_factory=lambda: ["ccwsim", "ms-ccsim"])
     n_realizations: int = 3
-    grids: TimingRun | None = None
-    data: TimingRun | None = None
-    message: str = ""
+    grids: RunState[TimingRun] = field(default_factory=RunState)
+    data: RunState[TimingRun] = field(default_factory=RunState)
+
+    def of(self, kind: Kind) -> RunState[TimingRun]:
+        """Return the state of a measurement."""
+        return self.grids if kind == "grids" else self.data
 
     @property
     def runs(self) -> list[TimingRun]:
         """The latest run of each measurement that has begun."""
-        return [run for run in (self.grids, self.data) if run]
+        return [part.run for part in (self.grids, self.data) if part.run]
 
     @property
     def running(self) -> TimingRun | None:
@@ -99,9 +112,9 @@ class Benchmark:
 def start_timing(state: State, kind: Kind) -> None:
     """Start a measurement; if it cannot start, earlier results remain on the page."""
     page_state = state.page(Benchmark)
-    image, n = image_of(state.choices.image), page_state.n_realizations
-    seed = state.choices.seed
-    start_page_run(page_state, kind, lambda: TimingRun(image, cases_of(state, kind), n, seed))
+    page_state.of(kind).start(
+        lambda: TimingRun(trials=trials_of(state, kind), n_realizations=page_state.n_realizations)
+    )
 
 
 def level_options(state: State) -> list[int]:
@@ -121,26 +134,36 @@ def number_options(side: int, nz: int | None = None) -> list[int]:
     return [n for n in NUMBERS if 4 * n <= side * side * (nz or 1)]
 
 
-def cases_of(state: State, kind: Kind) -> list[TimingCase]:
-    """Return the cases of a measurement by size; raise an error if a choice is missing."""
-    own, nz = state.page(Benchmark), layers_of(state)
+def trials_of(state: State, kind: Kind) -> list[Trial]:
+    """Return the trials of a measurement by size; raise an error if a choice is missing."""
+    own, nz, seed = state.page(Benchmark), layers_of(state), state.choices.seed
+    image = image_of(state.choices.image)
     if kind == "data":
         side = own.side if nz is None else own.side_volume
         numbers = [n for n in number_options(side, nz) if n in own.numbers]
         if not numbers:
             raise CCWSIMError("Choose at least one number of data.")
         chosen = timed_parameters(state, own.data_methods, own.data_levels)
-        return timing.data_cases(numbers, chosen, (side, side) if nz is None else (nz, side, side))
+        return timing.data_trials(image, shape_of(side, nz), numbers, chosen, seed)
+    largest, offered = (own.largest, SIDES) if nz is None else (own.largest_volume, VOLUME_SIDES)
+    sides = [side for side in offered if side <= largest]
     chosen = timed_parameters(state, own.grid_methods, own.grid_levels)
-    if nz is None:
-        return timing.grid_cases([side for side in SIDES if side <= own.largest], chosen)
-    sides = [side for side in VOLUME_SIDES if side <= own.largest_volume]
-    cases = [TimingCase(p, (nz, side, side)) for side in sides for p in chosen]
-    if own.maps:
-        layer = image_of(state.choices.image).shape[-2:]
-        flat = timed_parameters(state, own.grid_methods, own.grid_levels, layer)
-        cases += timing.grid_cases([round((nz * side * side) ** 0.5) for side in sides], flat)
-    return sorted(cases, key=lambda case: case.n_cells)
+    trials = timing.grid_trials(image, [shape_of(side, nz) for side in sides], chosen, seed)
+    if nz is not None and own.maps:
+        flat = timed_parameters(state, own.grid_methods, own.grid_levels, image.shape[-2:])
+        shapes = [shape_of(round((nz * side * side) ** 0.5)) for side in sides]
+        trials += timing.grid_trials(image, shapes, flat, seed)
+    return sorted(trials, key=lambda trial: trial.n_cells)
+
+
+def shape_of(side: int, nz: int | None = None) -> Shape:
+    """Return the shape of a square map, or of a volume with square layers."""
+    return (side, side) if nz is None else (nz, side, side)
+
+
+def size_text(shape: Shape) -> str:
+    """Return the size of a square map, or of a volume, as text."""
+    return f"{shape[0]}²" if len(shape) == 2 else describe_shape(shape)
 
 
 def layers_of(state: State) -> int | None:
@@ -170,9 +193,9 @@ def timed_parameters(
     return found
 
 
-def expected(state: State, cases: Sequence[TimingCase]) -> float:
+def expected(state: State, trials: Sequence[Trial]) -> float:
     """Return the expected duration of a run in seconds, from measurements in this session."""
     page_state, image = state.page(Benchmark), image_of(state.choices.image)
-    runs = [run for run in page_state.runs if run.training_image.digest == image.digest]
+    runs = [run for run in page_state.runs if run.main.training_image.digest == image.digest]
     known = [timed for run in runs for timed in run.rows]
-    return timing.expected_seconds(image, cases, page_state.n_realizations, known)
+    return timing.expected_seconds(trials, page_state.n_realizations, known)

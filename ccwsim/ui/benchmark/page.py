@@ -6,7 +6,8 @@ from functools import partial
 import numpy as np
 import streamlit as st
 
-from ccwsim.experiments.timing import Timing, level_of
+from ccwsim.experiments.timing import level_of
+from ccwsim.experiments.trials import TrialResult
 from ccwsim.figures import TimeSeries, timings_chart
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_REALIZATIONS_TIMED
@@ -21,6 +22,7 @@ from ccwsim.ui.results.charts import draw_caption, titled_chart
 from ccwsim.ui.session.file_names import image_part
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.state import State
+from ccwsim.ui.study.trials import describe_work
 from ccwsim.ui.widgets.fields import bound_to, button, download, field, options_of
 from ccwsim.ui.widgets.text import page_text, panel_title, plain, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
@@ -38,12 +40,13 @@ def draw_benchmark(state: State) -> None:
         runs = [run for run in page_state.runs if run.rows]
         if runs and not page_state.running:
             content = partial(findings.timings_csv, runs, str(this_machine()))
-            images = sorted({image_part(run.training_image) for run in runs})
+            images = sorted({image_part(run.main.training_image) for run in runs})
             name = f"{'_'.join(images)}_times.csv"
             download("Download CSV", content, name, key="download_times")
     step_note(page_text("What can be compared"))
-    if page_state.message:
-        st.error(plain(page_state.message))
+    for part in (page_state.grids, page_state.data):
+        if part.message:
+            st.error(plain(part.message))
     row = {"horizontal": True, "vertical_alignment": "bottom", "gap": "medium"}
     for kind, (title, place, draw_sizes) in PARTS.items():
         st.html(f'<h2 class="part">{title} <span>as in {place}</span></h2>')
@@ -124,16 +127,15 @@ def _describe_plan(state: State, kind: Kind) -> str:
     """Describe the planned run, or name a missing choice."""
     page_state = state.page(Benchmark)
     try:
-        cases = measurement.cases_of(state, kind)
+        trials = measurement.trials_of(state, kind)
     except CCWSIMError as error:
         return str(error)
-    text = findings.describe_plan(
-        len(cases), page_state.n_realizations, measurement.expected(state, cases)
-    )
-    n_bytes = max(case.n_cells for case in cases) * measurement.BYTES_PER_CELL
+    seconds = measurement.expected(state, trials)
+    text = describe_work(len(trials), page_state.n_realizations, seconds)
+    n_bytes = max(trial.n_cells for trial in trials) * measurement.BYTES_PER_CELL
     if n_bytes > MIN_BYTES_TOLD:
         text += f" Up to {format_bytes(n_bytes)} of memory."
-    if page_state.running not in (None, getattr(page_state, kind)):
+    if page_state.running not in (None, page_state.of(kind).run):
         text += " Another measurement is running; two at once would slow each other down."
     return text
 
@@ -141,7 +143,7 @@ def _describe_plan(state: State, kind: Kind) -> str:
 def _draw_part(state: State, kind: Kind) -> None:
     """Draw a measurement with a description; update the drawing while the measurement runs."""
     step_note(_describe_plan(state, kind))
-    run = getattr(state.page(Benchmark), kind)
+    run = state.page(Benchmark).of(kind).run
 
     def draw() -> None:
         if run and run.disturbed:
@@ -150,18 +152,18 @@ def _draw_part(state: State, kind: Kind) -> None:
         draw_results(state)
 
     with st.container(key=f"part_{kind}"):
-        if run and run.going:
+        if run and run.job and run.going:
             keys = (f"progress_{kind}", f"cancel_{kind}")
-            follow(run.job, label=lambda: findings.progress_label(run), draw=draw, keys=keys)
+            follow(run.job, label=run.label, draw=draw, keys=keys)
             return
-        if run and findings.why_ended(run):
-            st.warning(plain(findings.why_ended(run)))
+        if run and (end := run.describe_end()):
+            st.warning(plain(end))
         draw()
 
 
 def _draw_grids(state: State) -> None:
     """Draw times against grid size, or outlines before the first run."""
-    run = state.page(Benchmark).grids
+    run = state.page(Benchmark).grids.run
     timings = list(run.rows) if run else []
     ticks = ticks_of(timings, measurement.layers_of(state) is not None)
     draw_caption(findings.describe_run(run))
@@ -183,7 +185,7 @@ def _draw_grids(state: State) -> None:
 
 
 def _draw_chart(
-    timings: Sequence[Timing], ticks: dict[int, str], title: str, note: str, per_cell: bool
+    timings: Sequence[TrialResult], ticks: dict[int, str], title: str, note: str, per_cell: bool
 ) -> None:
     paper = paper_series(per_cell) if has_paper(timings) else []
     series = measured_series(timings, per_cell), paper
@@ -193,33 +195,33 @@ def _draw_chart(
     titled_chart(title, note, chart, key, f"{title} against the number of cells of the grid")
 
 
-def has_paper(timings: Sequence[Timing]) -> bool:
+def has_paper(timings: Sequence[TrialResult]) -> bool:
     """Return whether the paper's times can be shown; the paper has times only for maps."""
-    return all(len(t.grid_shape) == 2 for t in timings)
+    return all(t.trial.grid.n_dimensions == 2 for t in timings)
 
 
-def ticks_of(timings: Sequence[Timing], volumes: bool) -> dict[int, str]:
+def ticks_of(timings: Sequence[TrialResult], volumes: bool) -> dict[int, str]:
     """Return the ticks of the axis of cell numbers: sizes of square grids or powers of ten."""
     if has_paper(timings) and not (volumes and not timings):
-        sides = {t.grid_shape[0] for t in timings} | {SIDES[0], SIDES[1], SIDES[3], SIDES[-1]}
+        sides = {t.trial.grid.nx for t in timings} | {SIDES[0], SIDES[1], SIDES[3], SIDES[-1]}
         return {side**2: f"{side}²" for side in sorted(sides)}
-    cells = [t.n_cells for t in timings] or [10**5, 10**7]
+    cells = [t.trial.n_cells for t in timings] or [10**5, 10**7]
     low, high = int(np.log10(min(cells))), int(np.ceil(np.log10(max(cells))))
     return {10**k: f"{10**k:,}" for k in range(low, high + 1)}
 
 
 def _draw_data(state: State) -> None:
     """Draw the times by number of data, in the layout of Table 2."""
-    page_state, run = state.page(Benchmark), state.page(Benchmark).data
+    page_state, run = state.page(Benchmark), state.page(Benchmark).data.run
     if run:
-        chosen = list(dict.fromkeys(map(findings.setting_of, run.settings)))
-        numbers, shape = sorted({case.n_data for case in run.settings}), run.settings[0].grid_shape
+        chosen = list(dict.fromkeys(map(findings.setting_of, run.trials)))
+        numbers, shape = sorted({trial.n_data for trial in run.trials}), run.grid.shape
     else:
         nz = measurement.layers_of(state)
         methods, levels, side = page_state.data_methods, page_state.data_levels, page_state.side
         found = measurement.timed_parameters(state, methods, levels) if methods and levels else []
         chosen = [(p.method, level_of(p), nz is not None) for p in found]
-        shape = (side, side) if nz is None else (nz, *[page_state.side_volume] * 2)
+        shape = measurement.shape_of(side if nz is None else page_state.side_volume, nz)
         numbers = [n for n in measurement.NUMBERS if n in page_state.numbers]
     timings, side = list(run.rows) if run else [], shape[-1]
     panel_title("CPU time of a realization", f"{describe_shape(shape)} cells")
@@ -232,12 +234,12 @@ def _draw_data(state: State) -> None:
         st.html(findings.octave_table())
 
 
-def measured_series(timings: Sequence[Timing], per_cell: bool) -> list[TimeSeries]:
+def measured_series(timings: Sequence[TrialResult], per_cell: bool) -> list[TimeSeries]:
     """Return one line per setting, in seconds or in microseconds per cell."""
     found = findings.by_setting(timings)
     lines = []
     for setting, own in found.items():
-        cells = np.array([t.n_cells for t in own], float)
+        cells = np.array([t.trial.n_cells for t in own], float)
         values = np.maximum([t.seconds for t in own], 1e-6) / (cells / MICRO if per_cell else 1.0)
         name = findings.name_of(setting, list(found))
         beside_volumes = not setting[2] and not has_paper(timings)

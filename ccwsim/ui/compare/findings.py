@@ -9,13 +9,14 @@ from numpy.typing import NDArray
 from ccwsim import Ensemble, Parameters
 from ccwsim.experiments.comparison import Comparison, PairRatio
 from ccwsim.figures import DARK, LIGHT
-from ccwsim.io.formats.csv_table import csv_as_bytes
+from ccwsim.io.formats.csv_table import records_as_csv
 from ccwsim.metrics import fit_proportions
 from ccwsim.model.numbers import duration, three_digits
 from ccwsim.report.verdicts import describe_proportion
 from ccwsim.ui.compare.settings import TWO_POINT
 from ccwsim.ui.widgets.text import numbers_table, page_text
 
+DATA_COLUMNS = ("data_wrong", "data_mended", "data_forced")
 MAX_EQUAL_TIME = 1.05
 """Two settings count as equally fast if the ratio of CPU times is at most this value."""
 
@@ -144,34 +145,23 @@ def ratio_table(found: Comparison) -> str:
 
 def settings_csv(found: Comparison) -> bytes:
     """Return CSV with parameters and mean results of each setting."""
-    codes = found.ensembles[0].training_image.codes
-    names = [f.name for f in fields(Parameters)]
-    data = ["data_wrong", "data_mended", "data_forced"]
-    head = ["setting", *names, "cpu_seconds", "cpu_ratio_to_first", *data]
-    head += ["distance_to_image_bits", "variety_bits", *(f"proportion_{code}" for code in codes)]
-    lines = []
+    records = []
     for k, (name, e) in enumerate(zip(found.names, found.ensembles, strict=True)):
-        times = found.cpu_seconds[k], found.cpu_seconds[k] / found.cpu_seconds[0]
-        shares = found.proportions[k].mean(axis=0)
-        figures = (
-            *times,
-            *_counts_of_data(name, e).mean(axis=1),
-            found.distance[k],
-            found.variety[k],
-            *shares,
-        )
-        values = ["" if name == TWO_POINT else getattr(e.parameters, n) for n in names]
-        lines.append([name, *values, *(f"{figure:.6g}" for figure in figures)])
-    return csv_as_bytes(head, lines)
+        own = "" if name == TWO_POINT else e.parameters
+        record: dict[str, object] = {"setting": name}
+        record |= {f.name: str(own and getattr(own, f.name)) for f in fields(Parameters)}
+        record["cpu_seconds"] = found.cpu_seconds[k]
+        record["cpu_ratio_to_first"] = found.cpu_seconds[k] / found.cpu_seconds[0]
+        record |= zip(DATA_COLUMNS, _counts_of_data(name, e).mean(axis=1), strict=True)
+        record["distance_to_image_bits"] = found.distance[k]
+        record["variety_bits"] = found.variety[k]
+        records.append(record | _shares(found, found.proportions[k].mean(axis=0)))
+    return records_as_csv(records)
 
 
 def realizations_csv(found: Comparison) -> bytes:
     """Return CSV with a line per realization, including its position in the MDS plot."""
-    codes = found.ensembles[0].training_image.codes
-    head = ["setting", "realization", "cpu_seconds", "data_wrong", "data_mended", "data_forced"]
-    head += [f"proportion_{code}" for code in codes]
-    head += ["distance_to_image_bits", "mds_1", "mds_2"]
-    lines = []
+    records = []
     for k, (name, e) in enumerate(zip(found.names, found.ensembles, strict=True)):
         placed = np.full((e.n, 3), np.nan)
         if found.anodi is not None and found.scaling is not None:
@@ -179,16 +169,30 @@ def realizations_csv(found: Comparison) -> bytes:
             placed = np.column_stack([found.distances[k], positions])
         counts = _counts_of_data(name, e)
         for r in range(e.n):
-            figures = (e.cpu_seconds[r], *counts[:, r], *found.proportions[k][r], *placed[r])
-            lines.append([name, r + 1, *(f"{figure:.6g}" for figure in figures)])
-    return csv_as_bytes(head, lines)
+            record = {"setting": name, "realization": r + 1, "cpu_seconds": e.cpu_seconds[r]}
+            record |= zip(DATA_COLUMNS, counts[:, r], strict=True)
+            record |= _shares(found, found.proportions[k][r])
+            record |= zip(("distance_to_image_bits", "mds_1", "mds_2"), placed[r], strict=True)
+            records.append(record)
+    return records_as_csv(records)
+
+
+def _shares(found: Comparison, proportions: NDArray[np.float64]) -> dict[str, object]:
+    codes = found.ensembles[0].training_image.codes
+    return {f"proportion_{code}": share for code, share in zip(codes, proportions, strict=True)}
 
 
 def ratios_csv(found: Comparison) -> bytes:
     """Return the table of ANODI ratios as CSV."""
-    head = ["setting", "to", "between_ratio", "within_ratio", "ratio"]
-    lines = (
-        [r.name, r.other, *(f"{ratio:.6g}" for ratio in (r.between, r.within, r.ratio))]
-        for r in found.ratios
+    return records_as_csv(
+        [
+            {
+                "setting": row.name,
+                "to": row.other,
+                "between_ratio": row.between,
+                "within_ratio": row.within,
+                "ratio": row.ratio,
+            }
+            for row in found.ratios
+        ]
     )
-    return csv_as_bytes(head, lines)

@@ -39,9 +39,8 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.study.changes import image_name
 from ccwsim.ui.study.image_questions import image_of_file
 from ccwsim.ui.study.image_step import image_uploader
-from ccwsim.ui.study.run import draw_out_of_date
 from ccwsim.ui.study.study_column import parameter_field, size_fields
-from ccwsim.ui.study.trials import follow_trials, use_button
+from ccwsim.ui.study.trials import draw_news, use_button
 from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, download, field, options_of
 from ccwsim.ui.widgets.text import page_text, pair, panel_title, plain, scrolled, step_note
@@ -76,18 +75,17 @@ def draw_page(state: State) -> None:
         page_state.earlier = None  # free its realizations
     _draw_settings(state)
     _draw_run_row(state, problem)
-    with st.container(key="news"):  # always drawn, so that elements below do not move
-        shown = page_state.shown_run
-        if busy and run is not None:
-            follow_trials(run, label=lambda: settings.progress_label(run))
-            if shown is page_state.earlier is not None:
-                st.html("<style>.st-key-results { opacity: 0.4 }</style>")
-        if problem:
-            st.error(plain(problem))
-        elif not busy and shown is not None and shown.key != settings.key_of(state):
-            draw_out_of_date("the settings or the study have changed. Compare again.")
-        if message := page_state.message or ("" if busy else settings.describe_end(page_state)):
-            st.warning(plain(message))
+    shown, outdated = page_state.shown_run, ""
+    if not problem and shown is not None and shown.key != settings.key_of(state):
+        outdated = "the settings or the study have changed. Compare again."
+    ended = "" if busy else settings.describe_end(page_state)
+    draw_news(
+        run if busy else None,
+        outdated="" if busy else outdated,
+        problem=problem,
+        message=page_state.message or ended,
+        dim=shown is page_state.earlier is not None,
+    )
     with st.container(key="results"):
         _draw_results(state, busy)
 
@@ -103,7 +101,7 @@ def problem_of(state: State) -> str:
         if n > MAX_SETTINGS:
             most = MAX_SETTINGS - 1
             raise CCWSIMError(f"At most {most} settings fit beside {TWO_POINT}. Remove a setting.")
-        n += settings.second_study(state) is not None
+        n += settings.second_trial(state) is not None
         n_cells = choices.grid.n_cells * n * settings.n_of(state)
         limits_of_environment().check(Demand(n_cells, data_of(choices).n))
 
@@ -250,7 +248,7 @@ def _draw_found(state: State, run: ComparisonRun, found: Comparison) -> None:
     state.facies = min(state.facies, image.n_facies - 1)
     said = "; ".join(f"{name}: {note}" for name, note in _notes(run).items())
     inputs, n = describe_inputs(found.ensembles[0]), plural(run.n_realizations, "realization")
-    charts.draw_caption(f"{inputs}; {said}; {n} each, seed {run.seed}")
+    charts.draw_caption(f"{inputs}; {said}; {n} each, seed {run.first.seed}")
     with st.container(key="said"):  # always drawn, so that elements below do not move
         if len(found.names) == len(run.names) or not page_state.going:
             left, right = st.columns(2, gap="medium")

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ccwsim.experiments import comparison
+from ccwsim.experiments.trials import Trial
 from ccwsim.experiments.two_point import simulate_two_point
 from ccwsim.jobs.job import NOTHING, Job
 from ccwsim.jobs.limits import Demand
@@ -15,16 +16,14 @@ from ccwsim.model.arrays import Shape, listing, readonly
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.parameters import METHODS, Parameters
-from ccwsim.model.study import Study
 from ccwsim.run.footprint import demand_of
-from ccwsim.run.simulation import simulate
 from ccwsim.sharing.choices import ImageChoice
-from ccwsim.ui.session.resolve import data_of, fitted, image_of, levels, secondary_of
-from ccwsim.ui.session.state import State, start_page_run
+from ccwsim.ui.session.resolve import fitted, image_of, levels
+from ccwsim.ui.session.state import RunState, State
 from ccwsim.ui.study.changes import image_name
 from ccwsim.ui.study.run import failed
 from ccwsim.ui.study.study_column import set_parameters
-from ccwsim.ui.study.trials import SettingsRun, inputs_of, study_key
+from ccwsim.ui.study.trials import TrialsRun, shown_in, study_key, trial_of
 
 N_USUAL, N_USUAL_VOLUME = 12, 4
 """Default number of realizations per setting, for maps and for volumes."""
@@ -39,24 +38,23 @@ BYTES_OF_FIELD = 80
 
 
 @dataclass(kw_only=True)
-class ComparisonRun(SettingsRun[comparison.Comparison, comparison.Comparison]):
+class ComparisonRun(TrialsRun[comparison.Comparison, comparison.Comparison]):
     """A run that compares settings, or adds curves of `facies` to a known comparison.
 
-    The last of `rows` is the comparison so far.
-    `second` is the study of setting A with the second training image, if there is one; `of_second`
-    are its realizations.
+    The last of `rows` is the comparison so far. `second` is setting A with the second training
+    image, if there is one; `of_second` are its realizations.
     """
 
     beside: Beside
     known: comparison.Comparison | None = None
-    second: Study | None = None
+    second: Trial | None = None
     of_second: Ensemble | None = None
     unit = "realizations"
 
     @property
     def names(self) -> tuple[str, ...]:
         """The names of the settings and, after them, of the two-point simulation."""
-        return names_of(self.settings, self.beside)
+        return names_of(self.trials, self.beside)
 
     @property
     def n_pieces(self) -> int:
@@ -76,56 +74,69 @@ class ComparisonRun(SettingsRun[comparison.Comparison, comparison.Comparison]):
         """Return the resources that the run needs, including memory for all realizations."""
         if self.known is not None:
             return NOTHING
-        each, image, n = self.demands(), self.training_image, self.n_realizations
-        each += [demand_of(self.second, n)] if self.second else []
+        each = self.demands()
         n_bytes = sum(demand.n_bytes for demand in each)
+        if self.second is not None:
+            n_bytes += demand_of(self.second.study(), self.n_realizations).n_bytes
         if self.beside == TWO_POINT:
-            sides = zip(self.grid.shape, image.shape, strict=True)
+            sides = zip(self.grid.shape, self.training_image.shape, strict=True)
             n_bytes += BYTES_OF_FIELD * prod(n + side // 2 for n, side in sides)
-        return Demand(sum(demand.n_cells for demand in each), self.hard_data.n, n_bytes)
+        return Demand(sum(demand.n_cells for demand in each), self.first.n_data, n_bytes)
+
+    def label(self) -> str:
+        """Return the name of the step that follows the simulation; empty during the simulation."""
+        if self.job is None or self.job.n_done < self.n_pieces:
+            return ""
+        found = self.found
+        if self.second is not None and found and (found.anodi or found.problem):
+            return "Simulating with the second image"
+        return "Comparing patterns" if found and found.curves else "Comparing curves"
 
     def work(self, job: Job[comparison.Comparison]) -> comparison.Comparison:
         """Run the comparison, publish partial results, and return the comparison."""
-        image, n, seed = self.training_image, self.n_realizations, self.seed
-        facies, options = int(image.codes[self.facies]), (job.report, job.is_cancelled)
+        first, n = self.first, self.n_realizations
+        facies = int(first.training_image.codes[self.facies])
         if self.known is not None:
-            return comparison.add_curves(self.known, facies, *options)
-        settings: dict[str, Any] = dict(zip(LETTERS, self.settings, strict=False))
+            return comparison.add_curves(self.known, facies, job.report, job.is_cancelled)
+        settings: dict[str, Parameters | Ensemble] = {
+            name: trial.parameters for name, trial in zip(LETTERS, self.trials, strict=False)
+        }
         if self.beside == TWO_POINT:
-            settings |= {TWO_POINT: simulate_two_point(image, self.grid, n, seed)}
-        run = (self.hard_data, n, seed, *options)
-        how: Any = {"facies": facies, "on_partial": self.rows.append, "secondary": self.secondary}
-        found = comparison.compare(image, self.grid, settings, *run, **how)
-        if (s := self.second) is not None:
-            study = s.training_image, s.grid, s.parameters, s.hard_data
-            self.of_second = simulate(
-                *study, n, s.seed, cancel=job.is_cancelled, secondary=s.secondary
+            settings[TWO_POINT] = simulate_two_point(
+                first.training_image, first.grid, n, first.seed
             )
+        found = comparison.compare(
+            first.training_image,
+            first.grid,
+            settings,
+            first.hard_data,
+            n,
+            first.seed,
+            progress=job.report,
+            cancel=job.is_cancelled,
+            facies=facies,
+            on_partial=self.rows.append,
+            secondary=first.secondary,
+        )
+        if self.second is not None:
+            self.of_second = self.second.simulate(n, cancel=job.is_cancelled)
         return found
 
 
 @dataclass
-class ComparePageState:
+class ComparePageState(RunState[ComparisonRun]):
     """The state of the page.
 
     `others` are the settings besides the setting of the study; an element None stands for a default
     setting, derived from the study. `n` is the number of realizations per setting, or None until
-    the page is first drawn. `run` is the latest run; `earlier` is the run whose results are shown
-    while `run` has none.
+    the page is first drawn. `earlier` is the run whose results are shown while `run` has none.
     """
 
     others: list[Parameters | None] = field(default_factory=lambda: [None, None])
     n: int | None = None
     beside: Beside = ""
-    run: ComparisonRun | None = None
     earlier: ComparisonRun | None = None
-    message: str = ""
     shown: int = 0
-
-    @property
-    def going(self) -> bool:
-        """Whether a run is going."""
-        return self.run is not None and self.run.going
 
     @property
     def shown_run(self) -> ComparisonRun | None:
@@ -206,7 +217,7 @@ def use_setting(state: State, k: int) -> None:
         state.page(ComparePageState).others[:] = present[1:]
 
 
-def names_of(settings: Sequence[Parameters], beside: Beside) -> tuple[str, ...]:
+def names_of(settings: Sequence[object], beside: Beside) -> tuple[str, ...]:
     """Return the names of settings and, after them, of a two-point simulation beside them."""
     letters = LETTERS[: len(settings)]
     return (*letters, TWO_POINT) if beside == TWO_POINT else letters
@@ -227,7 +238,7 @@ def n_of(state: State) -> int:
     return page_state.n
 
 
-def second_study(state: State) -> Study | None:
+def second_trial(state: State) -> Trial | None:
     """Return setting A with the second image, or None without one; raise if facies differ."""
     beside, c = state.page(ComparePageState).beside, state.choices
     if not isinstance(beside, ImageChoice):
@@ -240,7 +251,7 @@ def second_study(state: State) -> Study | None:
             "same facies."
         )
     parameters = fitted(settings_of(state)[0], image.shape)
-    return Study(image, c.grid, parameters, data_of(c), c.seed, secondary_of(c))
+    return replace(trial_of(c), training_image=image, parameters=parameters)
 
 
 def both_images(first: Ensemble, second: Ensemble) -> Ensemble:
@@ -255,13 +266,14 @@ def start_comparison(state: State) -> None:
     page_state = state.page(ComparePageState)
 
     def make() -> ComparisonRun:
+        first = trial_of(state.choices)
         run = ComparisonRun(
-            **inputs_of(state),
-            settings=settings_of(state),
+            trials=[replace(first, parameters=p) for p in settings_of(state)],
             n_realizations=n_of(state),
             key=key_of(state),
             beside=page_state.beside,
-            second=second_study(state),
+            second=second_trial(state),
+            **shown_in(state),
         )
         page_state.earlier = page_state.kept_run
         if page_state.run is not None:
@@ -269,7 +281,7 @@ def start_comparison(state: State) -> None:
             page_state.run = None
         return run
 
-    start_page_run(page_state, "run", make)
+    page_state.start(make)
 
 
 def want_curves(state: State) -> None:
@@ -310,13 +322,3 @@ def describe_end(page_state: ComparePageState) -> str:
     return "Stopped before two settings were simulated." + (
         " The earlier comparison is still shown." if page_state.earlier else ""
     )
-
-
-def progress_label(run: ComparisonRun) -> str:
-    """Return the name of the step that follows the simulation; empty during the simulation."""
-    if run.job is None or run.job.n_done < run.n_pieces:
-        return ""
-    found = run.found
-    if run.second is not None and found and (found.anodi or found.problem):
-        return "Simulating with the second image"
-    return "Comparing patterns" if found and found.curves else "Comparing curves"

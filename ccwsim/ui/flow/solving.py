@@ -22,7 +22,7 @@ from ccwsim.model.numbers import three_digits, with_power
 from ccwsim.system.machine import n_cores
 from ccwsim.ui.session.cached import as_task, shared_values
 from ccwsim.ui.session.file_names import study_part
-from ccwsim.ui.session.state import PageRun, State, start_page_run
+from ccwsim.ui.session.state import PageRun, RunState, State
 from ccwsim.ui.widgets.fields import Download
 
 BYTES_PER_CELL = 1200  # memory per cell of a solution in bytes, mostly the levels of the solver
@@ -154,7 +154,7 @@ def _answer(
 
 
 @dataclass
-class FlowState:
+class FlowState(RunState[AnswersRun]):
     """The state of the page; conductivities and porosities are kept by the name of the facies."""
 
     conductivity: dict[str, float] = field(default_factory=dict)
@@ -167,8 +167,6 @@ class FlowState:
     well: tuple[int, ...] | None = None
     rate: float = 0.0  # m³/d
     particles: int = 0  # travel time at which particles are shown, % of the median travel time
-    run: AnswersRun | None = None
-    message: str = ""
     latest: tuple[Ensemble, Solution] | None = None  # drawn until the next solution is known
     follows: bool = True  # whether the well of a volume follows the cross hairs
     ack: int = 0  # number of the last stroke in a slice that was applied
@@ -230,7 +228,7 @@ def start_answers(state: State) -> None:
     page_state, ensemble = state.page(FlowState), state.ensemble
     if ensemble is not None:
         settings = settings_of(page_state, ensemble)
-        start_page_run(page_state, "run", lambda: AnswersRun(ensemble, settings))
+        page_state.start(lambda: AnswersRun(ensemble, settings))
 
 
 def problem_of(settings: FlowSettings) -> str:

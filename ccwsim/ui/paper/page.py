@@ -21,7 +21,7 @@ from ccwsim.report.document import report_html
 from ccwsim.system.log import reason
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.progress import compilation_to_come
-from ccwsim.ui.session.state import PageRun, State, start_page_run
+from ccwsim.ui.session.state import PageRun, RunState, State
 from ccwsim.ui.widgets.fields import bound_to, button, download, field
 from ccwsim.ui.widgets.text import page_text, plain, step_note
 from ccwsim.ui.widgets.theme import draw_style
@@ -69,13 +69,11 @@ class PaperRun(PageRun[Reproduction]):
 
 
 @dataclasses.dataclass
-class PaperState:
-    """The state of the page: the extent and seed of the next run, and the latest run."""
+class PaperState(RunState[PaperRun]):
+    """The state of the page, with the extent and the seed of the next run."""
 
     quick: bool = False
     seed: int = 0
-    run: PaperRun | None = None
-    message: str = ""  # reason why a run did not start
 
 
 def server_inputs() -> tuple[PaperInputs, str]:
@@ -98,7 +96,7 @@ def draw_paper(state: State) -> None:
     if problem:
         st.warning(plain(problem))
     run = page_state.run
-    if run is None or not run.going:
+    if not page_state.going:
         _controls(state)
     if page_state.message:
         st.warning(plain(page_state.message))
@@ -119,10 +117,10 @@ def draw_paper(state: State) -> None:
 def start(state: State) -> None:
     """Start a run; a session has at most one run at a time."""
     page_state = state.page(PaperState)
-    if page_state.run is not None and page_state.run.going:
+    if page_state.going:
         return
     inputs, _ = server_inputs()
-    start_page_run(page_state, "run", lambda: PaperRun(inputs, page_state.quick, page_state.seed))
+    page_state.start(lambda: PaperRun(inputs, page_state.quick, page_state.seed))
 
 
 def _controls(state: State) -> None:

@@ -66,10 +66,29 @@ class PageRun(Generic[Result]):
             self.job.cancel()
 
 
-def start_page_run(page_state: Any, name: str, make: Callable[[], PageRun]) -> bool:
-    """Make and start a run as attribute `name`; on an error, keep the earlier, set `message`."""
-    page_state.message = problem_in(lambda: setattr(page_state, name, make().start()))
-    return not page_state.message
+Run = TypeVar("Run", bound=PageRun)
+
+
+@dataclass
+class RunState(Generic[Run]):
+    """State of a page, or of a part of a page, with runs: the latest, and why none was started."""
+
+    run: Run | None = None
+    message: str = ""
+
+    @property
+    def going(self) -> bool:
+        """Whether a run is going."""
+        return self.run is not None and self.run.going
+
+    def start(self, make: Callable[[], Run]) -> bool:
+        """Make and start a run; on an error, keep the earlier run, set `message`, return False."""
+
+        def begin() -> None:
+            self.run = make().start()
+
+        self.message = problem_in(begin)
+        return not self.message
 
 
 KEY = "ccwsim"
@@ -213,8 +232,8 @@ def start_afresh() -> None:
     if state.job is not None:
         state.job.cancel()
     for page_state in state.pages.values():
-        for run in vars(page_state).values():
-            if isinstance(run, PageRun):
-                run.stop()
+        for part in (page_state, *vars(page_state).values()):
+            if isinstance(part, RunState) and part.run is not None:
+                part.run.stop()
     st.query_params.clear()
     st.session_state[KEY] = State()

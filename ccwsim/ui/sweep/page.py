@@ -15,7 +15,7 @@ from ccwsim.experiments import sweep
 from ccwsim.experiments.plan import ALONG_Z, RANGED, label, value_of, varied
 from ccwsim.experiments.sweep import Sweep, SweepRow
 from ccwsim.figures import contact_sheet, sweep_chart, tile_size
-from ccwsim.io.formats.csv_table import csv_as_bytes
+from ccwsim.io.formats.csv_table import records_as_csv
 from ccwsim.metrics import Quality
 from ccwsim.model.bounds import MAX_REALIZATIONS_OF_SWEEP
 from ccwsim.model.missing import UNKNOWN
@@ -30,8 +30,7 @@ from ccwsim.ui.session.address import page_link
 from ccwsim.ui.session.file_names import grid_part
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.run import draw_out_of_date
-from ccwsim.ui.study.trials import follow_trials, study_key, use_button
+from ccwsim.ui.study.trials import draw_news, study_key, use_button
 from ccwsim.ui.sweep import planning
 from ccwsim.ui.sweep.planning import SweepRun, SweepState
 from ccwsim.ui.widgets.errors import if_possible
@@ -64,11 +63,16 @@ def draw_page(state: State) -> None:
     with st.sidebar:
         _draw_controls(state)
     run = state.page(SweepState).run
-    with st.container(key="news"):  # always drawn, so that elements below do not move
-        if run is not None and run.going:
-            follow_trials(run, planning.REDRAW_SECONDS, keys=("sweep_progress", "sweep_cancel"))
-        elif run is not None and not is_current(run, state):
-            draw_out_of_date("the study's training image, data or grid has changed. Sweep again.")
+    old = run is not None and not is_current(run, state)
+    draw_news(
+        run,
+        outdated="the study's training image, data or grid has changed. Sweep again."
+        if old
+        else "",
+        message=run.describe_end() if run is not None else "",
+        redraw_seconds=planning.REDRAW_SECONDS,
+        keys=("sweep_progress", "sweep_cancel"),
+    )
     with st.container(key="results"):
         if run is not None:
             _draw_found(state)
@@ -144,8 +148,6 @@ def _draw_found(state: State) -> None:
         run = state.page(SweepState).run
         assert run is not None
         found = run.found
-        if end := planning.describe_end(run):
-            st.warning(plain(end))
         if found.rows:
             _draw_rows(state, run, found)
         elif run.going:
@@ -154,15 +156,15 @@ def _draw_found(state: State) -> None:
 
 
 def _draw_rows(state: State, run: SweepRun, found: Sweep) -> None:
-    tried = run.settings if run.going else tuple(row.parameters for row in found.rows)
+    tried = run.settings if run.going else [row.parameters for row in found.rows]
     choice, chosen = sweep.recommended(found), state.page(SweepState).chosen
     k = choice.index if chosen is None else min(chosen, len(found.rows) - 1)
     names, marked = names_of(tried), (k, choice.index)
     best = found.rows[choice.index].parameters
     draw_caption(
-        f"{describe_inputs(run)}; {plural(len(found.rows), 'setting')}, recommended: "
+        f"{describe_inputs(run.first)}; {plural(len(found.rows), 'setting')}, recommended: "
         f"{label(best, names)}; {plural(run.n_realizations, 'realization')} each, "
-        f"seed {run.seed}"
+        f"seed {run.first.seed}"
     )
     with st.container(horizontal=True, vertical_alignment="center", gap="medium", key="choice"):
         so_far = " so far" if run.going or found.stopped else ""
@@ -180,7 +182,7 @@ def _draw_rows(state: State, run: SweepRun, found: Sweep) -> None:
     with st.container(horizontal=True, vertical_alignment="center", key="tiles_row"):
         of_what = "one realization" if run.grid.nz is None else "a layer of one realization"
         panel_title("Settings", f"{of_what} of each setting; click a setting to see it large")
-        name = f"{grid_part(run.training_image, run.grid)}_seed{run.seed}_sweep.csv"
+        name = f"{grid_part(run.training_image, run.grid)}_seed{run.first.seed}_sweep.csv"
         content = partial(sweep_csv, found, choice.index)
         download("Table, CSV", content, name, key="sweep_csv", width="content")
     draw_settings(run, names, marked, lambda number: choose(state, number))
@@ -193,7 +195,7 @@ def _draw_chart(
 ) -> None:
     """Draw errors against CPU time; a click on a point shows the setting large."""
     page_state = state.page(SweepState)
-    kinds = [kind for kind in ERRORS if kind != "mended" or run.hard_data.n]
+    kinds = [kind for kind in ERRORS if kind != "mended" or run.first.hard_data.n]
     kind = page_state.error if page_state.error in kinds else "patterns"
     with st.container(key="panel_sweep"):
         with st.container(horizontal=True, gap="small", key="title_sweep"):
@@ -260,7 +262,7 @@ def draw_realization(state: State, run: SweepRun, k: int) -> None:
     alt = f"Realization {r + 1} of {label(row.parameters, RANGED)}"
     own = row.realizations[r]
     shown = facies_map(indices_of(own, image), image, run.colours, alt)
-    shown = with_data(state, shown, run.hard_data, image, own)
+    shown = with_data(state, shown, run.first.hard_data, image, own)
     grid, max_height = (None, 392) if run.grid.nz is None else (run.grid, 300)
     draw_cells(shown, "swept", grid=grid, name="setting", max_height=max_height, body=False)
 
@@ -322,7 +324,7 @@ def numbers_of(
     lines.append(line(copied, lambda q: q.largest_copied, lambda q: q.copied_spread))
     if row.quality.n > 1:
         lines.append(line("Differing cells (%)", lambda q: 100 * q.differing, best=max))
-    if n := run.hard_data.n:
+    if n := run.first.hard_data.n:
         lines.append(line(f"Re-simulated, of {n}", lambda q: q.n_resimulated + q.n_forced))
         lines.append(line("Data not honoured", lambda q: q.n_mismatched))
     return [*lines, line("CPU time (ms)", lambda q: 1000 * q.cpu_seconds)]
@@ -412,10 +414,9 @@ def columns_of(row: SweepRow) -> dict[str, Any]:
 def sweep_csv(found: Sweep, best: int) -> bytes:
     """Return CSV with a line per setting: parameters, numbers, Pareto front, recommendation."""
     front = set(sweep.pareto_front(found.times, found.errors()).tolist())
-    lines = []
-    for k, row in enumerate(found.rows):
-        values = columns_of(row).values()
-        cells = [f"{v:.6g}" if isinstance(v, float) else v for v in values]
-        lines.append([*cells, int(k in front), int(k == best)])
-    head = columns_of(found.rows[0]) if found.rows else ()
-    return csv_as_bytes([*head, "on_front", "recommended"], lines)
+    return records_as_csv(
+        [
+            columns_of(row) | {"on_front": int(k in front), "recommended": int(k == best)}
+            for k, row in enumerate(found.rows)
+        ]
+    )

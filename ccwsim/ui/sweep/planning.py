@@ -1,26 +1,24 @@
 """The settings of a sweep, the run of the sweep on a thread, and the state of the page."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ccwsim import CCWSIMError, Ensemble, Parameters
 from ccwsim.experiments.plan import ALONG_Z, SweepPlan, plan_sweep, value_of
 from ccwsim.experiments.sweep import Sweep, SweepRow, sweep
-from ccwsim.experiments.timing import PER_JUDGED_CELL, typical_seconds
+from ccwsim.experiments.timing import PER_JUDGED_CELL, typical
+from ccwsim.experiments.trials import Trial
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import Demand, limits_of_environment
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
-from ccwsim.model.numbers import duration, plural
 from ccwsim.model.parameters import METHODS
 from ccwsim.sharing.choices import Choices
-from ccwsim.system.log import reason
 from ccwsim.ui.results.maps import pretty
-from ccwsim.ui.session.progress import compilation_to_come
 from ccwsim.ui.session.resolve import data_of, fitted, image_of, levels
-from ccwsim.ui.session.state import State, start_page_run
-from ccwsim.ui.study.trials import SettingsRun, inputs_of, study_key
+from ccwsim.ui.session.state import RunState, State
+from ccwsim.ui.study.trials import TrialsRun, describe_work, shown_in, study_key, trial_of
 from ccwsim.ui.widgets.errors import if_possible, problem_in
 from ccwsim.ui.widgets.text import page_labels
 
@@ -39,7 +37,7 @@ LABELS = page_labels("ranges_of_sweep")
 
 
 @dataclass(kw_only=True)
-class SweepRun(SettingsRun[SweepRow, Sweep]):
+class SweepRun(TrialsRun[SweepRow, Sweep]):
     """A sweep with its finished rows and, of those on the page, the pictures `tiles`."""
 
     tiles: list[bytes] = field(default_factory=list)
@@ -47,60 +45,62 @@ class SweepRun(SettingsRun[SweepRow, Sweep]):
     def demand(self) -> Demand:
         """Return the resources that the sweep needs for one setting and the stored realizations."""
         largest = max((demand.n_bytes for demand in self.demands(n_workers=1)), default=0)
-        each = self.grid.n_cells
-        cells = each * len(self.settings)
+        each = self.first.n_cells
+        cells = each * len(self.trials)
         kept = max(CELLS_KEPT, cells)  # at least one realization is stored
         sources = SOURCE_BYTES * each * self.n_realizations
-        return Demand(cells * self.n_realizations, self.hard_data.n, largest + sources + kept)
+        return Demand(cells * self.n_realizations, self.first.n_data, largest + sources + kept)
 
     def work(self, job: Job[Sweep]) -> Sweep:
-        n_kept = CELLS_KEPT // (self.grid.n_cells * len(self.settings))
+        first = self.first
+        n_kept = CELLS_KEPT // (first.n_cells * len(self.trials))
         return sweep(
-            *(self.training_image, self.grid, self.settings, self.hard_data),
-            *(self.n_realizations, self.seed, job.report, job.is_cancelled),
+            first.training_image,
+            first.grid,
+            [trial.parameters for trial in self.trials],
+            first.hard_data,
+            self.n_realizations,
+            first.seed,
+            progress=job.report,
+            cancel=job.is_cancelled,
             found=self.rows.append,
             n_kept=min(max(n_kept, 1), MAX_KEPT),
-            facies=int(self.training_image.codes[self.facies]),
-            secondary=self.secondary,
+            facies=int(first.training_image.codes[self.facies]),
+            secondary=first.secondary,
         )
 
     @property
     def found(self) -> Sweep:
         """The results of the settings that are finished."""
         shape = self.training_image.shape
-        return self.result or Sweep(tuple(self.rows), (), len(self.settings), shape)
+        return self.result or Sweep(tuple(self.rows), (), len(self.trials), shape)
+
+    def describe_end(self) -> str:
+        """Describe settings without results in an ended sweep; empty if all have results."""
+        if self.going or self.error is not None:
+            return super().describe_end()
+        found = self.found
+        sentences = [self.describe_stop()] if found.stopped else []
+        if found.failed:
+            n = len(found.failed)
+            sentences.append(f"{n} could not be simulated: {found.failed[0][1]}.")
+        return " ".join(sentences)
 
 
 @dataclass
-class SweepState:
+class SweepState(RunState[SweepRun]):
     """The state of the page.
 
     `ranges` contains the ranges that the user chose, by parameter; other ranges depend on the
     study. `error` names the error that the chart shows. `chosen` is the number of the setting shown
-    large (None for the recommended setting), and `shown` is the index of its realization. `message`
-    states why no run was started.
+    large (None for the recommended setting), and `shown` is the index of its realization.
     """
 
     ranges: dict[str, list[Any]] = field(default_factory=dict)
     n_realizations: int = 4
     error: str = "patterns"  # name of one of the `ERRORS`
-    run: SweepRun | None = None
     chosen: int | None = None
     shown: int = 0
-    message: str = ""
-
-
-def describe_end(run: SweepRun) -> str:
-    """Describe settings without results in an ended sweep; empty if all settings have results."""
-    found, sentences = run.found, []
-    if run.error is not None:
-        sentences.append(f"The sweep ended early: {reason(run.error)}.")
-    if found.stopped and not run.going:
-        shown = "; these are shown." if found.rows else "."
-        sentences.append(f"Stopped after {run.n_finished}{shown}")
-    if found.failed:
-        sentences.append(f"{len(found.failed)} could not be simulated: {found.failed[0][1]}.")
-    return " ".join(sentences)
 
 
 def values_on_offer(choices: Choices) -> dict[str, list[Any]]:
@@ -165,12 +165,15 @@ def plan_of(state: State) -> SweepPlan:
     return plan_sweep(fitted(state.choices.parameters, shape), ranges, shape)
 
 
-def seconds_of(state: State, plan: Sequence[Parameters] | SweepPlan) -> float:
+def trials_of(state: State, plan: SweepPlan) -> list[Trial]:
+    """Return the study with each setting of a plan."""
+    study = trial_of(state.choices)
+    return [replace(study, parameters=parameters) for parameters in plan]
+
+
+def seconds_of(state: State, plan: SweepPlan) -> float:
     """Return the expected seconds of a plan, scaled by the speed of the latest run."""
-    choices = state.choices
-    image, n_data = image_of(choices.image), data_of(choices).n
-    sizes = image.shape, choices.grid.shape, image.n_facies, n_data
-    each = sum(typical_seconds(p, *sizes, judged=True) for p in plan)
+    each = sum(typical(trial, judged=True) for trial in trials_of(state, plan))
     return each * state.page(SweepState).n_realizations * pace(state.ensemble)
 
 
@@ -178,10 +181,9 @@ def pace(ensemble: Ensemble | None) -> float:
     """Return the ratio of actual to expected time of an ensemble, or 1 without an ensemble."""
     if ensemble is None:
         return 1.0
-    image, grid = ensemble.training_image, ensemble.grid
-    sizes = image.shape, grid.shape, image.n_facies, ensemble.hard_data.n
-    expected = typical_seconds(ensemble.parameters, *sizes, judged=True)
-    took = float(ensemble.cpu_seconds.mean()) + grid.n_cells * PER_JUDGED_CELL
+    e = ensemble
+    expected = typical(Trial(e.training_image, e.grid, e.parameters, e.hard_data), judged=True)
+    took = float(e.cpu_seconds.mean()) + e.grid.n_cells * PER_JUDGED_CELL
     return min(max(took / expected, 0.3), 10.0)
 
 
@@ -200,10 +202,7 @@ def describe_study(state: State) -> str:
 
 def describe_plan(state: State, plan: SweepPlan) -> str:
     """Describe a plan: number of settings, duration, and the reason why settings are omitted."""
-    n = plural(state.page(SweepState).n_realizations, "realization")
-    about = duration(seconds_of(state, plan), rough=True)
-    text = f"{plural(len(plan), 'setting')} × {n}: about {about} on one core."
-    text += compilation_to_come()
+    text = describe_work(len(plan), state.page(SweepState).n_realizations, seconds_of(state, plan))
     if plan.left_out:
         n = len(plan.left_out)
         text += f"\n{n} omitted: {plan.left_out[0][1]}" + (" …" if n > 1 else ".")
@@ -237,13 +236,13 @@ def start(state: State) -> None:
 
     def make() -> SweepRun:
         return SweepRun(
-            **inputs_of(state),
-            settings=plan_of(state).fitting,
+            trials=trials_of(state, plan_of(state)),
             n_realizations=page_state.n_realizations,
             key=study_key(state.choices),
+            **shown_in(state),
         )
 
-    if start_page_run(page_state, "run", make):
+    if page_state.start(make):
         page_state.chosen, page_state.shown = None, 0
 
 

@@ -25,7 +25,7 @@ from ccwsim.run.footprint import demand_of
 from ccwsim.system.machine import n_cores
 from ccwsim.ui.results.charts import titled_chart
 from ccwsim.ui.session.fragments import follow
-from ccwsim.ui.session.state import PageRun, State, start_page_run
+from ccwsim.ui.session.state import PageRun, RunState, State
 from ccwsim.ui.study.run import failed
 from ccwsim.ui.validate.conditioning import draw_e_type_maps
 from ccwsim.ui.widgets import fields
@@ -102,12 +102,10 @@ class LargeEnsembleRun(PageRun[None]):
 
 
 @dataclass
-class LargeEnsembleState:
-    """The state of the section: number of realizations, latest run, and latest error message."""
+class LargeEnsembleState(RunState[LargeEnsembleRun]):
+    """The state of the section, with the number of realizations."""
 
     n: int = 1000
-    run: LargeEnsembleRun | None = None
-    message: str = ""
 
 
 def draw_large_ensemble(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
@@ -142,7 +140,7 @@ def start(state: State) -> None:
     assert e is not None
     study = Study(e.training_image, e.grid, e.parameters, e.hard_data, e.seed, e.secondary)
     n, facies = page_state.n, state.facies
-    start_page_run(page_state, "run", lambda: LargeEnsembleRun(study, n, facies))
+    page_state.start(lambda: LargeEnsembleRun(study, n, facies))
 
 
 def _draw_run(run: LargeEnsembleRun, state: State, colours: Sequence[str]) -> None:

@@ -14,7 +14,7 @@ import pytest
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, Parameters, TrainingImage, datasets
-from ccwsim.experiments.timing import Timing, TimingCase
+from ccwsim.experiments.trials import Trial, TrialResult
 from ccwsim.figures import DARK, LIGHT, TimeSeries, timings_chart
 from ccwsim.jobs.job import Job
 from ccwsim.model.parameters import METHODS
@@ -26,26 +26,28 @@ from ccwsim.ui.benchmark.findings import (
     describe_levels,
     grid_table,
     octave_table,
-    progress_label,
     timings_csv,
-    why_ended,
 )
-from ccwsim.ui.benchmark.measurement import Benchmark, TimingRun, cases_of, side_options
+from ccwsim.ui.benchmark.measurement import Benchmark, TimingRun, side_options, trials_of
 from ccwsim.ui.session.progress import progress_text
 from ccwsim.ui.session.state import KEY, State
 from tests.ui.widgets import charts, csv_rows, html, named, opened
 from tests.waiting import wait_until
 
+CHANNELS = datasets.load("channels")
 SMALL = Choices(data=DataChoice(), grid=Grid(48, 64), n_realizations=1)
 
 
-def took(side: int, seconds: float, level: int = 1, n_data: int = 0, wrong: int = 0) -> Timing:
+def took(
+    side: int, seconds: float, level: int = 1, n_data: int = 0, wrong: int = 0, image=CHANNELS
+) -> TrialResult:
     p = Parameters(wavelet_level=level)
-    return Timing(
-        *(p, (side, side), n_data),
-        cpu_seconds=np.array([seconds]),
-        n_mismatched=np.array([wrong]),
-    )
+    trial = Trial(image, Grid(side, side), p, seed=3, n_sampled=n_data)
+    return TrialResult(trial, np.array([seconds]), np.array([wrong]))
+
+
+def run_of(*trials: Trial, **changes) -> TimingRun:
+    return TimingRun(trials=trials, n_realizations=1, **changes)
 
 
 def launched(**changes) -> AppTest:
@@ -84,9 +86,9 @@ def test_grids_are_measured_and_shown_beside_the_paper(monkeypatch):
     monkeypatch.setattr(benchmark_run, "SIDES", (48, 64, 96, 128, 160, 192))
     app = launched(largest=512, grid_levels=[1, 3])
     settled(app.button(key="measure_grids").click().run())
-    run = app.session_state[KEY].page(Benchmark).grids
-    assert [t.parameters for t in run.rows] == [c.parameters for c in run.settings]
-    assert [t.grid_shape for t in run.rows] == [c.grid_shape for c in run.settings]
+    run = app.session_state[KEY].page(Benchmark).grids.run
+    assert [t.parameters for t in run.rows] == run.settings
+    assert [t.trial for t in run.rows] == run.trials
     said = html(app)
     assert "Level 1:" in said
     assert "times at 25 million cells in the paper (Fig. 13)" in said
@@ -98,8 +100,8 @@ def test_grids_are_measured_and_shown_beside_the_paper(monkeypatch):
 def test_data_are_measured_and_shown_in_the_layout_of_table_2():
     app = launched(side=256, numbers=[0, 100, 400], data_levels=[3], data_methods=["ccwsim"])
     settled(app.button(key="measure_data").click().run())
-    run = app.session_state[KEY].page(Benchmark).data
-    assert [t.n_data for t in run.rows] == [0, 100, 400]
+    run = app.session_state[KEY].page(Benchmark).data.run
+    assert [t.trial.n_data for t in run.rows] == [0, 100, 400]
     said = html(app)
     assert "400 / 100" in said
     assert "256 × 256 cells" in said
@@ -109,7 +111,7 @@ def test_all_methods_there_are_can_be_measured():
     app = launched(side=256, numbers=[100], data_levels=[2], data_methods=["ccwsim", "ms-ccsim"])
     settled(app.button(key="measure_data").click().run())
     assert not app.warning
-    timings = app.session_state[KEY].page(Benchmark).data.rows
+    timings = app.session_state[KEY].page(Benchmark).data.run.rows
     there = [m for m in METHODS if m != "ccsim"]
     assert [t.parameters.method for t in timings] == there
 
@@ -129,7 +131,7 @@ def test_nothing_chosen_says_what_to_choose():
     assert html(app).count("Choose at least one") == 2
     app.button(key="measure_grids").click().run()
     assert "Choose at least one method and one level" in app.error[0].value
-    assert app.session_state[KEY].page(Benchmark).grids is None
+    assert app.session_state[KEY].page(Benchmark).grids.run is None
     assert not app.exception
 
 
@@ -137,9 +139,8 @@ def test_nothing_chosen_says_what_to_choose():
 def test_a_run_can_be_cancelled_and_keeps_what_was_finished():
     app = launched()
     state = app.session_state[KEY]
-    case = TimingCase(Parameters(), (48, 48))
-    run = TimingRun(datasets.load("channels"), [case] * 20_000, 1, 0).start()
-    state.page(Benchmark).grids = run
+    run = run_of(*[Trial(CHANNELS, Grid(48, 48))] * 20_000).start()
+    state.page(Benchmark).grids.run = run
     wait_until(lambda: run.rows, "the first time")
     app.run()
     assert not app.exception
@@ -154,25 +155,23 @@ def test_a_run_can_be_cancelled_and_keeps_what_was_finished():
 
 def test_a_failed_run_says_why():
     app = launched()
-    large = Parameters(template_size=512)
-    run = TimingRun(datasets.load("channels"), [TimingCase(large, (48, 48))], 1, 0).start()
+    run = run_of(Trial(CHANNELS, Grid(48, 48), Parameters(template_size=512))).start()
     assert run.job.wait(60)
-    app.session_state[KEY].page(Benchmark).grids = run
+    app.session_state[KEY].page(Benchmark).grids.run = run
     app.run()
     assert "Template 512 is larger" in app.warning[0].value
     assert not app.exception
 
 
 def test_progress_says_what_is_timed():
-    cases = [TimingCase(Parameters(wavelet_level=1), (256, 256), 400)]
-    run = TimingRun(datasets.load("channels"), cases, 1, 0)
+    run = run_of(took(256, 1.0, 1, 400).trial)
     run.job = Job(lambda job: job.report(0.5, 0))
     run.job.wait(5)
-    assert progress_text(run.job, progress_label(run)).startswith(
+    assert progress_text(run.job, run.label()).startswith(
         "0 of 1 settings · now 256², level 1, 400 data"
     )
     run.job.cancel()
-    assert progress_text(run.job, progress_label(run)).endswith("Stopping …")
+    assert progress_text(run.job, run.label()).endswith("Stopping …")
 
 
 def test_only_grids_that_fit_into_memory_are_on_offer():
@@ -183,18 +182,18 @@ def test_only_grids_that_fit_into_memory_are_on_offer():
 
 def test_the_cases_are_those_of_the_paper():
     state = State(choices=SMALL)
-    grids, data = cases_of(state, "grids"), cases_of(state, "data")
-    assert {c.grid_shape[0] for c in grids} == {256, 512, 1000, 2000}
+    grids, data = trials_of(state, "grids"), trials_of(state, "data")
+    assert {c.grid.nx for c in grids} == {256, 512, 1000, 2000}
     assert {c.parameters.level for c in grids} == {1, 2, 3}
     assert {c.n_data for c in data} == {0, 1000, 2000}
     assert {c.parameters.level for c in data} == {1, 3}
-    assert {c.grid_shape for c in data} == {(512, 512)}
+    assert {c.grid.shape for c in data} == {(512, 512)}
 
 
 def test_settings_fit_the_study():
     p = Parameters(template_size=24, overlap_size=12)
     state = State(choices=replace(SMALL, parameters=p))
-    found = {c.parameters.level: c.parameters for c in cases_of(state, "data")}
+    found = {c.parameters.level: c.parameters for c in trials_of(state, "data")}
     assert (found[1].template_size, found[1].overlap_size) == (24, 12)
     assert found[3].overlap_size % 8 == 0
 
@@ -233,16 +232,17 @@ def test_tables_have_measured_and_published_times_side_by_side():
 
 def test_the_name_of_an_image_is_no_formula_in_the_csv():
     image = TrainingImage(datasets.load("channels").array, name="@SUM(A1:A9)")
-    (row,) = csv_rows(timings_csv([TimingRun(image, [], 1, 3, [took(64, 0.25)])], "=1+1"))
+    timing = took(64, 0.25, image=image)
+    (row,) = csv_rows(timings_csv([run_of(timing.trial, rows=[timing])], "=1+1"))
     assert (row["image"], row["machine"]) == ("'@SUM(A1:A9)", "'=1+1")
 
 
 def test_csv_has_a_line_a_realization():
-    run = TimingRun(datasets.load("channels"), [], 1, 3, [took(64, 0.25, 2, 7, 1), took(32, 1.0)])
+    run = run_of(rows=[took(64, 0.25, 2, 7, 1), took(32, 1.0)])
     rows = csv_rows(timings_csv([run], "a, b"))
     assert [row["cpu_seconds"] for row in rows] == ["0.25", "1"]
     assert (rows[0]["n_data"], rows[0]["level"], rows[0]["machine"]) == ("7", "2", "a, b")
-    assert why_ended(run) == ""
+    assert run.describe_end() == ""
 
 
 @pytest.mark.parametrize("theme", [LIGHT, DARK])

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from ccwsim import Grid, Parameters, datasets, simulate
-from ccwsim.experiments.timing import Timing, TimingCase, image_of_case, time_cases
+from ccwsim.experiments.timing import time_trials
+from ccwsim.experiments.trials import Trial, TrialResult
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.benchmark import measurement as benchmark_run
 from ccwsim.ui.benchmark.findings import (
@@ -17,7 +18,7 @@ from ccwsim.ui.benchmark.findings import (
     setting_of,
     timings_csv,
 )
-from ccwsim.ui.benchmark.measurement import Benchmark, cases_of, layers_of
+from ccwsim.ui.benchmark.measurement import Benchmark, layers_of, trials_of
 from ccwsim.ui.benchmark.page import has_paper, measured_series, ticks_of
 from ccwsim.ui.session.state import KEY, State
 from tests.ui.pages.test_benchmark_page import settled
@@ -30,11 +31,12 @@ OWN = Parameters((8, 16, 16), (2, 4, 4), (1, 1, 1))
 VOLUME = Choices(ImageChoice("sinuous_channels"), DataChoice(), Grid(30, 40, nz=12), OWN)
 
 
-def took(shape: tuple[int, ...], seconds: float, level: int = 2) -> Timing:
+def took(shape: tuple[int, ...], seconds: float, level: int = 2) -> TrialResult:
     p = Parameters(wavelet_level=level)
     if len(shape) == 3:
         p = Parameters((8, 32, 32), (2, 8, 8), (1, level, level))
-    return Timing(p, shape, cpu_seconds=np.array([seconds]), n_mismatched=np.zeros(1, int))
+    trial = Trial(datasets.load("sinuous_channels"), Grid.of(shape), p)
+    return TrialResult(trial, np.array([seconds]), np.zeros(1, int))
 
 
 def state_of(**changes) -> State:
@@ -44,20 +46,20 @@ def state_of(**changes) -> State:
 def test_maps_of_the_middle_layer_have_as_many_cells_as_volumes():
     state = state_of(largest_volume=64, grid_levels=[1])
     assert layers_of(state) == 12
-    cases = cases_of(state, "grids")
-    volumes = [case for case in cases if len(case.grid_shape) == 3]
-    maps = [case for case in cases if len(case.grid_shape) == 2]
-    assert [case.grid_shape for case in volumes] == [(12, 48, 48), (12, 64, 64)]
+    trials = trials_of(state, "grids")
+    volumes = [trial for trial in trials if trial.grid.n_dimensions == 3]
+    maps = [trial for trial in trials if trial.grid.n_dimensions == 2]
+    assert [trial.grid.shape for trial in volumes] == [(12, 48, 48), (12, 64, 64)]
     for a, b in zip(volumes, maps, strict=True):
         assert abs(a.n_cells / b.n_cells - 1) < 0.02
     image = datasets.load("sinuous_channels")
-    flat = image_of_case(image, maps[0])
+    flat = maps[0].training_image
     np.testing.assert_array_equal(flat.array, image.array[24])
-    (timing,) = time_cases(image, maps[:1], 1)
-    expected = simulate(flat, maps[0].grid_shape, maps[0].parameters)
+    (timing,) = time_trials(maps[:1], 1)
+    expected = simulate(flat, maps[0].grid, maps[0].parameters)
     assert timing.n_mismatched.tolist() == expected.n_mismatched.tolist()
     state.page(Benchmark).maps = False
-    assert cases_of(state, "grids") == volumes
+    assert [t.grid for t in trials_of(state, "grids")] == [t.grid for t in volumes]
 
 
 def test_both_are_measured_and_shown_together(monkeypatch):
@@ -65,8 +67,8 @@ def test_both_are_measured_and_shown_together(monkeypatch):
     app = opened("benchmark", state_of(largest_volume=32, grid_levels=[1])).run()
     assert not app.exception
     settled(app.button(key="measure_grids").click().run())
-    run = app.session_state[KEY].page(Benchmark).grids
-    assert {len(t.grid_shape) for t in run.rows} == {2, 3}
+    run = app.session_state[KEY].page(Benchmark).grids.run
+    assert {t.trial.grid.n_dimensions for t in run.rows} == {2, 3}
     said = html(app)
     assert "volume level 1" in said
     assert "32 × 32 × 12" in said
@@ -83,15 +85,17 @@ def test_times_with_data_are_of_a_volume():
     changes = {"side_volume": 64, "numbers": [0, 100], "data_levels": [1]}
     app = opened("benchmark", state_of(data_methods=["ccwsim"], **changes)).run()
     settled(app.button(key="measure_data").click().run())
-    run = app.session_state[KEY].page(Benchmark).data
-    assert [(t.grid_shape, t.n_data) for t in run.rows] == [((12, 64, 64), n) for n in (0, 100)]
+    run = app.session_state[KEY].page(Benchmark).data.run
+    assert [(t.trial.grid.shape, t.trial.n_data) for t in run.rows] == [
+        ((12, 64, 64), n) for n in (0, 100)
+    ]
     assert "64 × 64 × 12 cells" in html(app)
 
 
 def test_words_and_lines_tell_maps_from_volumes():
     timings = [took((10, 50, 50), 0.1), took((10, 100, 100), 0.4), took((158, 158), 0.005),
                took((316, 316), 0.02)]  # fmt: skip
-    settings = [setting_of(t) for t in timings]
+    settings = [setting_of(t.trial) for t in timings]
     assert {name_of(s, settings) for s in settings} == {"volume level 2", "map level 2"}
     assert "A cell of a volume takes 20" in describe_volumes(timings)
     assert any("50 × 50 × 10 to 100 × 100 × 10: linear" in line for line in growth_lines(timings))
@@ -100,4 +104,3 @@ def test_words_and_lines_tell_maps_from_volumes():
     assert ticks_of(timings, volumes=True) == {10**4: "10,000", 10**5: "100,000"}
     table = grid_table(timings)
     assert table.index("158²") < table.index("100 × 100 × 10")
-    assert TimingCase(OWN, (12, 30, 40)).n_cells == 14_400

@@ -20,7 +20,6 @@ from ccwsim.ui.sweep.page import choose, indices_of, is_current, numbers_of, swe
 from ccwsim.ui.sweep.planning import (
     MAX_SWEPT,
     SweepState,
-    describe_end,
     describe_plan,
     pace,
     plan_of,
@@ -85,7 +84,7 @@ def test_it_opens_cold_and_says_what_it_will_show():
     said = html(app)
     assert "Each point is a setting" in said
     assert "channels, 256 × 256, 2 facies" in said
-    assert "settings × 4 realizations: about" in said
+    assert "settings × 4 realizations on one thread: about" in said
     for key in ("sweep", "sweep_first", "sweep_below"):
         assert not named(app.button, key).disabled
 
@@ -306,7 +305,7 @@ def test_results_of_another_study_are_said_to_be(done):
 def test_an_error_of_the_sweep_is_said(done):
     run = run_of(done)
     run.job.result, run.job.error = None, RuntimeError("the disk is full")
-    assert "The sweep ended early: an error, number" in describe_end(run)
+    assert "The run failed; your study is kept. The reason: an error" in run.describe_end()
     assert "in the server's log" in texts(launched(done))
 
 
