@@ -81,8 +81,9 @@ class Sweep:
         return np.array([ERRORS[kind](row.quality) for row in self.rows], dtype=float)
 
     def spreads(self, kind: str) -> NDArray[np.float64]:
-        """Return the spread `kind` (a key of `SPREADS`) of each setting; NaN if unknown."""
-        return np.array([SPREADS[kind](row.quality) for row in self.rows], dtype=float)
+        """Return the spread of the error `kind` of each setting; NaN if unknown."""
+        spread = SPREADS.get(kind, lambda _: np.nan)
+        return np.array([spread(row.quality) for row in self.rows], dtype=float)
 
     def alike(self, kind: str, among: NDArray[np.int64], tolerance: float) -> NDArray[np.int64]:
         """Return the settings whose error is the smallest up to `tolerance` or `DOUBT` errors."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
 import streamlit as st
@@ -29,6 +30,7 @@ from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 MIN_BYTES_TOLD = 50e6  # minimum memory use, in bytes, that the description of a run mentions
 MICRO = 1e6
+SMALLEST_TIME = 1e-6  # in seconds or in microseconds per cell, for logarithmic axes
 
 
 def draw_benchmark(state: State) -> None:
@@ -80,10 +82,14 @@ def _draw_numbers(state: State) -> None:
         name, sides, width = "side_volume", measurement.DATA_SIDES_VOLUME, 170
         tip = "Size of the volume with the data. The paper has no times for volumes."
     _draw_side(state, "Grid", name, sides, tip, width=width, key=f"data_{name}")
-    numbers = measurement.number_options(getattr(page_state, name), nz)
-    tip = "Data are sampled from an unconditional realization at random cells."
-    options = {"options": numbers, "format_func": lambda n: str(n or "none"), "help": tip}
-    _draw_pills(page_state, "numbers", "Hard data", options)
+    _draw_pills(
+        page_state,
+        "numbers",
+        "Hard data",
+        measurement.number_options(getattr(page_state, name), nz),
+        format_func=lambda n: str(n or "none"),
+        help="Data are sampled from an unconditional realization at random cells.",
+    )
 
 
 def _draw_side(
@@ -91,36 +97,48 @@ def _draw_side(
 ) -> None:
     """Draw the field of the attribute `name`, the side of a square map or of square layers."""
     nz = measurement.layers_of(state)
-    layers = f" × {nz}" if nz else ""
-    names = options_of({side: f"{side} × {side}{layers}" for side in sides})
-    options = bound_to(state.page(Benchmark), name, width=width, help=tip, **names)
-    field(st.selectbox, label, key=key or name, **options)
+    names = {side: describe_shape(measurement.shape_of(side, nz)) for side in sides}
+    bound = bound_to(state.page(Benchmark), name, width=width, help=tip)
+    field(st.selectbox, label, key=key or name, **bound, **options_of(names))
 
 
 def _draw_choices(state: State, kind: Kind) -> None:
     page_state, which = state.page(Benchmark), kind.removesuffix("s")
-    options = {"options": list(measurement.TIMED_METHODS), "format_func": str.upper}
-    _draw_pills(page_state, f"{which}_methods", "Methods", options)
-    options = {"options": measurement.level_options(state), "help": page_text("Timed levels")}
-    _draw_pills(page_state, f"{which}_levels", "Levels", options)
+    methods, levels = measurement.TIMED_METHODS, measurement.level_options(state)
+    _draw_pills(page_state, f"{which}_methods", "Methods", methods, format_func=str.upper)
+    _draw_pills(page_state, f"{which}_levels", "Levels", levels, help=page_text("Timed levels"))
 
 
-def _draw_pills(page_state: Benchmark, name: str, label: str, options: dict) -> None:
+def _draw_pills(
+    page_state: Benchmark, name: str, label: str, offered: Sequence[Any], **options: Any
+) -> None:
     """Draw pills for a list of choices; selected values that are unavailable are not shown."""
-    options |= {"selection_mode": "multi", "width": "content"} | bound_to(page_state, name)
-    options["value"] = [one for one in options["value"] if one in options["options"]]
-    field(st.pills, label, key=name, **options)
+    bound = bound_to(page_state, name)
+    chosen = [one for one in bound["value"] if one in offered]
+    multi: dict[str, Any] = {"options": offered, "selection_mode": "multi", "width": "content"}
+    field(st.pills, label, key=name, value=chosen, write=bound["write"], **multi, **options)
 
 
 def _draw_start(state: State, kind: Kind) -> None:
-    page_state, key = state.page(Benchmark), f"{kind}_realizations"
-    note = "The median time is shown. More realizations give a steadier median and take longer."
-    number = {"min_value": 1, "max_value": MAX_REALIZATIONS_TIMED, "width": 140, "help": note}
-    number |= bound_to(page_state, "n_realizations")
-    field(st.number_input, "Realizations each", key=key, **number)
-    starts = {"on_click": measurement.start_timing, "args": (state, kind), "type": "primary"}
-    busy = page_state.running is not None
-    button("Measure", key=f"measure_{kind}", disabled=busy, **starts)
+    page_state = state.page(Benchmark)
+    field(
+        st.number_input,
+        "Realizations each",
+        key=f"{kind}_realizations",
+        min_value=1,
+        max_value=MAX_REALIZATIONS_TIMED,
+        width=140,
+        help="The median time is shown. More realizations give a steadier median and take longer.",
+        **bound_to(page_state, "n_realizations"),
+    )
+    button(
+        "Measure",
+        key=f"measure_{kind}",
+        on_click=measurement.start_timing,
+        args=(state, kind),
+        type="primary",
+        disabled=page_state.running is not None,
+    )
 
 
 def _describe_plan(state: State, kind: Kind) -> str:
@@ -188,10 +206,15 @@ def _draw_chart(
     timings: Sequence[TrialResult], ticks: dict[int, str], title: str, note: str, per_cell: bool
 ) -> None:
     paper = paper_series(per_cell) if has_paper(timings) else []
-    series = measured_series(timings, per_cell), paper
     unit, key = ("µs", "times_cell") if per_cell else ("s", "times_grid")
-    y_title = f"CPU time {'a cell ' if per_cell else ''}({unit})"
-    chart = timings_chart(*series, ticks, chart_theme(), y_title=y_title, unit=unit)
+    chart = timings_chart(
+        measured_series(timings, per_cell),
+        paper,
+        ticks,
+        chart_theme(),
+        y_title=f"CPU time {'a cell ' if per_cell else ''}({unit})",
+        unit=unit,
+    )
     titled_chart(title, note, chart, key, f"{title} against the number of cells of the grid")
 
 
@@ -236,15 +259,19 @@ def _draw_data(state: State) -> None:
 
 def measured_series(timings: Sequence[TrialResult], per_cell: bool) -> list[TimeSeries]:
     """Return one line per setting, in seconds or in microseconds per cell."""
-    found = findings.by_setting(timings)
-    lines = []
+    found, lines = findings.by_setting(timings), []
     for setting, own in found.items():
-        cells = np.array([t.trial.n_cells for t in own], float)
-        values = np.maximum([t.seconds for t in own], 1e-6) / (cells / MICRO if per_cell else 1.0)
-        name = findings.name_of(setting, list(found))
+        values = [MICRO * t.seconds_per_cell if per_cell else t.seconds for t in own]
         beside_volumes = not setting[2] and not has_paper(timings)
-        dashed = setting[0] != "ccwsim" or beside_volumes
-        lines.append(TimeSeries(name, setting[1], cells, values, dashed))
+        lines.append(
+            TimeSeries(
+                findings.name_of(setting, list(found)),
+                setting[1],
+                cells=np.array([t.trial.n_cells for t in own], float),
+                values=np.maximum(values, SMALLEST_TIME),
+                dashed=setting[0] != "ccwsim" or beside_volumes,
+            )
+        )
     return lines
 
 

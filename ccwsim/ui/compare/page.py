@@ -20,7 +20,7 @@ from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_REALIZATIONS_COMPARED
 from ccwsim.model.numbers import duration, plural, three_digits
 from ccwsim.report.settings import describe_inputs, describe_parameters, describe_setting
-from ccwsim.report.verdicts import SIGNS, curve_title, describe_curves, describe_scaling
+from ccwsim.report.verdicts import describe_curves, describe_scaling
 from ccwsim.sharing.choices import ImageChoice, Upload
 from ccwsim.ui.compare import findings, settings
 from ccwsim.ui.compare.settings import (
@@ -148,19 +148,32 @@ def _draw_actions(state: State, k: int, n: int) -> None:
         help_ = "Use this setting in the study and open Simulate."
         if k:
             help_ = "Swap this setting with the study's setting (A) and open Simulate."
-        act: dict[str, Any] = {"on_click": settings.use_setting, "args": (state, k)}
-        use_button("Use these", f"use_{letter}", help=help_, **act)
+        use_button(
+            "Use these",
+            f"use_{letter}",
+            on_click=settings.use_setting,
+            args=(state, k),
+            help=help_,
+        )
         with st.popover("Copy from", key=f"copy_{letter}"):
             for j, other in enumerate(LETTERS[:n]):
                 if j != k:
-                    act = {"on_click": settings.copy_setting, "args": (state, k, j)}
-                    key = f"copy_{letter}_from_{other}"
-                    button(f"Setting {other}", key=key, width="stretch", **act)
+                    button(
+                        f"Setting {other}",
+                        key=f"copy_{letter}_from_{other}",
+                        on_click=settings.copy_setting,
+                        args=(state, k, j),
+                        width="stretch",
+                    )
         if k:
-            few = n == MIN_SETTINGS
-            act = {"on_click": settings.remove_setting, "args": (state, k), "disabled": few}
-            help_ = "Two settings are needed." if few else None
-            button("Remove", key=f"remove_{letter}", help=help_, **act)
+            button(
+                "Remove",
+                key=f"remove_{letter}",
+                on_click=settings.remove_setting,
+                args=(state, k),
+                disabled=n == MIN_SETTINGS,
+                help="Two settings are needed." if n == MIN_SETTINGS else None,
+            )
         elif n < MAX_SETTINGS:
             button("Add a setting", key="add_setting", on_click=settings.add_setting, args=(state,))
 
@@ -169,15 +182,26 @@ def _draw_run_row(state: State, problem: str) -> None:
     """Draw the number of realizations, the start button and the downloads."""
     page_state = state.page(ComparePageState)
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="compare_row"):
-        limits = {"min_value": 1, "max_value": MAX_REALIZATIONS_COMPARED, "width": 140}
-        options = {"help": "With more realizations, smaller differences are significant.", **limits}
         settings.n_of(state)
-        n = bound_to(page_state, "n")
-        field(st.number_input, "Realizations of each", key="n_compared", **n, **options)
+        field(
+            st.number_input,
+            "Realizations of each",
+            key="n_compared",
+            min_value=1,
+            max_value=MAX_REALIZATIONS_COMPARED,
+            width=140,
+            help="With more realizations, smaller differences are significant.",
+            **bound_to(page_state, "n"),
+        )
         _draw_beside(state)
-        options = {"type": "primary", "disabled": bool(problem), "help": problem or None}
         button(
-            "Compare", key="compare", on_click=settings.start_comparison, args=(state,), **options
+            "Compare",
+            key="compare",
+            on_click=settings.start_comparison,
+            args=(state,),
+            type="primary",
+            disabled=bool(problem),
+            help=problem or None,
         )
         kept = page_state.kept_run
         if kept is not None and (found := kept.found) is not None:
@@ -189,8 +213,13 @@ def _draw_run_row(state: State, problem: str) -> None:
                     ("Every realization, CSV", "compared_realizations", findings.realizations_csv),
                     ("ANODI ratios, CSV", "anodi_ratios", findings.ratios_csv),
                 ):
-                    options = {"key": f"download_{name}", "width": "stretch"}
-                    download(label, partial(made, found), f"{of}_{name}.csv", **options)
+                    download(
+                        label,
+                        partial(made, found),
+                        f"{of}_{name}.csv",
+                        key=f"download_{name}",
+                        width="stretch",
+                    )
         if not problem:
             inputs = describe_inputs(study_of(state.choices))
             step_note(f"Inputs of all settings: {inputs}, seed {state.choices.seed}.")
@@ -210,8 +239,14 @@ def _draw_beside(state: State) -> None:
         images.append(page_state.beside)
     names: dict[Beside, str] = {"": "nothing", TWO_POINT: "two-point simulation"}
     names |= {image: f"image {image_name(image)}" for image in images}
-    beside = bound_to(page_state, "beside", width=220, **options_of(names))
-    field(st.selectbox, "Beside the settings", key="beside", **beside)
+    field(
+        st.selectbox,
+        "Beside the settings",
+        key="beside",
+        width=220,
+        **bound_to(page_state, "beside"),
+        **options_of(names),
+    )
 
     def take(upload: Upload) -> None:
         page_state.beside = image_of_file(upload, volume=is_volume)
@@ -350,12 +385,15 @@ def _draw_two_images(
 def _draw_times_and_proportions(found: Comparison) -> None:
     """Draw CPU times and proportions below the training image."""
     image, theme, names = found.ensembles[0].training_image, chart_theme(), found.names
-    each = dict(zip(names, (1000 * e.cpu_seconds for e in found.ensembles), strict=True))
-    labels = [duration(mean) for mean in found.cpu_seconds]
-    chart = figures.compared_times_chart(each, 1000 * found.cpu_seconds, labels, theme)
-    charts.titled_chart(
-        "CPU time", "", chart, "compared_times", "CPU time of a realization by setting"
+    each = [1000 * e.cpu_seconds for e in found.ensembles]
+    times = figures.compared_times_chart(
+        dict(zip(names, each, strict=True)),
+        1000 * found.cpu_seconds,
+        [duration(mean) for mean in found.cpu_seconds],
+        theme,
     )
+    alt = "CPU time of a realization by setting"
+    charts.titled_chart("CPU time", "", times, "compared_times", alt)
     shares = dict(zip(names, found.proportions, strict=True))
     chart = figures.compared_proportions_chart(image.facies_names, image.proportions, shares, theme)
     alt = "Facies proportions of the realizations by setting, and of the training image"
@@ -381,32 +419,38 @@ def draw_curves(state: State, found: Comparison) -> None:
     charts.draw_curve_key(lines)
     code = settings.code_of(found, facies)
     ways = axes_of(found.ensembles[0].grid.shape)
-    each = [found.curves[code, "variogram", way] for way in ways]
-    values = [c.reference.max() for c in each] + [b.high.max() for c in each for b in c.bands]
+    variograms = [found.curves[code, "variogram", way] for way in ways]
+    values = [c.reference.max() for c in variograms]
+    values += [band.high.max() for c in variograms for band in c.bands]
     top = 1.08 * float(np.nanmax(values)) or 0.5  # the same scale along all axes
     with st.container(key="charts"):
         in_rows = [2 * len(ways)] if len(ways) == 2 else [len(ways)] * 2
         columns = [place for n in in_rows for place in st.columns(n, gap="medium")]
     for column, (statistic, way) in zip(columns, product(STATISTICS, ways), strict=True):
-        is_variogram = statistic == "variogram"
-        y_range = (0, top) if is_variogram else (0, 1.04)
         curves = found.curves[code, statistic, way]
-        title = curve_title(statistic, way)
-        y_title, lags = f"{SIGNS[statistic]} of {name}", curves.lags.astype(float)
         bundles = {
             letter: figures.Bundle(
-                lags, curves.reference, NO_CURVES, band.low, band.median, band.high
+                curves.lags.astype(float),
+                curves.reference,
+                NO_CURVES,
+                band.low,
+                band.median,
+                band.high,
             )
             for letter, band in zip(found.names, curves.bands, strict=True)
         }
-        chart = figures.curves_chart(
-            bundles, chart_theme(), y_title=y_title, y_range=y_range, height=220
-        )
         fits = dict(zip(found.names, curves.fits, strict=True))
-        note = describe_curves(fits, statistic)
-        alt = f"{title} of {name}: training image and the band of each setting"
         with column:
-            charts.titled_chart(title, note, chart, f"{statistic}_{way[0]}", alt)
+            charts.draw_statistic(
+                bundles,
+                statistic,
+                way,
+                name,
+                note=describe_curves(fits, statistic),
+                y_range=(0, top) if statistic == "variogram" else (0, 1.04),
+                height=220,
+                of_what=": training image and the band of each setting",
+            )
 
 
 def draw_patterns(state: State, found: Comparison) -> None:
@@ -447,13 +491,18 @@ def _draw_mds(state: State, found: Comparison) -> None:
         st.html(f'<div class="curve-key points">{entries}</div>')
         charts.draw_clickable_chart(chart, key, alt, choose, n_series=len(names))
 
-    theme, positions, groups = chart_theme(), found.scaling.positions, []
-    for k, name in enumerate(names):
-        own, colour = positions[found.anodi.owner == k], theme.settings[k]
-        labels = [f"{name}, realization {r + 1}" for r in range(len(own))]
-        groups.append(
-            figures.Group(name, own, colour, figures.SYMBOLS[k], labels, page_state.shown)
+    theme, positions = chart_theme(), found.scaling.positions
+    groups = [
+        figures.Group(
+            name,
+            positions[found.anodi.owner == k],
+            theme.settings[k],
+            figures.SYMBOLS[k],
+            [f"{name}, realization {r + 1}" for r in range(n)],
+            page_state.shown,
         )
+        for k, name in enumerate(names)
+    ]
     chart = figures.mds_chart(positions[0], groups, theme)
     alt = "MDS plot: realizations of all settings and the training image"
     stress = found.scaling.stress

@@ -1,6 +1,6 @@
 """Charts with a menu that saves them, and the curves of an ensemble beside its image."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from html import escape
 from typing import Any
@@ -207,6 +207,26 @@ def _connectivity_both_ways(ensemble: Ensemble, facies: int) -> None:
         said = verdicts.Verdict(words, numbers, False)
     options: Any = {"note": said, "key": "connection"}
     _titled_curve(ensemble, "connectivity", facies, "E-W", **options)
+
+
+def draw_statistic(
+    bundles: Bundle | Mapping[str, Bundle],
+    statistic: Statistic,
+    way: DirectionName,
+    name: str,
+    *,
+    note: str | verdicts.Verdict,
+    y_range: tuple[float, float] | None,
+    prefix: str = "",
+    of_what: str = "",
+    height: int = 196,
+) -> None:
+    """Draw the curves of a statistic of the facies `name`; `of_what` ends the text read aloud."""
+    title = verdicts.curve_title(statistic, way)
+    y_title = f"{verdicts.SIGNS[statistic]} of {name}"
+    chart = curves_chart(bundles, chart_theme(), y_title=y_title, y_range=y_range, height=height)
+    key, alt = f"{prefix}{statistic}_{way[0]}", f"{title} of {name}{of_what}"
+    titled_chart(title, note, chart, key, alt)
 
 
 def draw_layers(

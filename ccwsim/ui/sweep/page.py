@@ -53,6 +53,9 @@ ERRORS = page_labels("errors_of_sweep")
 """Name and axis title of each error that the chart can show against CPU time."""
 HEADS = page_labels("columns_of_sweep")
 """Names of a setting's numbers, by CSV column; only volumes have the column "vertical"."""
+PATTERN_COLUMNS = ("pattern_full", "pattern_half", "pattern_third")
+WAYS = ("EW", "NS", "vertical")
+USE_HELP = "Uses this setting in the study and opens Simulate."
 TILES = "sweep_tiles"
 TILE_PIXELS = 124  # length of the longer side of a tile in pixels
 
@@ -104,10 +107,15 @@ def _draw_controls(state: State) -> None:
         reset = bound_to(page_state, "ranges")["write"]
         button("Back to the suggested ranges", key="ranges_back", on_click=reset, args=({},))
     step_title(3, "Realizations")
-    limits = {"min_value": 1, "max_value": MAX_REALIZATIONS_OF_SWEEP}
-    help_ = "More realizations reveal smaller differences, and take proportionally longer."
-    options = {**bound_to(page_state, "n_realizations"), **limits, "help": help_}
-    field(st.number_input, "Of each setting", key="n_swept", **options)
+    field(
+        st.number_input,
+        "Of each setting",
+        key="n_swept",
+        min_value=1,
+        max_value=MAX_REALIZATIONS_OF_SWEEP,
+        help="More realizations reveal smaller differences, and take proportionally longer.",
+        **bound_to(page_state, "n_realizations"),
+    )
     problem = planning.problem_of(state) or page_state.message
     if problem:
         st.warning(plain(problem))
@@ -122,23 +130,36 @@ def _draw_range(page_state: SweepState, name: str, values: list[Any], chosen: li
 
     # the key contains the values, so that a widget with new values has no old state
     key = f"range_{name}_{'_'.join(map(str, values))}"
-    meaning = PARAMETERS[name.removesuffix(ALONG_Z)]["meaning"]
-    options: dict[str, Any] = {"options": values, "value": chosen, "help": meaning}
-    options |= {"selection_mode": "multi", "width": "stretch"}
-    if name == "method":
-        options["format_func"] = str.upper
-    field(st.pills, planning.LABELS[name], key=key, write=write, **options)
+    field(
+        st.pills,
+        planning.LABELS[name],
+        key=key,
+        value=chosen,
+        write=write,
+        options=values,
+        format_func=str.upper if name == "method" else str,
+        selection_mode="multi",
+        width="stretch",
+        help=PARAMETERS[name.removesuffix(ALONG_Z)]["meaning"],
+    )
 
 
 def _sweep_button(state: State, key: str) -> None:
     """Draw the button that starts the sweep; if no sweep can start, write the reason."""
-    problem, run = planning.problem_of(state), state.page(SweepState).run
-    going = run is not None and run.going
+    problem, going = planning.problem_of(state), state.page(SweepState).going
     n = 0 if problem else len(planning.plan_of(state))
     text = f"Try {n} settings" if n > 1 else "Try this setting" if n else "Try settings"
     help_ = "A sweep is running." if going else problem or None
-    options = {"type": "primary", "width": "stretch", "disabled": bool(problem) or going}
-    button(text, key=key, on_click=planning.start, args=(state,), help=help_, **options)
+    button(
+        text,
+        key=key,
+        on_click=planning.start,
+        args=(state,),
+        type="primary",
+        width="stretch",
+        disabled=bool(problem) or going,
+        help=help_,
+    )
 
 
 @st.fragment
@@ -170,7 +191,13 @@ def _draw_rows(state: State, run: SweepRun, found: Sweep) -> None:
         so_far = " so far" if run.going or found.stopped else ""
         title = f"<b>Recommended{so_far}: {escape(label(best, names))}</b>"
         st.html(f'<p class="facts choice">{title} {escape(choice.reason)}</p>')
-        draw_use(state, best, "Use this one", "use_recommended")
+        use_button(
+            "Use this one",
+            "use_recommended",
+            on_click=planning.use_setting,
+            args=(state, best),
+            help=USE_HELP,
+        )
     with st.container(key="maps"):
         left, middle, right = st.columns(WIDTHS, gap="medium")
     with left:
@@ -199,37 +226,48 @@ def _draw_chart(
     kind = page_state.error if page_state.error in kinds else "patterns"
     with st.container(key="panel_sweep"):
         with st.container(horizontal=True, gap="small", key="title_sweep"):
-            options = {"options": kinds, "format_func": lambda one: ERRORS[one][0]}
-            value = {**bound_to(page_state, "error"), "value": kind}
-            options |= {"label_visibility": "collapsed", "width": 220, **value}
-            field(st.selectbox, "Error", key="sweep_error", **options)
+            field(
+                st.selectbox,
+                "Error",
+                key="sweep_error",
+                value=kind,
+                write=bound_to(page_state, "error")["write"],
+                options=kinds,
+                format_func=lambda one: ERRORS[one][0],
+                label_visibility="collapsed",
+                width=220,
+            )
             chart_menu("Time against error", "sweep")
         errors = found.errors(kind)
-        labels = [label(row.parameters, names) for row in found.rows]
-        marks: dict[str, Any] = {"selected": marked[0], "recommended": marked[1]}
-        marks |= {"front": sweep.pareto_front(found.times, errors), "height": CHART_HEIGHT}
-        axis, milliseconds = ERRORS[kind][1], 1000 * found.times
-        if kind in sweep.SPREADS:
-            marks["spreads"] = found.spreads(kind)
-        chart = sweep_chart(milliseconds, errors, labels, chart_theme(), y_title=axis, **marks)
+        chart = sweep_chart(
+            1000 * found.times,
+            errors,
+            [label(row.parameters, names) for row in found.rows],
+            chart_theme(),
+            front=sweep.pareto_front(found.times, errors),
+            selected=marked[0],
+            recommended=marked[1],
+            y_title=ERRORS[kind][1],
+            spreads=found.spreads(kind),
+            height=CHART_HEIGHT,
+        )
         alt = "Settings by CPU time and error; a line joins the Pareto front"
         draw_clickable_chart(chart, "sweep", alt, lambda k: choose(state, k))
 
 
 def _draw_outlines() -> None:
     """Draw outlines in place of results before the first sweep."""
+    outlines = {
+        "Time against error": page_text("Time against error"),
+        "One setting": "A click on a setting shows a large realization with the hard data",
+        "Its numbers": "Patterns, connectivity, proportions, copying, data, CPU time, and best "
+        "values",
+    }
     with st.container(key="maps"):
-        left, middle, right = st.columns(WIDTHS, gap="medium")
-    shape = f"height: {CHART_HEIGHT}px"
-    with left:
-        text = page_text("Time against error")
-        ghost_panel(text, shape, "Time against error")
-    with middle:
-        text = "A click on a setting shows a large realization with the hard data"
-        ghost_panel(text, shape, "One setting")
-    with right:
-        text = "Patterns, connectivity, proportions, copying, data, CPU time, and best values"
-        ghost_panel(text, shape, "Its numbers")
+        columns = st.columns(WIDTHS, gap="medium")
+    for column, (title, text) in zip(columns, outlines.items(), strict=True):
+        with column:
+            ghost_panel(text, f"height: {CHART_HEIGHT}px", title)
 
 
 def names_of(settings: Sequence[Parameters]) -> list[str]:
@@ -281,7 +319,14 @@ def draw_numbers(state: State, run: SweepRun, k: int) -> None:
     st.html(f'<p class="setting">{escape(label(rows[k].parameters, names))}</p>')
     lines = [(escape(name), own, best) for name, own, best in numbers_of(rows[k], rows, run)]
     st.html(numbers_table(lines, ("", "here", "best")))
-    draw_use(state, rows[k].parameters, "Use this setting", "use_setting")
+    use_button(
+        "Use this setting",
+        "use_setting",
+        on_click=planning.use_setting,
+        args=(state, rows[k].parameters),
+        help=USE_HELP,
+        type="primary",
+    )
 
 
 def numbers_of(
@@ -333,14 +378,6 @@ def numbers_of(
 def two(spread: float) -> str:
     """Return a standard deviation as text with two digits and without powers of ten."""
     return f"{spread:.2g}" if spread < 100 else f"{spread:.0f}"
-
-
-def draw_use(state: State, parameters: Parameters, text: str, key: str) -> None:
-    """Draw a button that applies a setting to the study and opens Simulate."""
-    kind = "primary" if key == "use_setting" else "secondary"
-    options: dict[str, Any] = {"on_click": planning.use_setting, "args": (state, parameters)}
-    options |= {"type": kind, "help": "Uses this setting in the study and opens Simulate."}
-    use_button(text, key, **options)
 
 
 def draw_settings(
@@ -400,15 +437,25 @@ def draw_table(found: Sweep) -> None:
 def columns_of(row: SweepRow) -> dict[str, Any]:
     """Return the parameters and all numbers of a setting, by name."""
     q = row.quality
-    data = (q.n_resimulated, q.n_forced, q.n_mismatched)
-    spreads = (q.pattern_spread, *q.tau_spreads, q.proportion_spread, q.copied_spread)
-    shares = (q.proportion_error, q.proportion_facies, q.largest_copied, *spreads, q.differing)
-    numbers = (*q.pattern_distances, *q.tau_errors, *shares, *data, 1000 * q.cpu_seconds)
-    each = {name: value_of(row.parameters, name) for name in RANGED}
-    setting = {name: value for name, value in each.items() if value is not None}
-    volume = len(q.tau_errors) > 2
-    heads = [head for head in HEADS if volume or not head.endswith("vertical")]
-    return {**setting, **dict(zip(heads, numbers, strict=True))}
+    values = {name: value_of(row.parameters, name) for name in RANGED}
+    ways = WAYS[: len(q.tau_errors)]
+    return {
+        **{name: value for name, value in values.items() if value is not None},
+        **dict(zip(PATTERN_COLUMNS, q.pattern_distances, strict=True)),
+        **{f"tau_error_{way}": error for way, error in zip(ways, q.tau_errors, strict=True)},
+        "proportion_error": q.proportion_error,
+        "proportion_facies": q.proportion_facies,
+        "largest_copied": q.largest_copied,
+        "pattern_spread": q.pattern_spread,
+        **{f"tau_spread_{way}": spread for way, spread in zip(ways, q.tau_spreads, strict=True)},
+        "proportion_spread": q.proportion_spread,
+        "copied_spread": q.copied_spread,
+        "differing": q.differing,
+        "mended": q.n_resimulated,
+        "forced": q.n_forced,
+        "not_honoured": q.n_mismatched,
+        "cpu_ms": 1000 * q.cpu_seconds,
+    }
 
 
 def sweep_csv(found: Sweep, best: int) -> bytes:

@@ -10,7 +10,7 @@ import numpy as np
 import streamlit as st
 
 from ccwsim import Cancelled, Ensemble, simulate
-from ccwsim.figures import Bundle, convergence_chart, curves_chart
+from ccwsim.figures import Bundle, convergence_chart
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import Demand
 from ccwsim.jobs.workers import Cancel
@@ -20,10 +20,9 @@ from ccwsim.metrics.lags import DirectionName, axes_of, max_lag
 from ccwsim.model.bounds import MAX_LARGE_ENSEMBLE
 from ccwsim.model.numbers import format_bytes, three_digits
 from ccwsim.model.study import Study
-from ccwsim.report.verdicts import SIGNS, curve_title
 from ccwsim.run.footprint import demand_of
 from ccwsim.system.machine import n_cores
-from ccwsim.ui.results.charts import titled_chart
+from ccwsim.ui.results.charts import draw_statistic, titled_chart
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.state import PageRun, RunState, State
 from ccwsim.ui.study.run import failed
@@ -114,11 +113,18 @@ def draw_large_ensemble(state: State, ensemble: Ensemble, colours: Sequence[str]
     run = page_state.run
     step_note(page_text("Large ensemble"))
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="long_row"):
-        limits = {"min_value": 10, "max_value": MAX_LARGE_ENSEMBLE, "step": 100, "width": 180}
-        help_ = "Four times as many realizations halve the errors of the probabilities."
-        options = {**bound_to(page_state, "n"), **limits, "help": help_}
-        fields.field(st.number_input, "Realizations", key="n_long", **options)
-        if run is None or not run.going:
+        fields.field(
+            st.number_input,
+            "Realizations",
+            key="n_long",
+            min_value=10,
+            max_value=MAX_LARGE_ENSEMBLE,
+            step=100,
+            width=180,
+            help="Four times as many realizations halve the errors of the probabilities.",
+            **bound_to(page_state, "n"),
+        )
+        if not page_state.going:
             button("Start", key="long_start", type="primary", on_click=start, args=(state,))
     if page_state.message:
         st.warning(plain(page_state.message))
@@ -158,13 +164,16 @@ def _draw_run(run: LargeEnsembleRun, state: State, colours: Sequence[str]) -> No
     ]
     columns = st.columns(len(curves) + 1, gap="medium")
     for column, (statistic, way) in zip(columns, curves, strict=False):
-        y_range = None if statistic == "variogram" else (0, 1.04)
-        title, y_title = curve_title(statistic, way), f"{SIGNS[statistic]} of {name}"
-        note, key = f"{summary.n:,} realizations", f"long_{statistic}_{way[0]}"
-        bundle = bundle_of_band(run, summary, statistic, way)
         with column:
-            chart = curves_chart(bundle, chart_theme(), y_title=y_title, y_range=y_range)
-            titled_chart(title, note, chart, key, f"{title} of {name}")
+            draw_statistic(
+                bundle_of_band(run, summary, statistic, way),
+                statistic,
+                way,
+                name,
+                note=f"{summary.n:,} realizations",
+                y_range=None if statistic == "variogram" else (0, 1.04),
+                prefix="long_",
+            )
     with columns[-1]:
         chart = convergence_chart(run.numbers, run.errors, run.n, chart_theme(), height=196)
         note = f"± {three_digits(run.errors[-1])} % now"
