@@ -1,6 +1,6 @@
 """Measured times as sentences, tables and CSV, with explanations of how to read them."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from html import escape
 from math import prod
 
@@ -18,7 +18,7 @@ from ccwsim.paper.published_times import PAPER, published_time
 from ccwsim.report.settings import describe_value, short_name
 from ccwsim.ui.benchmark.measurement import TimingRun, size_text
 from ccwsim.ui.results.maps import pretty
-from ccwsim.ui.widgets.text import page_text, scrolled
+from ccwsim.ui.widgets.text import numbers_table, page_text, scrolled
 
 Setting = tuple[str, int, bool]
 """Key of a curve: method, level (for volumes, within layers), and whether volumes are simulated."""
@@ -155,43 +155,40 @@ def grid_table(timings: Sequence[TrialResult]) -> str:
         ]
         rows.append([size_text(shape), *(duration(t.seconds) if t else NONE for t in took)])
     if any(volume for _, _, volume in found):
-        return table_of([head], rows)
+        return times_table(rows, head)
     paper = {t.level: t.cpu_seconds for t in published.FIGURE_13}
     last = [
         f"{paper[level]:.0f} s" if method == "ccwsim" and level in paper else NONE
         for method, level, _ in found
     ]
-    return table_of([head], [*rows, ["paper, 5000²", *last]], marked=len(rows))
+    return times_table([*rows, ["paper, 5000²", *last]], head, "with-paper")
 
 
-def data_table(
-    timings: Sequence[TrialResult], settings: Sequence[Setting], numbers: Sequence[int], side: int
-) -> str:
+def data_table(timings: Sequence[TrialResult], trials: Sequence[Trial]) -> str:
     """Return measured and published times (none for volumes) as HTML, laid out as Table 2."""
-    measured = {(*setting_of(t.trial)[:2], t.trial.n_data): t for t in timings}
-    shown = [n for n in numbers if n]
-    first = ["method", "level", *(["no data"] if 0 in numbers else [])]
+    measured = {(setting_of(t.trial), t.trial.n_data): t for t in timings}
+    cells = {setting_of(trial): trial.n_cells for trial in trials}
+    numbers = sorted({trial.n_data for trial in trials})
+    shown, has_free = [n for n in numbers if n], 0 in numbers
+    first = ["method", "level", *["no data"] * has_free]
     head = [*first, *(f"{n} data" for n in shown for _ in range(3))]
     second = [""] * len(first) + ["here", "paper", "wrong"] * len(shown)
-    has_ratio = len(shown) > 1
-    if has_ratio:
+    if len(shown) > 1:
         head += [f"{shown[-1]} / {shown[-2]}"] * 2
         second += ["here", "paper"]
     rows = []
-    for method, level, volume in settings:
-        own = [measured.get((method, level, n)) for n in shown]
-        n_cells = 0 if volume else side**2
-        paper = [published_time(PAPER, method, level, n_cells, n) for n in shown]
-        row = [method.upper(), str(level)]
-        if 0 in numbers:
-            row.append(_time(measured.get((method, level, 0))))
+    for setting, n_cells in cells.items():
+        method, level, volume = setting
+        own = [measured.get((setting, n)) for n in shown]
+        paper = [published_time(PAPER, method, level, 0 if volume else n_cells, n) for n in shown]
+        row = [method.upper(), str(level), *[_time(measured.get((setting, 0)))] * has_free]
         for here, there in zip(own, paper, strict=True):
             row += [_time(here), f"{there.cpu_seconds} s" if there else NONE, _wrong(here)]
-        if has_ratio:
+        if len(shown) > 1:
             row.append(_ratio([here and here.seconds for here in own]))
             row.append(_ratio([there and there.cpu_seconds for there in paper]))
         rows.append(row)
-    return table_of([head, second], rows)
+    return times_table(rows, head, subhead=second)
 
 
 def octave_table() -> str:
@@ -204,38 +201,15 @@ def octave_table() -> str:
         case = [t.image, grid, str(t.n_data), t.method.upper(), str(t.level)]
         rows.append([*case, took, wrong, t.note])
     head = ["image", "grid", "data", "method", "level", "CPU time", "data wrong", ""]
-    return table_of([head], rows, words=(0, 3, 7))
+    return times_table(rows, head, "octave")
 
 
-def table_of(
-    heads: Sequence[Sequence[str]],
-    rows: Sequence[Sequence[str]],
-    *,
-    marked: int = -1,
-    words: Sequence[int] = (0,),
+def times_table(
+    rows: Iterable[Sequence[str]], head: Sequence[str], kind: str = "", subhead: Sequence[str] = ()
 ) -> str:
-    """Return an HTML table; adjacent equal headings are merged, and row `marked` is highlighted."""
-    top = "".join(f"<tr>{_head(row)}</tr>" for row in heads)
-    body = "".join(
-        f"<tr{' class=paper' if k == marked else ''}>"
-        + "".join(
-            f"<td{' class=word' if c in words else ''}>{escape(cell)}</td>"
-            for c, cell in enumerate(row)
-        )
-        + "</tr>"
-        for k, row in enumerate(rows)
-    )
-    return scrolled(f'<table class="times">{top}{body}</table>', "CPU times")
-
-
-def _head(row: Sequence[str]) -> str:
-    cells: list[tuple[str, int]] = []
-    for text in row:
-        if text and cells and cells[-1][0] == text and " " in text:
-            cells[-1] = text, cells[-1][1] + 1
-        else:
-            cells.append((text, 1))
-    return "".join(f"<th colspan={n}>{escape(text)}</th>" for text, n in cells)
+    """Return an HTML table of CPU times that scrolls sideways."""
+    cells = [list(map(escape, row)) for row in rows]
+    return scrolled(numbers_table(cells, head, f"times {kind}", subhead), "CPU times")
 
 
 def _time(timing: TrialResult | None) -> str:

@@ -139,12 +139,12 @@ def trials_of(state: State, kind: Kind) -> list[Trial]:
     own, nz, seed = state.page(Benchmark), layers_of(state), state.choices.seed
     image = image_of(state.choices.image)
     if kind == "data":
-        side = own.side if nz is None else own.side_volume
-        numbers = [n for n in number_options(side, nz) if n in own.numbers]
+        shape = shape_of_data(state)
+        numbers = [n for n in number_options(shape[-1], nz) if n in own.numbers]
         if not numbers:
             raise CCWSIMError("Choose at least one number of data.")
         chosen = timed_parameters(state, own.data_methods, own.data_levels)
-        return timing.data_trials(image, shape_of(side, nz), numbers, chosen, seed)
+        return timing.data_trials(image, shape, numbers, chosen, seed)
     largest, offered = (own.largest, SIDES) if nz is None else (own.largest_volume, VOLUME_SIDES)
     sides = [side for side in offered if side <= largest]
     chosen = timed_parameters(state, own.grid_methods, own.grid_levels)
@@ -159,6 +159,12 @@ def trials_of(state: State, kind: Kind) -> list[Trial]:
 def shape_of(side: int, nz: int | None = None) -> Shape:
     """Return the shape of a square map, or of a volume with square layers."""
     return (side, side) if nz is None else (nz, side, side)
+
+
+def shape_of_data(state: State) -> Shape:
+    """Return the shape of the grid that is timed with data."""
+    page_state, nz = state.page(Benchmark), layers_of(state)
+    return shape_of(page_state.side if nz is None else page_state.side_volume, nz)
 
 
 def size_text(shape: Shape) -> str:

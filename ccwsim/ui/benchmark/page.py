@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import streamlit as st
 
-from ccwsim.experiments.timing import level_of
 from ccwsim.experiments.trials import TrialResult
 from ccwsim.figures import TimeSeries, timings_chart
 from ccwsim.model.arrays import describe_shape
@@ -24,6 +23,7 @@ from ccwsim.ui.session.file_names import image_part
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.trials import describe_work
+from ccwsim.ui.widgets.errors import if_possible
 from ccwsim.ui.widgets.fields import bound_to, button, download, field, options_of
 from ccwsim.ui.widgets.text import page_text, panel_title, plain, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
@@ -235,20 +235,13 @@ def ticks_of(timings: Sequence[TrialResult], volumes: bool) -> dict[int, str]:
 
 def _draw_data(state: State) -> None:
     """Draw the times by number of data, in the layout of Table 2."""
-    page_state, run = state.page(Benchmark), state.page(Benchmark).data.run
-    if run:
-        chosen = list(dict.fromkeys(map(findings.setting_of, run.trials)))
-        numbers, shape = sorted({trial.n_data for trial in run.trials}), run.grid.shape
-    else:
-        nz = measurement.layers_of(state)
-        methods, levels, side = page_state.data_methods, page_state.data_levels, page_state.side
-        found = measurement.timed_parameters(state, methods, levels) if methods and levels else []
-        chosen = [(p.method, level_of(p), nz is not None) for p in found]
-        shape = measurement.shape_of(side if nz is None else page_state.side_volume, nz)
-        numbers = [n for n in measurement.NUMBERS if n in page_state.numbers]
-    timings, side = list(run.rows) if run else [], shape[-1]
+    run = state.page(Benchmark).data.run
+    planned = if_possible(lambda: measurement.trials_of(state, "data")) if run is None else None
+    trials = run.trials if run is not None else planned or []
+    timings = list(run.rows) if run is not None else []
+    shape = run.grid.shape if run is not None else measurement.shape_of_data(state)
     panel_title("CPU time of a realization", f"{describe_shape(shape)} cells")
-    st.html(findings.data_table(timings, chosen, numbers, side))
+    st.html(findings.data_table(timings, trials))
     step_note(page_text("Table 2"))
     if timings:
         step_note(findings.describe_run(run))

@@ -5,7 +5,6 @@ import os
 from collections.abc import Sequence
 from datetime import date
 from html import escape
-from typing import Any
 
 import streamlit as st
 
@@ -22,7 +21,8 @@ from ccwsim.system.log import reason
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.progress import compilation_to_come
 from ccwsim.ui.session.state import PageRun, RunState, State
-from ccwsim.ui.widgets.fields import bound_to, button, download, field
+from ccwsim.ui.study.run import SAME_SEED
+from ccwsim.ui.widgets.fields import bound_to, button, download, field, options_of
 from ccwsim.ui.widgets.text import page_text, plain, step_note
 from ccwsim.ui.widgets.theme import draw_style
 
@@ -125,22 +125,37 @@ def start(state: State) -> None:
 
 def _controls(state: State) -> None:
     page_state = state.page(PaperState)
-    quick = {"options": [False, True], "format_func": lambda quick: EXTENTS[quick]}
-    quick["help"] = page_text("Quick runs")
-    seed: dict[str, Any] = {"min_value": 0, "max_value": MAX_SEED, "step": 1, "width": 120}
-    seed |= bound_to(page_state, "seed") | {"help": "The same seed gives the same realizations."}
-    label = "Run the experiments" if page_state.run is None else "Run again"
-    starts = {"on_click": start, "args": (state,), "type": "primary"}
-    extent, number = st.segmented_control, st.number_input
     with st.container(
         horizontal=True, vertical_alignment="bottom", gap="small", key="controls_paper"
     ):
-        field(extent, "Extent", key="paper_extent", **bound_to(page_state, "quick"), **quick)
-        field(number, "Seed", key="paper_seed", **seed)
-        button(label, key="paper_start", **starts)
-        duration = f"{len(EXPERIMENTS)} experiments, {DURATIONS[page_state.quick]}."
-        duration += compilation_to_come()
-        st.html(f'<span class="takes">{duration}</span>')
+        field(
+            st.segmented_control,
+            "Extent",
+            key="paper_extent",
+            help=page_text("Quick runs"),
+            **bound_to(page_state, "quick"),
+            **options_of(EXTENTS),
+        )
+        field(
+            st.number_input,
+            "Seed",
+            key="paper_seed",
+            min_value=0,
+            max_value=MAX_SEED,
+            step=1,
+            width=120,
+            help=SAME_SEED,
+            **bound_to(page_state, "seed"),
+        )
+        button(
+            "Run the experiments" if page_state.run is None else "Run again",
+            key="paper_start",
+            on_click=start,
+            args=(state,),
+            type="primary",
+        )
+        takes = f"{len(EXPERIMENTS)} experiments, {DURATIONS[page_state.quick]}."
+        st.html(f'<span class="takes">{takes}{compilation_to_come()}</span>')
 
 
 def _draw_end(run: PaperRun) -> None:

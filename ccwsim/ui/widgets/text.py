@@ -5,6 +5,7 @@ import tomllib
 from collections.abc import Iterable, Sequence
 from functools import cache
 from html import escape
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -92,13 +93,29 @@ def scrolled(content: str, name: str) -> str:
     return f'<div class="wide" tabindex="0" role="group" aria-label="{label}">{content}</div>'
 
 
-def numbers_table(rows: Iterable[Sequence[str]], head: Sequence[str] = (), kind: str = "") -> str:
-    """Return a table as HTML; cells are HTML, and the first cell of a row is the row's name."""
-    lines = [f"<th>{name}</th>" + "".join(f"<td>{c}</td>" for c in cells) for name, *cells in rows]
-    if head:
-        lines.insert(0, "".join(f"<th>{cell}</th>" for cell in head))
+def numbers_table(
+    rows: Iterable[Sequence[str]],
+    head: Sequence[str] = (),
+    kind: str = "",
+    subhead: Sequence[str] = (),
+) -> str:
+    """Return a table as HTML; cells are HTML, and the first cell of a row is the row's name.
+
+    Adjacent equal headings of several words are merged.
+    """
+    lines = [_headings(cells) for cells in (head, subhead) if cells]
+    lines += [f"<th>{name}</th>" + "".join(f"<td>{c}</td>" for c in cells) for name, *cells in rows]
     body = "".join(f"<tr>{line}</tr>" for line in lines)
     return f'<table class="{f"numbers {kind}".strip()}">{body}</table>'
+
+
+def _headings(cells: Sequence[str]) -> str:
+    headings = []
+    for text, equal in groupby(cells):
+        n = len(list(equal))
+        merged = n > 1 and " " in text
+        headings += [f"<th colspan={n}>{text}</th>"] if merged else [f"<th>{text}</th>"] * n
+    return "".join(headings)
 
 
 @cache

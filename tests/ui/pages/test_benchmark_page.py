@@ -219,11 +219,12 @@ def cells_of(table: str) -> list[list[str]]:
 
 def test_tables_have_measured_and_published_times_side_by_side():
     timings = [took(512, 0.2, 1, 1000), took(512, 0.5, 1, 2000, wrong=20)]
-    table = data_table(timings, [("ccwsim", 1, False)], [0, 1000, 2000], 512)
+    trials = [took(512, 0.0, 1, n).trial for n in (0, 1000, 2000)]
+    table = data_table(timings, trials)
     assert cells_of(table)[-1][:3] == ["CCWSIM", "1", "–"]
     assert cells_of(table)[-1][3:9] == ["200 ms", "10.45 s", "0", "500 ms", "23.09 s", "1 %"]
     assert cells_of(table)[-1][9:] == ["2.50", "2.21"]
-    assert "10.45" not in data_table(timings, [("ccwsim", 1, False)], [1000, 2000], 256)
+    assert "10.45" not in data_table([], [took(256, 0.0, 1, n).trial for n in (1000, 2000)])
     rows = cells_of(grid_table([took(256, 0.2, 1), took(256, 0.1, 2)]))
     assert rows[0] == ["cells", "level 1", "level 2"]
     assert rows[1:] == [["256²", "200 ms", "100 ms"], ["paper, 5000²", "56 s", "32 s"]]
