@@ -115,8 +115,17 @@ def options_in(groups: dict[str, list[str]]) -> Callable[[Any], Any]:
         for row in [*_rows(*names), *(_parameter_rows() if "parameters" in names else [])]:
             choices = {"type": click.Choice(row.kind.split("|"))}
             how = choices if "|" in row.kind else KINDS[row.kind]
-            how = {**how, "metavar": row.metavar or None, "help": row.help, "group": heading}
-            options.append(click.option(*row.option.split(), row.name, cls=GroupedOption, **how))
+            options.append(
+                click.option(
+                    *row.option.split(),
+                    row.name,
+                    cls=GroupedOption,
+                    metavar=row.metavar or None,
+                    help=row.help,
+                    group=heading,
+                    **how,
+                )
+            )
     return lambda command: reduce(lambda done, option: option(done), reversed(options), command)
 
 

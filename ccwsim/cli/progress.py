@@ -75,9 +75,18 @@ class ProgressLine:
         if self._bar is None:  # measure the pace from here, to exclude compiling
             self.clear()
             columns = min(100, get_terminal_size().columns)  # 80 if the width is unknown
-            look = {"bar_format": BAR, "ncols": columns, "nrows": 20, "leave": False}
-            pace = {"initial": fraction, "smoothing": 0, "miniters": 0}
-            self._bar = tqdm(desc=done, total=1.0, file=self._stream, **pace, **look)
+            self._bar = tqdm(
+                desc=done,
+                total=1.0,
+                file=self._stream,
+                initial=fraction,
+                smoothing=0,
+                miniters=0,
+                bar_format=BAR,
+                ncols=columns,
+                nrows=20,
+                leave=False,
+            )
         self._bar.set_description_str(done, refresh=False)
         self._bar.update(fraction - self._bar.n)
 

@@ -53,8 +53,9 @@ def command(**given: Any) -> int:
         ensemble, message = None, ""
         try:
             run = inputs.n_realizations, inputs.seed, options.workers, progress, stopped
-            how: Any = {"executor": executor, "out": streamed, "secondary": inputs.secondary}
-            ensemble = simulate(*inputs.study, *run, **how)
+            ensemble = simulate(
+                *inputs.study, *run, executor=executor, out=streamed, secondary=inputs.secondary
+            )
         except Cancelled as cancelled:
             ensemble, message = cancelled.ensemble, str(cancelled)
         finally:

@@ -99,14 +99,16 @@ def curves_chart(
         at, *means = judged
         marked = ("crops of the TI", theme.reference), ("pieces", theme.ink)
         for (name, colour), values in zip(marked, means, strict=True):
-            dotted: dict[str, Any] = {"dash": "dot", "hovertemplate": "%{y:.3g}"}
-            traces.append(line(name, at, values, colour, 1.5, **dotted))
-    axes = {
-        "x": {"range": [0, max(float(first.lags[-1]), 1.0)]},
-        "y": {"range": y_range and list(y_range)},
-    }
-    titles = {"x_title": x_title, "y_title": y_title}
-    return blank_chart(theme, height=height, traces=traces, **titles, **axes)
+            traces.append(line(name, at, values, colour, 1.5, dash="dot", hovertemplate="%{y:.3g}"))
+    return blank_chart(
+        theme,
+        height=height,
+        traces=traces,
+        x_title=x_title,
+        y_title=y_title,
+        x={"range": [0, max(float(first.lags[-1]), 1.0)]},
+        y={"range": y_range and list(y_range)},
+    )
 
 
 def lines_chart(

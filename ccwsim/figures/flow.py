@@ -1,7 +1,6 @@
 """Charts of flow through realizations: effective conductivity and breakthrough."""
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
@@ -27,8 +26,9 @@ def conductivity_chart(
     >>> [t.name for t in conductivity_chart(np.ones(3), marks, LIGHT, **options).data]
     ['realizations', 'image']
     """
-    titles: dict[str, Any] = {"x_title": f"effective K ({unit})", "y_title": "realizations"}
-    chart = blank_chart(theme, height=height, **titles)
+    chart = blank_chart(
+        theme, height=height, x_title=f"effective K ({unit})", y_title="realizations"
+    )
     low, high = np.log10(each.min()) - 0.02, np.log10(each.max()) + 0.02
     counts, edges = np.histogram(np.log10(each), N_BINS, (low, high))
     bars = go.Bar(
@@ -69,8 +69,7 @@ def breakthrough_chart(
     >>> [trace.name for trace in chart.data]
     ['realizations', 'realization 2']
     """
-    titles: dict[str, Any] = {"x_title": "travel time (days)", "y_title": "arrived (%)"}
-    chart = blank_chart(theme, height=height, **titles)
+    chart = blank_chart(theme, height=height, x_title="travel time (days)", y_title="arrived (%)")
     shares = 100 * (np.arange(days.shape[1]) + 0.5) / days.shape[1]
     known = np.where(np.isfinite(days), days, np.nan)
     x = np.hstack([known, np.full((len(days), 1), np.nan)]).ravel()

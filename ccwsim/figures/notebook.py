@@ -96,8 +96,7 @@ def data_chart(data: HardData) -> go.Figure:
     for code, colour in zip(codes.tolist(), colours, strict=True):
         rows, columns = data.cells[shown & (data.facies == code), -2:].T
         marker = {"color": colour, "line": {"color": "#FFFFFF", "width": 0.5}}
-        points = {"x": columns, "y": rows, "mode": "markers", "marker": marker}
-        chart.add_scatter(**points, name=f"facies {code}")
+        chart.add_scatter(x=columns, y=rows, mode="markers", marker=marker, name=f"facies {code}")
     chart.update_xaxes(title="column")
     chart.update_yaxes(title="row", scaleanchor="x", scaleratio=1)
     return chart.update_layout(title=f"Hard data{words}") if words else chart

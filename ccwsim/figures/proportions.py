@@ -1,7 +1,6 @@
 """Charts of the facies proportions of realizations and of the training image."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
@@ -28,17 +27,44 @@ def proportions_chart(
     traces, fixed = [], {"cliponaxis": False}
     edge = {"opacity": 0.75, "line": {"width": 0.8, "color": theme.quiet}}
     for k, name in enumerate(as_written(names)):
-        hover = {"hovertemplate": f"{name}: %{{x:.1f}} %<extra></extra>", "marker": edge, **fixed}
-        traces.append(dots(names[k], 100 * each[:, k], [k] * len(each), colours[k], 11, **hover))
+        traces.append(
+            dots(
+                names[k],
+                100 * each[:, k],
+                [k] * len(each),
+                colours[k],
+                11,
+                hovertemplate=f"{name}: %{{x:.1f}} %<extra></extra>",
+                marker=edge,
+                **fixed,
+            )
+        )
     stroke = {"symbol": "line-ns", "line": {"width": 2.5, "color": theme.reference}}
-    hover = {"hovertemplate": "training image: %{x:.1f} %<extra></extra>", "marker": stroke}
     rows = np.arange(len(names))
-    traces.append(dots("training image", 100 * reference, rows, None, 20, **hover, **fixed))
+    traces.append(
+        dots(
+            "training image",
+            100 * reference,
+            rows,
+            None,
+            20,
+            hovertemplate="training image: %{x:.1f} %<extra></extra>",
+            marker=stroke,
+            **fixed,
+        )
+    )
     largest = 100 * min(1.0, 1.15 * float(max(reference.max(), each.max())))
     x, y = {"range": [-0.08 * largest, largest]}, (len(names) - 0.4, -0.6)
-    look: dict[str, Any] = {"x": x, "y": rows_axis(theme, as_written(names), y)}
-    look |= {"height": proportions_height(len(names)), "x_title": "cells (%)"}
-    return blank_chart(theme, y_title="", traces=traces, hovermode="closest", **look)
+    return blank_chart(
+        theme,
+        y_title="",
+        traces=traces,
+        hovermode="closest",
+        x=x,
+        y=rows_axis(theme, as_written(names), y),
+        height=proportions_height(len(names)),
+        x_title="cells (%)",
+    )
 
 
 def compared_proportions_chart(

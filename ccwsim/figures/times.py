@@ -22,19 +22,29 @@ def times_chart(
 ) -> go.Figure:
     """Return a chart with the CPU time of each realization as a dot, and the mean as a line."""
     n, ends = len(milliseconds), [0.5, len(milliseconds) + 0.5]
-    hover = {"hovertemplate": "realization %{x}: %{y:.3r} ms<extra></extra>"}
     numbers, size = np.arange(1, n + 1), 7 if n <= 30 else 4
     traces = [
         style.line("mean", ends, [mean, mean], theme.quiet, 1, dash="dot"),
-        style.dots("realization", numbers, milliseconds, theme.ink, size, **hover),
+        style.dots(
+            "realization",
+            numbers,
+            milliseconds,
+            theme.ink,
+            size,
+            hovertemplate="realization %{x}: %{y:.3r} ms<extra></extra>",
+        ),
     ]
     top = 1.15 * float(milliseconds.max(initial=mean)) or 1.0
-    axes: dict[str, Any] = {
-        "x": {"range": ends, "nticks": min(n + 1, 6), "tickformat": "d"},
-        "y": {"exponentformat": "none", "range": [0, top]},
-    }
-    axes |= {"x_title": "realization", "y_title": "CPU time (ms)", "hovermode": "closest"}
-    return style.blank_chart(theme, height=height, traces=traces, **axes)
+    return style.blank_chart(
+        theme,
+        height=height,
+        traces=traces,
+        x={"range": ends, "nticks": min(n + 1, 6), "tickformat": "d"},
+        y={"exponentformat": "none", "range": [0, top]},
+        x_title="realization",
+        y_title="CPU time (ms)",
+        hovermode="closest",
+    )
 
 
 def compared_times_chart(
@@ -58,9 +68,16 @@ def compared_times_chart(
         )
         chart.add_trace(trace)
     for row, (label, each) in enumerate(zip(labels, settings.values(), strict=True)):
-        place = {"x": float(each.max(initial=0)), "y": row, "xanchor": "left", "xshift": 8}
         font = {"size": 13, "color": theme.ink}
-        chart.add_annotation(text=style.written(label), showarrow=False, font=font, **place)
+        chart.add_annotation(
+            text=style.written(label),
+            showarrow=False,
+            font=font,
+            x=float(each.max(initial=0)),
+            y=row,
+            xanchor="left",
+            xshift=8,
+        )
     chart.update_yaxes(**style.rows_axis(theme, style.as_written(settings), (n - 0.4, -0.6)))
     largest = max(float(each.max(initial=1e-9)) for each in settings.values())
     chart.update_xaxes(range=[0, 1.45 * largest], nticks=5, exponentformat="none")

@@ -172,8 +172,14 @@ def _against_published(study: Sampled) -> Iterator[Judgement]:
     """Judge our CCWSIM against realizations of the authors' code."""
     claim = "The authors' CCWSIM code, same data."
     for level, ours, theirs in study.pairs(("ccwsim", "exact"), ("ccwsim", "published")):
-        wrong = {"wrong": percent(ours.wrong), "missed": percent(theirs.wrong)}
-        found = said("against", level=level, ours=ours, theirs=theirs, **wrong)
+        found = said(
+            "against",
+            level=level,
+            ours=ours,
+            theirs=theirs,
+            wrong=percent(ours.wrong),
+            missed=percent(theirs.wrong),
+        )
         orders = *ours.compare(theirs), verdicts.sign_of(theirs.wrong - ours.wrong)
         low, high = min(orders), max(orders)
         if low < 0 < high:
@@ -187,8 +193,9 @@ def _in_search_only(study: Sampled) -> Iterator[Judgement]:
     for method in METHODS:
         claim = f"The share of data that the published {TITLES[method]} code misses."
         for level, ours, theirs in study.pairs((method, "ours"), (method, "published")):
-            wrong = {"wrong": percent(ours.wrong), "missed": percent(theirs.wrong)}
-            found = said("search", level=level, **wrong)
+            found = said(
+                "search", level=level, wrong=percent(ours.wrong), missed=percent(theirs.wrong)
+            )
             yield verdicts.of_claim(claim, found, abs(ours.wrong - theirs.wrong) <= LIKE_SHARE)
 
 

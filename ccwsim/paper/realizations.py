@@ -79,9 +79,10 @@ def _measures(
 def _reproduced(ensemble: Ensemble, image: TrainingImage) -> Judgement:
     own, reference = float(ensemble.proportions.mean(axis=0)[-1]), float(image.proportions[-1])
     lag, tau = list(methods.relative_tau(ensemble.indices, image).items())[-1]
-    shares = {"own": percent(own), "image": percent(reference)}
     name = image.facies_names[-1].capitalize()
-    found = said("reproduced", name=name, lag=lag, tau=tau, **shares)
+    found = said(
+        "reproduced", name=name, lag=lag, tau=tau, own=percent(own), image=percent(reference)
+    )
     holds = abs(own - reference) <= CLOSE_SHARE and tau >= CLOSE_TAU
     claim = "Fig. 6: three realizations whose channels look like the training image's."
     return verdicts.of_claim(claim, found, holds)

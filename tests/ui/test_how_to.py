@@ -83,7 +83,7 @@ def test_every_table_of_labels_is_used_by_a_page():
 def test_every_longer_text_is_shown_by_a_page():
     used = set()
     for path in TEXTS.parent.rglob("*.py"):
-        used |= set(re.findall(r'page_text\(f?"([^"]+)"', path.read_text("utf-8")))
+        used |= set(re.findall(r'page_text\(\s*f?"([^"]+)"', path.read_text("utf-8")))
     used -= {"Import of {kind}", "Fate of a location: {location.fate}", "Window: {outcome}"}
     used |= {f"Window: {outcome}" for outcome in ("forced", "none", "isolated", "patch")}
     used |= {"Import of points", "Import of tables of wells"}

@@ -105,8 +105,15 @@ def describe_levels(timings: Sequence[TrialResult]) -> str:
     published_ratio = f"{paper[low] / paper[high]:.1f}"
     shares = published.LEVEL_CHANGES.items()
     changes = " and ".join(f"−{-100 * v:.1f} % ({a} to {b})" for (a, b), v in shares)
-    values = {"side": sides[low].trial.grid.nx, "published": published_ratio}
-    return page_text("Levels", low=low, high=high, ratio=ratio, changes=changes, **values)
+    return page_text(
+        "Levels",
+        low=low,
+        high=high,
+        ratio=ratio,
+        changes=changes,
+        side=sides[low].trial.grid.nx,
+        published=published_ratio,
+    )
 
 
 def describe_run(run: TimingRun | None) -> str:

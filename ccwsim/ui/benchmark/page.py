@@ -69,8 +69,13 @@ def _draw_largest(state: State) -> None:
     first, *sides = measurement.VOLUME_SIDES
     tip = f"Volumes of {nz} layers from {first} × {first} to this size."
     _draw_side(state, "Largest grid", "largest_volume", sides, tip, width=170)
-    tip = "Also measure maps of the image's middle layer, with as many cells as the volumes."
-    field(st.checkbox, "Maps beside", key="maps", help=tip, **bound_to(page_state, "maps"))
+    field(
+        st.checkbox,
+        "Maps beside",
+        key="maps",
+        help="Also measure maps of the image's middle layer, with as many cells as the volumes.",
+        **bound_to(page_state, "maps"),
+    )
 
 
 def _draw_numbers(state: State) -> None:
@@ -98,8 +103,13 @@ def _draw_side(
     """Draw the field of the attribute `name`, the side of a square map or of square layers."""
     nz = measurement.layers_of(state)
     names = {side: describe_shape(measurement.shape_of(side, nz)) for side in sides}
-    bound = bound_to(state.page(Benchmark), name, width=width, help=tip)
-    field(st.selectbox, label, key=key or name, **bound, **options_of(names))
+    field(
+        st.selectbox,
+        label,
+        key=key or name,
+        **bound_to(state.page(Benchmark), name, width=width, help=tip),
+        **options_of(names),
+    )
 
 
 def _draw_choices(state: State, kind: Kind) -> None:
@@ -113,10 +123,17 @@ def _draw_pills(
     page_state: Benchmark, name: str, label: str, offered: Sequence[Any], **options: Any
 ) -> None:
     """Draw pills for a list of choices; selected values that are unavailable are not shown."""
-    bound = bound_to(page_state, name)
-    chosen = [one for one in bound["value"] if one in offered]
-    multi: dict[str, Any] = {"options": offered, "selection_mode": "multi", "width": "content"}
-    field(st.pills, label, key=name, value=chosen, write=bound["write"], **multi, **options)
+    chosen = [one for one in getattr(page_state, name) if one in offered]
+    field(
+        st.pills,
+        label,
+        key=name,
+        options=offered,
+        selection_mode="multi",
+        width="content",
+        **bound_to(page_state, name, value=chosen),
+        **options,
+    )
 
 
 def _draw_start(state: State, kind: Kind) -> None:

@@ -377,8 +377,14 @@ def _draw_two_images(
         with column:
             panel_title(title)
             link = "grid" if k or first.grid.nz is not None else ""
-            options = {"max_height": MAX_HEIGHTS[first.grid.n_dimensions], "body": False}
-            draw_cells(cells, f"two_images_{k}", link=link, name=f"two_images_{k + 1}", **options)
+            draw_cells(
+                cells,
+                f"two_images_{k}",
+                link=link,
+                name=f"two_images_{k + 1}",
+                max_height=MAX_HEIGHTS[first.grid.n_dimensions],
+                body=False,
+            )
     step_note(page_text("E-type of both images"))
 
 
@@ -406,8 +412,12 @@ def draw_curves(state: State, found: Comparison) -> None:
     name = found.ensembles[0].training_image.facies_names[facies]
     if not settings.has_curves(found, facies):
         if not state.page(ComparePageState).going:
-            label = f"Compute the curves of {plain(name)}"
-            button(label, key="want_curves", on_click=settings.want_curves, args=(state,))
+            button(
+                f"Compute the curves of {plain(name)}",
+                key="want_curves",
+                on_click=settings.want_curves,
+                args=(state,),
+            )
         else:
             st.html('<div class="unseen curves"></div>')
         return

@@ -293,8 +293,10 @@ def want_curves(state: State) -> None:
     found = shown.found
     if found is None or has_curves(found, state.facies):
         return
-    more = {"known": found, "rows": [found], "facies": state.facies, "second": None}
-    page_state.earlier, page_state.run = shown, replace(shown, **more).start()
+    page_state.earlier, page_state.run = (
+        shown,
+        replace(shown, known=found, rows=[found], facies=state.facies, second=None).start(),
+    )
 
 
 def has_curves(found: comparison.Comparison, facies: int) -> bool:

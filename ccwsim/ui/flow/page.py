@@ -85,8 +85,12 @@ def _draw_controls(state: State, ensemble: Ensemble) -> None:
     """Draw the steps: rocks, heads and well, all realizations."""
     page_state, image = state.page(FlowState), ensemble.training_image
     text.step_title(1, "Rocks")
-    options = bound_to(page_state, "unit", options=list(solving.UNITS))
-    field(st.segmented_control, "Unit of conductivity", key="flow_unit", **options)
+    field(
+        st.segmented_control,
+        "Unit of conductivity",
+        key="flow_unit",
+        **bound_to(page_state, "unit", options=list(solving.UNITS)),
+    )
     for k, name in enumerate(image.facies_names):
         with st.container(key=f"rock_{k}"):
             _draw_rock(page_state, ensemble, k, name)
@@ -94,15 +98,28 @@ def _draw_controls(state: State, ensemble: Ensemble) -> None:
     axes = {"x": "W–E", "y": "S–N", "z": "vertical"}
     offered = {axis: axes[axis] for axis in "xyz"[: ensemble.grid.n_dimensions]}
     settings = solving.settings_of(page_state, ensemble)
-    options = {**bound_to(page_state, "axis"), "value": settings.axis, **options_of(offered)}
-    field(st.segmented_control, "Direction of the flow", key="flow_axis", **options)
+    field(
+        st.segmented_control,
+        "Direction of the flow",
+        key="flow_axis",
+        **bound_to(page_state, "axis", value=settings.axis),
+        **options_of(offered),
+    )
     low, high = SIDES[settings.axis]
     for name, side in (("high", low), ("low", high)):
-        label = f"Head at the {side} side (m)"
-        field(st.number_input, label, key=f"flow_{name}", **bound_to(page_state, name, step=0.1))
+        field(
+            st.number_input,
+            f"Head at the {side} side (m)",
+            key=f"flow_{name}",
+            **bound_to(page_state, name, step=0.1),
+        )
     if ensemble.grid.nz is not None:
-        options = bound_to(page_state, "anisotropy", min_value=0.001, max_value=1.0)
-        field(st.number_input, "Vertical / horizontal K", key="flow_anisotropy", **options)
+        field(
+            st.number_input,
+            "Vertical / horizontal K",
+            key="flow_anisotropy",
+            **bound_to(page_state, "anisotropy", min_value=0.001, max_value=1.0),
+        )
     _draw_well(page_state, ensemble, settings)
     text.step_title(3, "All realizations")
     run = page_state.run
@@ -110,8 +127,15 @@ def _draw_controls(state: State, ensemble: Ensemble) -> None:
     going = run is not None and run.going
     label = f"Solve all {plural(ensemble.n, 'realization')}"
     problem = solving.problem_of(settings)
-    options = {"type": "primary", "width": "stretch", "disabled": going or bool(problem)}
-    button(label, key="flow_all", on_click=solving.start_answers, args=(state,), **options)
+    button(
+        label,
+        key="flow_all",
+        on_click=solving.start_answers,
+        args=(state,),
+        type="primary",
+        width="stretch",
+        disabled=going or bool(problem),
+    )
     if page_state.message:
         st.warning(text.plain(page_state.message))
 
@@ -128,13 +152,25 @@ def _draw_rock(page_state: FlowState, ensemble: Ensemble, k: int, name: str) -> 
     def write_porosity(value: float) -> None:
         page_state.porosity = {**page_state.porosity, name: value}
 
-    options: dict[str, Any] = {"options": sorted({*CONDUCTIVITIES, at}), "value": at}
-    options |= {"format_func": lambda value: f"{value:g}", "write": write_k}
-    label = text.plain(f"K of {name} ({page_state.unit})")
-    field(st.select_slider, label, key=f"flow_k_{k}", **options)
-    options = {"min_value": 0.01, "max_value": 1.0, "step": 0.01, "value": porosity}
-    label = text.plain(f"Porosity of {name}")
-    field(st.number_input, label, key=f"flow_porosity_{k}", write=write_porosity, **options)
+    field(
+        st.select_slider,
+        text.plain(f"K of {name} ({page_state.unit})"),
+        key=f"flow_k_{k}",
+        options=sorted({*CONDUCTIVITIES, at}),
+        value=at,
+        format_func=lambda value: f"{value:g}",
+        write=write_k,
+    )
+    field(
+        st.number_input,
+        text.plain(f"Porosity of {name}"),
+        key=f"flow_porosity_{k}",
+        write=write_porosity,
+        min_value=0.01,
+        max_value=1.0,
+        step=0.01,
+        value=porosity,
+    )
 
 
 def _draw_well(page_state: FlowState, ensemble: Ensemble, settings: FlowSettings) -> None:
@@ -152,13 +188,20 @@ def _draw_well(page_state: FlowState, ensemble: Ensemble, settings: FlowSettings
     at = ", ".join(f"{name} {k}" for name, k in zip(names, settings.well, strict=True))
     text.step_note(f"Well in {at}.{'' if volume else ' Drag it on a map, or click another cell.'}")
     if volume:
-        options = {"key": "flow_follows", **bound_to(page_state, "follows")}
-        help_ = "Drag the cross hairs in a slice, or press Enter there."
-        field(st.toggle, "Cross hairs move the well", help=help_, **options)
-    label = "Pumped (m³/d)"
-    options = bound_to(page_state, "rate", min_value=0.0, format="%.4g")
-    help_ = "A map is 1 m thick. More pumping widens the capture zone."
-    field(st.number_input, label, key="flow_rate", help=help_, **options)
+        field(
+            st.toggle,
+            "Cross hairs move the well",
+            help="Drag the cross hairs in a slice, or press Enter there.",
+            key="flow_follows",
+            **bound_to(page_state, "follows"),
+        )
+    field(
+        st.number_input,
+        "Pumped (m³/d)",
+        key="flow_rate",
+        help="A map is 1 m thick. More pumping widens the capture zone.",
+        **bound_to(page_state, "rate", min_value=0.0, format="%.4g"),
+    )
     remove = partial(setattr, page_state, "well", None)
     button("Remove the well", key="flow_remove", on_click=remove, width="stretch")
 
@@ -214,8 +257,12 @@ def _draw_flow(state: State, ensemble: Ensemble, found: Solution, settings: Flow
         _draw_heads(page_state, ensemble, found, settings)
     options = bound_to(page_state, "particles", min_value=0, max_value=200, step=5, width=420)
     if np.isfinite(median) and ensemble.grid.nz is None:  # volumes show whole tracks
-        label = f"Particles after this share of {duration(median)} (%)"
-        field(st.slider, label, key="flow_particles", **options)
+        field(
+            st.slider,
+            f"Particles after this share of {duration(median)} (%)",
+            key="flow_particles",
+            **options,
+        )
     note, by_hand = text.page_text("Flow of the shown realization"), text.page_text("Flow by hand")
     if ensemble.grid.nz is not None:
         by_hand = text.page_text("Tracks in a volume", time=duration(2 * median))
@@ -412,16 +459,18 @@ def _draw_result(state: State, run: solving.AnswersRun, result: Answers) -> None
             "upper bound": (factor * float(k.arithmetic.mean()), theme.quiet),
             "training image": (factor * k.image, theme.reference),
         }
-        options = {"unit": page_state.unit, "height": CHART_HEIGHT}
-        chart = figures.conductivity_chart(factor * k.each, marks, theme, **options)
+        chart = figures.conductivity_chart(
+            factor * k.each, marks, theme, unit=page_state.unit, height=CHART_HEIGHT
+        )
         note = (
             f"flow efficiency {k.efficiency.mean():.2g}, image {k.image / k.image_arithmetic:.2g}"
         )
         titled_chart("Effective conductivity", note, chart, "flow_k", "Histogram with bounds")
     with right:
-        options = {"height": CHART_HEIGHT, "accent": theme.reference}
         days = result.times / solving.DAY
-        chart = figures.breakthrough_chart(days, state.shown, theme, **options)
+        chart = figures.breakthrough_chart(
+            days, state.shown, theme, height=CHART_HEIGHT, accent=theme.reference
+        )
         note = f"red: realization {state.shown + 1}; without the well"
         titled_chart("Breakthrough", note, chart, "flow_times", "Arrived particles against time")
     with st.container(key="flow_below"):
@@ -450,8 +499,13 @@ def _draw_representatives(state: State, run: solving.AnswersRun, result: Answers
             indices = maps.middle_layer(ensemble.indices[r])
             image, alt = ensemble.training_image, f"Realization {r + 1}"
             shown = facies_map(indices, image, colours, alt)
-            options: dict[str, Any] = {"max_height": MAP_HEIGHT, "tools": False}
-            draw_cells(shown, f"flow_p{percentile}", name=f"p{percentile}", **options)
+            draw_cells(
+                shown,
+                f"flow_p{percentile}",
+                name=f"p{percentile}",
+                max_height=MAP_HEIGHT,
+                tools=False,
+            )
 
 
 def _draw_capture(state: State, run: solving.AnswersRun, result: Answers) -> None:

@@ -187,9 +187,14 @@ def _curve_chart(
 ) -> Any:
     """Return the chart of a curve; the name of the facies is not part of an ensemble's content."""
     judged = judged_curves(fit_of(ensemble, statistic, facies, direction))
-    options: Any = {"y_title": f"{verdicts.SIGNS[statistic]} of {name}", "judged": judged}
     bundle = curve_bundle(ensemble, statistic, facies, direction)
-    return curves_chart(bundle, theme, y_range=y_range, **options)
+    return curves_chart(
+        bundle,
+        theme,
+        y_range=y_range,
+        y_title=f"{verdicts.SIGNS[statistic]} of {name}",
+        judged=judged,
+    )
 
 
 def judged_curves(fit: Fit | None) -> tuple[NDArray[np.float64], ...] | None:
@@ -205,8 +210,7 @@ def _connectivity_both_ways(ensemble: Ensemble, facies: int) -> None:
         words = f"{'' if said.good else f'E–W {said.words}; '}N–S {other.words}"
         numbers = f"E–W {said.numbers}; N–S {other.numbers}"
         said = verdicts.Verdict(words, numbers, False)
-    options: Any = {"note": said, "key": "connection"}
-    _titled_curve(ensemble, "connectivity", facies, "E-W", **options)
+    _titled_curve(ensemble, "connectivity", facies, "E-W", note=said, key="connection")
 
 
 def draw_statistic(

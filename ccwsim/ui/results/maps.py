@@ -118,8 +118,9 @@ def draw_e_type(
     # a map below a realization also has coordinates, so that the edges of the maps are aligned
     own_axes = ensemble.grid.nz is not None or is_wide(ensemble.grid)
     grid = ensemble.grid if own_axes else None
-    options: dict[str, Any] = {"link": "grid", "scale": "maps", "name": name}
-    draw_cells(shown, "e_type", grid=grid, answer=_answer(state), **options)
+    draw_cells(
+        shown, "e_type", grid=grid, answer=_answer(state), link="grid", scale="maps", name=name
+    )
 
 
 def _answer(state: State) -> int:
@@ -133,9 +134,16 @@ def e_type_field(
     """Draw the field that chooses the statistic of the uncertainty map of `n` realizations."""
     shown = state.facies if state.e_type == "probability" else state.e_type
     options: list[int | str] = [*range(len(names)), *OTHERS]
-    choice = options_of({option: map_name(option, names, n) for option in options})
-    choice |= {"value": shown, "write": write, "label_visibility": "collapsed", "width": 220}
-    field(st.selectbox, "What the uncertainty map shows", key="e_type", **choice)
+    field(
+        st.selectbox,
+        "What the uncertainty map shows",
+        key="e_type",
+        value=shown,
+        write=write,
+        label_visibility="collapsed",
+        width=220,
+        **options_of({option: map_name(option, names, n) for option in options}),
+    )
 
 
 def map_name(option: int | str, names: Sequence[str], n: int) -> str:
@@ -161,8 +169,9 @@ def uncertainty_map(state: State, ensemble: Ensemble, colours: Sequence[str]) ->
     if state.e_type == "most likely":
         return facies_map(e_type.most_likely_indices, image, colours, "Most likely facies")
     if state.e_type == "entropy":
-        options = {"colours": ENTROPY, "point_colours": colours}
-        return share_map(e_type.entropy, "entropy", "Entropy", **options)
+        return share_map(
+            e_type.entropy, "entropy", "Entropy", colours=ENTROPY, point_colours=colours
+        )
     name, shares = image.facies_names[state.facies], e_type.probability[state.facies]
     alt = f"Probability of {name}" if ensemble.n > 1 else f"Occurrence of {name}"
     word = f"P({name}) =" if ensemble.n > 1 else f"{name}:"
@@ -215,8 +224,15 @@ def draw_realization(
     title = f"Realization {r + 1}"
     panel_title(f"{title} of {ensemble.n}")
     shown = realization_map(state, ensemble, colours, r, title)
-    options: dict[str, Any] = {"link": "grid", "scale": "maps", "name": f"realization_{r + 1}"}
-    draw_cells(shown, "realization", grid=grid, answer=_answer(state), **options)
+    draw_cells(
+        shown,
+        "realization",
+        grid=grid,
+        answer=_answer(state),
+        link="grid",
+        scale="maps",
+        name=f"realization_{r + 1}",
+    )
 
 
 def draw_gallery(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
@@ -256,8 +272,14 @@ def step_buttons(key: str, page_state: Any, n: int, note: str = "") -> None:
         page_state.shown = (page_state.shown + way) % n
 
     for way, sign, name in ((-1, "‹", "previous"), (1, "›", "next")):
-        options: dict = {"disabled": n == 1, "help": f"The {name} realization{note}"}
-        button(sign, key=f"{key}_{name}", on_click=step, args=(way,), **options)
+        button(
+            sign,
+            key=f"{key}_{name}",
+            on_click=step,
+            args=(way,),
+            disabled=n == 1,
+            help=f"The {name} realization{note}",
+        )
 
 
 def draw_ghost(state: State) -> None:

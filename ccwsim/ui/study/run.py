@@ -66,21 +66,39 @@ def run_step(state: State) -> None:
     }
     for column, (name, (label, low, high, tip)) in zip(pair(), numbers.items(), strict=True):
         with column:
-            number = bound_to(state.choices, name, state.change, min_value=low, max_value=high)
-            field(st.number_input, label, key=name, help=tip, **number)
+            field(
+                st.number_input,
+                label,
+                key=name,
+                help=tip,
+                **bound_to(state.choices, name, state.change, min_value=low, max_value=high),
+            )
     if limits := str(limits_of_environment()):
         step_note(limits)
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="run_row"):
         run_button(state, "run")
-        live: dict[str, Any] = bound_to(state, "live", help=LIVE) | {"value": is_live(state)}
-        field(st.toggle, "Live", key="live", **live)
+        field(
+            st.toggle,
+            "Live",
+            key="live",
+            help=LIVE,
+            **bound_to(state, "live", value=is_live(state)),
+        )
 
 
 def run_button(state: State, key: str, width: str = "stretch") -> None:
     """Draw a button that starts a run; if the study cannot run, the button is disabled."""
     problem = problem_of(state)
-    options = {"type": "primary", "width": width, "disabled": bool(problem)}
-    button("Run", key=key, on_click=start_run, args=(state,), help=problem or None, **options)
+    button(
+        "Run",
+        key=key,
+        on_click=start_run,
+        args=(state,),
+        help=problem or None,
+        type="primary",
+        width=width,
+        disabled=bool(problem),
+    )
 
 
 def simulate_button(state: State, key: str) -> None:

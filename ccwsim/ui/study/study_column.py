@@ -105,8 +105,12 @@ def method_step(state: State) -> None:
     with size_fields(p, shape, change, along_z=(False,), slider=sweeps) or nullcontext():
         parameter_field(p, "n_candidates", change, "", st.number_input)
         if sweeps:
-            k = bound_to(p, "n_candidates", change, options=sorted({*SOME_K, p.n_candidates}))
-            field(SLIDER, LABELS["n_candidates"], key="n_candidates_slider", **k)
+            field(
+                SLIDER,
+                LABELS["n_candidates"],
+                key="n_candidates_slider",
+                **bound_to(p, "n_candidates", change, options=sorted({*SOME_K, p.n_candidates})),
+            )
     if price := describe_levels(state.choices):
         step_note(price)
     if not problem_of_data(state.choices):
@@ -128,8 +132,7 @@ def _advanced(state: State, p: Parameters, shape: Shape, change: Callable[..., N
     if len(shape) == 3:
         _trend_field(p, change)
     defaults = resolve.fitted(default_parameters(resolve.image_of(state.choices.image)), shape)
-    reset = {"on_click": state.change, "kwargs": {"parameters": defaults}}
-    button("Back to the defaults", **reset)
+    button("Back to the defaults", on_click=state.change, kwargs={"parameters": defaults})
 
 
 def size_fields(
@@ -186,9 +189,14 @@ def _trend_field(p: Parameters, change: Callable[..., None]) -> None:
         change(location_weight=(weight or TREND_WEIGHT, 0.0, 0.0) if alone else weight)
 
     alone = isinstance(p.location_weight, tuple) and not any(p.location_weights[1:])
-    tip = "The location weight applies only along z: patches keep their height in the image."
-    options = {"key": "p_vertical_trend", "value": alone, "write": write, "help": tip}
-    field(st.checkbox, "Location weight only along z", **options)
+    field(
+        st.checkbox,
+        "Location weight only along z",
+        key="p_vertical_trend",
+        value=alone,
+        write=write,
+        help="The location weight applies only along z: patches keep their height in the image.",
+    )
 
 
 def set_parameters(state: State, **changes: object) -> None:
@@ -212,8 +220,12 @@ def parameter_field(
         field(st.checkbox, label, **options)
     elif isinstance(value, str):
         allowed = PARAMETERS[name]["allowed"].split(", ")
-        offered = options_of({value: VALUES.get(value, value) for value in allowed})
-        field(st.selectbox, label, **offered, **options)
+        field(
+            st.selectbox,
+            label,
+            **options_of({value: VALUES.get(value, value) for value in allowed}),
+            **options,
+        )
     else:
         if isinstance(value, tuple):  # a weight that applies only along z is kept so
 

@@ -230,12 +230,11 @@ def _draw_chart(
                 st.selectbox,
                 "Error",
                 key="sweep_error",
-                value=kind,
-                write=bound_to(page_state, "error")["write"],
                 options=kinds,
                 format_func=lambda one: ERRORS[one][0],
                 label_visibility="collapsed",
                 width=220,
+                **bound_to(page_state, "error", value=kind),
             )
             chart_menu("Time against error", "sweep")
         errors = found.errors(kind)

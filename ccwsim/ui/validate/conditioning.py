@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from html import escape
 from math import isfinite
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 import streamlit as st
@@ -143,8 +143,15 @@ def draw_e_type_maps(
         with column:
             panel_title(title, note)
             shown = with_data(state, shown, data, image, wells=wells_on(state, ensemble))
-            options: dict[str, Any] = {"scale": f"{prefix}three", "body": False, "max_height": 400}
-            draw_cells(shown, f"{prefix}{key}", link="grid", name=key, **options)
+            draw_cells(
+                shown,
+                f"{prefix}{key}",
+                link="grid",
+                name=key,
+                scale=f"{prefix}three",
+                body=False,
+                max_height=400,
+            )
 
 
 def draw_data(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
@@ -301,8 +308,13 @@ def problem_of(reference: TrainingImage, ensemble: Ensemble) -> str:
 def describe_scores(scores: metrics.ReferenceScores) -> str:
     """Return the scores as text; cells with data are excluded from the scores."""
     brier, log_score = three_digits(scores.brier), three_digits(scores.log_score)
-    values = {"share": 100 * scores.accuracy, "n": scores.n_cells}
-    return page_text("Scores of a reference field", brier=brier, log_score=log_score, **values)
+    return page_text(
+        "Scores of a reference field",
+        brier=brier,
+        log_score=log_score,
+        share=100 * scores.accuracy,
+        n=scores.n_cells,
+    )
 
 
 def wrong_map(scores: metrics.ReferenceScores, colours: Sequence[str]) -> CellMap:

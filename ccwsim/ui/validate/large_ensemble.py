@@ -4,7 +4,6 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
 
 import numpy as np
 import streamlit as st
@@ -91,8 +90,9 @@ class LargeEnsembleRun(PageRun[None]):
         s = self.study
         study = (s.training_image, s.grid, s.parameters, s.hard_data)
         try:
-            options: Any = {"first_realization": running.n, "secondary": s.secondary}
-            ensemble = simulate(*study, n, s.seed, cancel=cancel, **options)
+            ensemble = simulate(
+                *study, n, s.seed, cancel=cancel, first_realization=running.n, secondary=s.secondary
+            )
         except Cancelled:
             return
         for realization in ensemble:

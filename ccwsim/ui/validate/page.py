@@ -99,16 +99,28 @@ def _draw_validation(state: State, ensemble: Ensemble) -> None:
 
 def _draw_controls(state: State, ensemble: Ensemble) -> None:
     """Draw the choice of the facies and of the number of realizations."""
-    row: dict[str, Any] = {"horizontal": True, "vertical_alignment": "bottom", "gap": "small"}
-    with st.container(**row, key="judge_what", width=420):
-        options = options_of(dict(enumerate(ensemble.training_image.facies_names)))
-        options |= {"value": state.facies, "write": lambda k: maps.choose(state, k), "width": 140}
-        help_ = "The facies whose curves and probability are shown."
-        field(st.selectbox, "Facies", key="judged", help=help_, **options)
-        options = bound_to(state.choices, "n_realizations", state.change, width=140)
-        options |= {"min_value": 1, "max_value": MAX_REALIZATIONS}
-        help_ = "Number of realizations of the next run; a band of 5–95 % needs about 20 or more."
-        field(st.number_input, "Realizations", key="n_realizations", help=help_, **options)
+    with st.container(
+        horizontal=True, vertical_alignment="bottom", gap="small", key="judge_what", width=420
+    ):
+        field(
+            st.selectbox,
+            "Facies",
+            key="judged",
+            help="The facies whose curves and probability are shown.",
+            value=state.facies,
+            write=lambda k: maps.choose(state, k),
+            width=140,
+            **options_of(dict(enumerate(ensemble.training_image.facies_names))),
+        )
+        field(
+            st.number_input,
+            "Realizations",
+            key="n_realizations",
+            help="Number of realizations of the next run; a band of 5–95 % needs about 20 or more.",
+            min_value=1,
+            max_value=MAX_REALIZATIONS,
+            **bound_to(state.choices, "n_realizations", state.change, width=140),
+        )
         run_button(state, "run", width="content")
 
 
@@ -153,8 +165,9 @@ def _draw_realization(
     file = f"realization_{r + 1}"
     # the E-type below a section has coordinates, so the section needs the same left and right edge
     grid = ensemble.grid if here.axis is not None and maps.is_wide(ensemble.grid) else None
-    options: dict[str, Any] = {"link": "grid", "scale": "maps", "max_height": MAP_HEIGHT}
-    draw_cells(shown, "realization", grid=grid, name=file, **options)
+    draw_cells(
+        shown, "realization", grid=grid, name=file, link="grid", scale="maps", max_height=MAP_HEIGHT
+    )
 
 
 def _draw_mds(state: State, found: Anodi) -> None:

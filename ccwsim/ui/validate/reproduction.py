@@ -124,10 +124,13 @@ def draw_curve(
 def draw_directions(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
     """Draw variogram and connectivity along a chosen direction, and the variogram maps."""
     page_state = state.page(statistics.Validation)
-    options = bound_to(page_state, "azimuth", min_value=0, max_value=175, step=5, width=420)
-    help_ = "0 is N–S, 45 is NE–SW, 90 is E–W, 135 is NW–SE. A dotted line marks the direction."
-    label = "Direction, degrees from north to east"
-    field(st.slider, label, key="azimuth", help=help_, **options)
+    field(
+        st.slider,
+        "Direction, degrees from north to east",
+        key="azimuth",
+        help="0 is N–S, 45 is NE–SW, 90 is E–W, 135 is NW–SE. A dotted line marks the direction.",
+        **bound_to(page_state, "azimuth", min_value=0, max_value=175, step=5, width=420),
+    )
     azimuth = float(page_state.azimuth)
     for column, statistic in zip(st.columns(2, gap="medium"), verdicts.SIGNS, strict=True):
         with column:
@@ -167,12 +170,20 @@ def draw_transitions(state: State, ensemble: Ensemble, colours: Sequence[str]) -
     with st.container(horizontal=True, gap="medium", vertical_alignment="bottom"):
         ways = axes_of(ensemble.grid.shape)
         page_state.along = page_state.along if page_state.along in ways else ways[0]
-        along = bound_to(page_state, "along", options=list(ways), format_func=verdicts.way_name)
-        field(st.segmented_control, "Along", key="transitions_along", **along)
+        field(
+            st.segmented_control,
+            "Along",
+            key="transitions_along",
+            **bound_to(page_state, "along", options=list(ways), format_func=verdicts.way_name),
+        )
         if n > MAX_TAILS:
             page_state.tail = min(page_state.tail, n - 1)
-            tail = bound_to(page_state, "tail", **options_of(dict(enumerate(names))), width=220)
-            field(st.selectbox, "From", key="transitions_tail", **tail)
+            field(
+                st.selectbox,
+                "From",
+                key="transitions_tail",
+                **bound_to(page_state, "tail", **options_of(dict(enumerate(names))), width=220),
+            )
             tails = [page_state.tail]
 
     def draw(bundles: dict[tuple[int, int], Bundle]) -> None:
@@ -221,8 +232,13 @@ def draw_geobodies(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
             statistics.panel(state, "sizes", task, lambda found: _draw_sizes(found, names[k]))
     with right:
         if is_volume:
-            options = {**bound_to(page_state, "neighbours"), **options_of(TOUCHING)}
-            field(st.segmented_control, "Cells are connected by", key="neighbours", **options)
+            field(
+                st.segmented_control,
+                "Cells are connected by",
+                key="neighbours",
+                **bound_to(page_state, "neighbours"),
+                **options_of(TOUCHING),
+            )
         statistics.panel(state, "geobodies", task, draw_strips)
 
 
@@ -233,8 +249,13 @@ def _draw_sizes(found: statistics.GeobodiesCompared, name: str) -> None:
     note = f"share of {name} in geobodies of this size or larger"
     charts.titled_chart("Sizes of geobodies", note, chart, "sizes", alt)
     if found.n_cells != found.n_cells_reference:
-        numbers = {"image": f"{found.n_cells_reference:,}", "grid": f"{found.n_cells:,}"}
-        text.step_note(text.page_text("Sizes of geobodies", **numbers))
+        text.step_note(
+            text.page_text(
+                "Sizes of geobodies",
+                image=f"{found.n_cells_reference:,}",
+                grid=f"{found.n_cells:,}",
+            )
+        )
 
 
 def sizes_of(found: statistics.GeobodiesCompared) -> Bundle:
@@ -277,8 +298,14 @@ def describe_percolation(found: statistics.GeobodiesCompared, name: str) -> str:
     counts = listing(f"{way} in {int(found.sum())}" for way, (found, _) in ways.items())
     own = [way for way, (_, of_image) in ways.items() if of_image[0]]
     of_image = f"in the training image {listing(own)}" if own else "not in the training image"
-    values = {"name": f"{name[:1].upper()}{name[1:]}", "counts": counts, "image": of_image}
-    return text.page_text("Percolation", n=n, touching=touching, **values)
+    return text.page_text(
+        "Percolation",
+        n=n,
+        touching=touching,
+        name=f"{name[:1].upper()}{name[1:]}",
+        counts=counts,
+        image=of_image,
+    )
 
 
 def draw_measures(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:

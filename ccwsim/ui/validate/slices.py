@@ -112,12 +112,24 @@ def draw_slice_fields(state: State, ensemble: Ensemble) -> None:
     with st.container(
         horizontal=True, vertical_alignment="bottom", gap="medium", key="controls_slice"
     ):
-        options = bound_to(page_state, "slice_axis") | options_of(KINDS)
-        field(st.segmented_control, "Maps show", key="slice", **options)
+        field(
+            st.segmented_control,
+            "Maps show",
+            key="slice",
+            **bound_to(page_state, "slice_axis"),
+            **options_of(KINDS),
+        )
         last = ensemble.grid.shape[axis] - 1
         if last:
             side = ("the bottom", "the south", "the west")[axis]
-            label = f"{AXES[axis].capitalize()}, from {side}"
-            bounds = {"min_value": 0, "max_value": last, "width": 320}
-            field(st.slider, label, key=f"slice_{AXES[axis]}", value=shown.at, write=move, **bounds)
+            field(
+                st.slider,
+                f"{AXES[axis].capitalize()}, from {side}",
+                key=f"slice_{AXES[axis]}",
+                value=shown.at,
+                write=move,
+                min_value=0,
+                max_value=last,
+                width=320,
+            )
         step_note(f"Maps display the indices ({HOVER[axis]}) of the cell under the pointer.")

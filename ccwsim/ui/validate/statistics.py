@@ -269,8 +269,14 @@ def sources_of(ensemble: Ensemble, r: int) -> NDArray[np.int32]:
     if ensemble.sources is not None:
         return ensemble.sources[r]
     study = (ensemble.training_image, ensemble.grid, ensemble.parameters, ensemble.hard_data)
-    options: Any = {"first_realization": int(ensemble.numbers[r]), "keep_sources": True}
-    again = simulate(*study, 1, ensemble.seed, secondary=ensemble.secondary, **options)
+    again = simulate(
+        *study,
+        1,
+        ensemble.seed,
+        secondary=ensemble.secondary,
+        first_realization=int(ensemble.numbers[r]),
+        keep_sources=True,
+    )
     if again.sources is None or not np.array_equal(again.indices[0], ensemble.indices[r]):
         raise CCWSIMError(
             "data were edited after this realization was simulated, so the sources of its cells "

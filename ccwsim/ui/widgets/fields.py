@@ -131,7 +131,8 @@ def bound_to(
 ) -> dict[str, Any]:
     """Return options of a field, with `value` and `write` bound to an attribute of `owner`.
 
-    For a frozen `owner`, `change` is called as change(name=value) instead.
+    `options` may have the value to show, if this is not the attribute itself. For a frozen `owner`,
+    `change` is called as change(name=value) instead.
     """
 
     def write(value: Any) -> None:
