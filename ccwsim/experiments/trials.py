@@ -22,7 +22,7 @@ from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.run.simulation import simulate
 
-Work = TypeVar("Work")
+Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 
@@ -114,8 +114,8 @@ class TrialResult:
 
 
 def run_trials(
-    trials: Sequence[Work],
-    run: Callable[[Work, Callable[..., None]], Result],
+    trials: Sequence[Item],
+    run: Callable[[Item, Callable[..., None]], Result],
     seconds: Sequence[float],
     progress: Progress | None = None,
     cancel: Cancel | None = None,

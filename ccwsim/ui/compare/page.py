@@ -40,7 +40,7 @@ from ccwsim.ui.study.changes import image_name
 from ccwsim.ui.study.image_questions import image_of_file
 from ccwsim.ui.study.image_step import image_uploader
 from ccwsim.ui.study.study_column import parameter_field, size_fields
-from ccwsim.ui.study.trials import draw_news, use_button
+from ccwsim.ui.study.trials import draw_run_news, use_button
 from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, download, field, options_of
 from ccwsim.ui.widgets.text import page_text, pair, panel_title, plain, scrolled, step_note
@@ -79,7 +79,7 @@ def draw_page(state: State) -> None:
     if not problem and shown is not None and shown.key != settings.key_of(state):
         outdated = "the settings or the study have changed. Compare again."
     ended = "" if busy else settings.describe_end(page_state)
-    draw_news(
+    draw_run_news(
         run if busy else None,
         outdated="" if busy else outdated,
         problem=problem,

@@ -136,7 +136,7 @@ def describe_work(n_trials: int, n_realizations: int, seconds: float) -> str:
     return f"{work} on one thread: about {about}.{compilation_to_come()}"
 
 
-def draw_news(
+def draw_run_news(
     run: TrialsRun | None,
     *,
     outdated: str = "",

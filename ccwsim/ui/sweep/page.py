@@ -30,7 +30,7 @@ from ccwsim.ui.session.address import page_link
 from ccwsim.ui.session.file_names import grid_part
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.trials import draw_news, study_key, use_button
+from ccwsim.ui.study.trials import draw_run_news, study_key, use_button
 from ccwsim.ui.sweep import planning
 from ccwsim.ui.sweep.planning import SweepRun, SweepState
 from ccwsim.ui.widgets.errors import if_possible
@@ -65,13 +65,12 @@ def draw_page(state: State) -> None:
     draw_style("sweep/sweep.css")
     with st.sidebar:
         _draw_controls(state)
-    run = state.page(SweepState).run
-    old = run is not None and not is_current(run, state)
-    draw_news(
+    run, outdated = state.page(SweepState).run, ""
+    if run is not None and not is_current(run, state):
+        outdated = "the study's training image, data or grid has changed. Sweep again."
+    draw_run_news(
         run,
-        outdated="the study's training image, data or grid has changed. Sweep again."
-        if old
-        else "",
+        outdated=outdated,
         message=run.describe_end() if run is not None else "",
         redraw_seconds=planning.REDRAW_SECONDS,
         keys=("sweep_progress", "sweep_cancel"),
