@@ -169,7 +169,8 @@ def realizations_csv(found: Comparison) -> bytes:
             placed = np.column_stack([found.distances[k], positions])
         counts = _counts_of_data(name, e)
         for r in range(e.n):
-            record = {"setting": name, "realization": r + 1, "cpu_seconds": e.cpu_seconds[r]}
+            record: dict[str, object] = {"setting": name, "realization": r + 1}
+            record["cpu_seconds"] = e.cpu_seconds[r]
             record |= zip(DATA_COLUMNS, counts[:, r], strict=True)
             record |= _shares(found, found.proportions[k][r])
             record |= zip(("distance_to_image_bits", "mds_1", "mds_2"), placed[r], strict=True)
