@@ -130,14 +130,6 @@ class Stroke:
 
 
 @dataclass(frozen=True)
-class DrawnLines:
-    """Lines drawn along the flow, which a direction of the image follows."""
-
-    lines: tuple[Corners, ...] = ()
-    azimuth: float = 0.0  # direction in the training image, in degrees from north, clockwise
-
-
-@dataclass(frozen=True)
 class ZoneLayers:
     """Zones of a volume: each further image is used from its first layer upward to the next."""
 
@@ -154,7 +146,9 @@ class GuideChoice:
     active: Upload | Corners | None = None
     auxiliary: tuple[Upload | None, Upload | None] | Directions | None = None  # of image and grid
     auxiliary_weight: float = 1.0
-    angle: Upload | Gradient | DrawnLines | float | None = None  # degrees from north, clockwise
+    # degrees from north, clockwise; or lines, which a direction of the image follows
+    angle: Upload | Gradient | tuple[Corners, ...] | float | None = None
+    flow_azimuth: float = 0.0  # the direction in the image that follows drawn lines
     scale: float = 1.0
     mirrored: str = ""  # axes, of x, y and z
     images: tuple[ImageChoice, ...] = ()  # further training images
@@ -168,7 +162,7 @@ class GuideChoice:
         strokes = self.probabilities if isinstance(self.probabilities, tuple) else ()
         shapes = [self.active if isinstance(self.active, tuple) else ()]
         shapes += self.zones if isinstance(self.zones, tuple) else ()
-        shapes += self.angle.lines if isinstance(self.angle, DrawnLines) else ()
+        shapes += self.angle if isinstance(self.angle, tuple) else ()
         return tuple(chain(*shapes, *(stroke.points for stroke in strokes)))
 
     @property

@@ -1,24 +1,27 @@
 """Table of the fields of a study, for links, projects, the command line and fields of pages."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from itertools import zip_longest
 from typing import Any, get_args
 
 import numpy as np
 
-from ccwsim import CCWSIMError, Parameters
+from ccwsim import CCWSIMError, HardData, Parameters, datasets
 from ccwsim.model import bounds
-from ccwsim.model.arrays import check_int
 from ccwsim.model.grid import fault_of_crs
 from ccwsim.sharing.choices import Choices, EMap, Shown
+from ccwsim.sharing.words import guides_of, packed, unpacked, words_of_guides
 
 YES_NO = {"yes": True, "no": False}
 MAX_LETTERS = 40  # maximum length of a word in a link, such as the name of a method or of a facies
+TURNS = ("ew", "ns", "transpose")
+DROPS = {"outside": "on_outside", "unknown": "on_unknown"}
+"""Kinds of data that a study leaves out, by the word used in a link."""
 _PER_AXIS = "whole", "number"  # kinds of fields that may have three values if the study is a volume
 _FIGURE = r"-?\d{1,400}(?:\.\d{1,400})?"
-_PATTERNS = {"count": r"-?\d{1,18}", "whole": r"-?\d{1,9}", "number": r"\d{1,9}(?:\.\d{1,400})?"}
+_PATTERNS = {"count": r"-?\d{1,19}", "whole": r"-?\d{1,9}", "number": r"\d{1,9}(?:\.\d{1,400})?"}
 
 
 @dataclass(frozen=True)
@@ -29,17 +32,18 @@ class FieldSpec:
     "whole" or "number" may have three numbers, written as x, y, z and stored as z, y, x.
     """
 
-    key: str  # name in a link
-    part: str  # part of a study: "study", "data", "grid", "parameters" or "shown"
-    fields: tuple[str, ...]  # names in `part` and in a project file; up to one per axis
-    # count, sizes, lengths, choice, word or crs; whole or number, which `Parameters` checks
+    key: str  # name in a link and in a project file
+    part: str  # part of a study: a key of `parts_of`
+    fields: tuple[str, ...]  # names in `part`; up to one per axis
+    # count, sizes, lengths, choice, a key of `_TEXTS`; whole or number, which `Parameters` checks
     kind: str
     low: float = 0  # minimum in a page, link or option
     high: float = 0  # maximum in a page, link or option
-    file_high: float = 2**63 - 1  # maximum in a project file
+    project_high: float = 2**63 - 1  # maximum in a project file
     first: int = 0  # offset added to numbers in a link
     words: Mapping[str, Any] | None = None  # values of a choice, by the word used in a link
     option: str = ""  # command line option of a grid or parameter; `no_option` turns it off
+    many: bool = False  # whether the value is a tuple, each item of which has a text
 
     @property
     def no_option(self) -> str:
@@ -58,63 +62,57 @@ class FieldSpec:
         values = value if len(self.fields) > 1 else (value,)
         return dict(zip_longest(self.fields, values))
 
+    def texts(self, value: Any) -> list[str]:
+        """Return the texts of a value in a link or project; none if they would be empty."""
+        return [text for text in map(self.write, value if self.many else (value,)) if text]
+
     def write(self, value: Any) -> str:
         """Return a value as a text that `read` converts back."""
         if self.words:
             return next(word for word, own in self.words.items() if own == value)
+        if self.kind in _TEXTS:
+            return _TEXTS[self.kind][0](value)
         if isinstance(value, tuple):
             return "x".join(map(format_number, value[::-1] if self.kind in _PER_AXIS else value))
         if isinstance(value, int):
             return str(value + self.first)
-        return format_number(value) if isinstance(value, float) else str(value)
+        return format_number(value)
 
-    def read(self, text: str) -> Any:
-        """Convert a text to a value; error messages begin with "is" and follow the name."""
+    def read(self, text: str, *, project: bool = False) -> Any:
+        """Convert a text to a value; error messages begin with "is" and follow the name.
+
+        The limits are those of links or, if `project`, those of project files.
+        """
         if self.words:
             if text not in self.words:
                 raise CCWSIMError(f"is none of {', '.join(self.words)}")
             return self.words[text]
-        if self.kind == "crs":
-            if text and (reason := fault_of_crs(text)):
-                raise CCWSIMError(reason)
-            return text
-        if self.kind == "word":
-            return text[:MAX_LETTERS]
+        if self.kind in _TEXTS:
+            return _TEXTS[self.kind][1](text)
+        high = self.project_high if project else self.high
         if self.kind in ("sizes", "lengths"):
-            return self._numbers(text)
+            return self._numbers(text, high)
         if self.kind in _PER_AXIS and "x" in text:
             return self._per_axis(text)
         matches = re.fullmatch(_PATTERNS[self.kind], text, re.ASCII)
         if self.kind == "count":
             value = int(text) - self.first if matches else -1
-            if self.low <= value <= self.high:
+            if self.low <= value <= high:
                 return value
             raise CCWSIMError(
-                f"is not a whole number from {self.write(self.low)} to {self.write(self.high)}"
+                f"is not a whole number from {self.write(self.low)} to {self.write(high)}"
             )
         if not matches:
             raise CCWSIMError("is not a number")
         return int(text) if self.kind == "whole" else float(text)
 
-    def check(self, value: Any, where: str) -> Any:
-        """Check a value of a project file and return the value."""
-        name = self.fields[0]
-        if self.words:
-            if value not in self.words.values():
-                raise CCWSIMError(f"{where}: {name} is none of {', '.join(self.words)}")
-            return value
-        n = check_int(f"{where}: {name}", value, int(self.low))
-        if n > self.file_high:
-            raise CCWSIMError(f"{where}: {n} {name.removeprefix('n_')} are too many")
-        return n
-
-    def _numbers(self, text: str) -> tuple[Any, ...]:
+    def _numbers(self, text: str, high: float) -> tuple[Any, ...]:
         """Convert a text to two numbers, or to three for a volume."""
-        figure, kind = (r"[1-9]\d{0,4}", int) if self.kind == "sizes" else (_FIGURE, float)
+        figure, kind = (r"[1-9]\d{0,9}", int) if self.kind == "sizes" else (_FIGURE, float)
         if re.fullmatch(f"{figure}([xX×]{figure}){{1,2}}", text, re.ASCII):
-            found = tuple(map(kind, re.split("[xX×]", text)))
-            if self.low <= min(found) and max(found) <= self.high:
-                return found
+            numbers = tuple(map(kind, re.split("[xX×]", text)))
+            if self.low <= min(numbers) and max(numbers) <= high:
+                return numbers
         raise CCWSIMError("is not two or three numbers in range, such as 640x480 or 100x100x48")
 
     def _per_axis(self, text: str) -> tuple[Any, ...]:
@@ -139,8 +137,90 @@ def short_name(name: str) -> str:
 
 def parts_of(choices: Choices, shown: Shown) -> dict[str, Any]:
     """Return the parts of a study by the names used in `FIELDS`."""
-    own = {"data": choices.data, "grid": choices.grid, "parameters": choices.parameters}
-    return {"study": choices, "shown": shown, **own}
+    own = {name: getattr(choices, name) for name in ("image", "data", "grid", "parameters")}
+    return {**own, "study": choices, "guides": choices, "shown": shown}
+
+
+def _read_crs(text: str) -> str:
+    if text and (reason := fault_of_crs(text)):
+        raise CCWSIMError(reason)
+    return text
+
+
+def _read_name(text: str) -> str:
+    return text[:MAX_LETTERS].encode("utf-8", "replace").decode()
+
+
+def _read_image(text: str) -> str:
+    if text not in datasets.IMAGES:
+        raise CCWSIMError(f"is not a bundled training image ({', '.join(datasets.IMAGES)})")
+    return text
+
+
+def _write_source(value: tuple[str, str]) -> str:
+    """Return a source of data and a bundled name as one word; the user's files have other names."""
+    source, bundled = value
+    return {"bundled": bundled, "file": "none"}.get(source, source)
+
+
+def _read_source(text: str) -> tuple[str, str]:
+    if text in datasets.HARD_DATA:
+        return "bundled", text
+    others = "sampled", "placed", "none"
+    if text not in others:
+        raise CCWSIMError(f"is none of {', '.join([*datasets.HARD_DATA, *others])}")
+    return text, ""
+
+
+def _read_flags(text: str, names: tuple[str, ...]) -> tuple[bool, ...]:
+    if not {*text.split("-")} <= {*names}:
+        raise CCWSIMError(f"is not made of {', '.join(names[:-1])} and {names[-1]}")
+    return tuple(name in text.split("-") for name in names)
+
+
+def _write_flags(flags: tuple[bool, ...], names: tuple[str, ...]) -> str:
+    return "-".join(name for name, flag in zip(names, flags, strict=True) if flag)
+
+
+def _write_drops(answers: tuple[tuple[str, Any], ...]) -> str:
+    drops = tuple((name, "drop") in answers for name in DROPS.values())
+    return _write_flags(drops, (*DROPS,))
+
+
+def _read_drops(text: str) -> tuple[tuple[str, str], ...]:
+    flags = zip(DROPS.values(), _read_flags(text, (*DROPS,)), strict=True)
+    return tuple((name, "drop") for name, flag in flags if flag)
+
+
+def _write_colour(value: tuple[int, str]) -> str:
+    code, colour = value
+    return f"{code}-{colour.removeprefix('#')}"
+
+
+def _read_colour(text: str) -> tuple[int, str]:
+    match = re.fullmatch(r"(-?\d{1,18})-([0-9a-fA-F]{6})", text, re.ASCII)
+    if match is None:
+        raise CCWSIMError("is not a code with #rrggbb")
+    return int(match[1]), f"#{match[2]}"
+
+
+def _write_points(data: HardData | None) -> str:
+    return "" if data is None or data.n > bounds.MAX_LINK_DATA else packed(data)
+
+
+_TEXTS: dict[str, tuple[Callable[[Any], str], Callable[[str], Any]]] = {
+    "word": (str, lambda text: text[:MAX_LETTERS]),
+    "name": (str, _read_name),
+    "crs": (str, _read_crs),
+    "image": (str, _read_image),
+    "source": (_write_source, _read_source),
+    "turns": (lambda flags: _write_flags(flags, TURNS), lambda text: _read_flags(text, TURNS)),
+    "drops": (_write_drops, _read_drops),
+    "colour": (_write_colour, _read_colour),
+    "points": (_write_points, unpacked),
+    "guides": (words_of_guides, guides_of),
+}
+"""Functions that write and read a value, by kind of field."""
 
 
 def _parameter(name: str, default: Any) -> FieldSpec:
@@ -158,19 +238,29 @@ def _parameter(name: str, default: Any) -> FieldSpec:
 
 _MAPS = {name.replace(" ", "-"): name for name in get_args(EMap)}
 _SIDE, _REAL, _SEED = bounds.MAX_GRID_SIDE_OFFERED, bounds.MAX_FLOAT, bounds.MAX_SEED
+_SIDES = ("nx", "ny", "nz")
+_LENGTHS = {"kind": "lengths", "high": _REAL, "project_high": _REAL}
 FIELDS = (
+    FieldSpec("ti", "image", ("bundled",), "image"),
+    FieldSpec("turn", "image", ("flip_ew", "flip_ns", "transpose"), "turns"),
+    FieldSpec("name", "image", ("names",), "name", many=True),
+    FieldSpec("colour", "image", ("colours",), "colour", many=True),
+    FieldSpec("data", "data", ("source", "bundled"), "source"),
     FieldSpec("data-n", "data", ("n_sampled",), "count", 1, bounds.MAX_SAMPLED),
     FieldSpec("data-seed", "data", ("seed_sampled",), "count", 0, _SEED),
-    FieldSpec("grid", "grid", ("nx", "ny", "nz"), "sizes", 1, _SIDE, option="--grid"),
+    FieldSpec("points", "data", ("placed",), "points"),
+    FieldSpec("drop", "data", ("answers",), "drops"),
+    FieldSpec("guides", "guides", ("guides",), "guides"),
+    FieldSpec("grid", "grid", _SIDES, "sizes", 1, _SIDE, option="--grid"),
     FieldSpec(
-        *("cell", "grid", ("cell_size",), "lengths", bounds.MIN_FLOAT, _REAL), option="--cell-size"
+        "cell", "grid", ("cell_size",), low=bounds.MIN_FLOAT, option="--cell-size", **_LENGTHS
     ),
-    FieldSpec("origin", "grid", ("origin",), "lengths", -_REAL, _REAL, option="--origin"),
+    FieldSpec("origin", "grid", ("origin",), low=-_REAL, option="--origin", **_LENGTHS),
     FieldSpec("crs", "grid", ("crs",), "crs", option="--crs"),
     *(_parameter(field.name, field.default) for field in fields(Parameters)),
     FieldSpec(
         *("realizations", "study", ("n_realizations",), "count", 1, bounds.MAX_REALIZATIONS),
-        file_high=bounds.MAX_REALIZATIONS_OF_PROJECT,
+        project_high=bounds.MAX_REALIZATIONS_OF_PROJECT,
     ),
     FieldSpec("seed", "study", ("seed",), "count", 0, _SEED),
     FieldSpec("show", "shown", ("realization",), "count", 0, bounds.MAX_REALIZATIONS - 1, first=1),

@@ -1,10 +1,9 @@
 """Project files (`.ccwsim`): a zip archive of a study's JSON, training image and hard data."""
 
 import json
-import re
 import zipfile
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import dataclass, field
 from io import BytesIO
 from typing import Any
 
@@ -20,28 +19,27 @@ from ccwsim.io.secondary import KINDS_OF_ARRAYS, arrays_of_secondary, secondary_
 from ccwsim.model.arrays import check_int
 from ccwsim.model.errors import refused, shown
 from ccwsim.model.study import Study
-from ccwsim.sharing.choices import Shown
-from ccwsim.sharing.codec import fields_of
+from ccwsim.sharing.choices import Choices
+from ccwsim.sharing.link import KEYS, StudyReader, settings_of
 
-FORMAT, VERSION = "CCWSIM project", 2
-"""Version 2 has secondary information; files without it are written as version 1."""
+FORMAT, VERSION = "CCWSIM project", 1
 STUDY, IMAGE, DATA = "study.json", "training_image.npy", "hard_data.npy"
 SECONDARY = "secondary.npz"
 MAX_STUDY_BYTES = 2**20
 MAX_PROJECT_MEMBERS = 16
 MAX_LINK_LETTERS = 10_000  # letters of a link's value; packed hard data are the longest values
+REQUIRED = ("grid", "realizations", "seed")  # other settings have default values
 MADE = (2020, 1, 1, 0, 0, 0)  # fixed date of all members: files of equal studies are equal
 
 
 @dataclass(frozen=True, eq=False)
 class Project:
-    """A study, and the results selected for display, as stored in a project file."""
+    """A study, and the choices that led to it, as stored in a project file."""
 
     study: Study
     n_realizations: int = 1
-    colours: tuple[tuple[int, str], ...] = ()  # (code, colour `#rrggbb`) pairs chosen by the user
-    shown: Shown = field(default_factory=Shown)
-    link: Mapping[str, list[str]] = field(default_factory=dict)  # names and values of the link
+    settings: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    """Names and values as in a link; those of grid, parameters and seed are taken from `study`."""
     versions: Mapping[str, str] = field(default_factory=dict)  # versions of software
     digest: str = ""  # digest of the realizations, if they were simulated
 
@@ -124,57 +122,66 @@ def _check_version(given: Any, name: str) -> None:
 
 def _project(given: dict[str, Any], members: Mapping[str, bytes], name: str) -> Project:
     """Build a project from JSON and arrays; most classes check their values themselves."""
-    image = _take(given, "training_image", dict, name)
-    facies_names = [printable(own) for own in _texts(image, "facies_names", name)]
-    colours = _colours(_take(image, "colours", list, name), name)
-    n_data = check_int(f"{name}: n_hard_data", given.get("n_hard_data"), 0)
-    grid = Grid(**_known(Grid, _take(given, "grid", dict, name), ("ny", "nx"), name))
-    parameters = _known(Parameters, _take(given, "parameters", dict, name), (), name)
-    numbers = _checked("study", given, name)
-    view = Shown(**_checked("shown", _take(given, "shown", dict, name), name))
-    array = _integers(members[IMAGE], f"{name}, {IMAGE}", grid.n_dimensions, may_have_gaps=True)
-    columns = grid.n_dimensions + 1
+    image = _take(given, "training_image", dict)
+    facies_names = [printable(text) for text in _texts(image, "facies_names")]
+    texts = _take(given, "settings", dict)
+    settings = {printable(key): _texts(texts, key) for key in texts}
+    reader = StudyReader(settings, project=True)
+    for key in REQUIRED:
+        if not settings.get(key):
+            raise CCWSIMError(f"{key} is missing in its settings; save it again")
+    unknown = sorted(settings.keys() - KEYS)
+    if unknown:
+        raise refused("unknown_entry", unknown=shown(unknown[0]))
+    grid, parameters = reader.part("grid", Grid(1, 1)), reader.part("parameters", Parameters())
+    numbers = reader.part("study", Choices())
+    n_data, columns = check_int("n_hard_data", given.get("n_hard_data"), 0), grid.n_dimensions + 1
     table = np.empty((0, columns), int)
     if n_data:
         table = _integers(members[DATA], f"{name}, {DATA}", 2)
+    array = _integers(members[IMAGE], f"{name}, {IMAGE}", grid.n_dimensions, may_have_gaps=True)
     if table.shape != (n_data, columns):
         raise refused("number_of_data", n=n_data, file=DATA)
-    image_name = printable(_take(image, "name", str, name))
+    image_name = printable(_take(image, "name", str))
     training_image = TrainingImage(array, name=image_name, facies_names=facies_names)
-    data = HardData(table[:, :-1], table[:, -1])
-    inputs = training_image, grid, Parameters(**parameters), data, numbers["seed"]
     arrays = {}
     if SECONDARY in members:
         arrays = npz_arrays(members[SECONDARY], f"{name}, {SECONDARY}", KINDS_OF_ARRAYS)
-    secondary = secondary_of_arrays(arrays, grid, training_image)
-    study = Study(*inputs, secondary)
+    study = Study(
+        training_image,
+        grid,
+        parameters,
+        HardData(table[:, :-1], table[:, -1]),
+        numbers.seed,
+        secondary_of_arrays(arrays, grid, training_image),
+    )
     versions = {
         printable(key): printable(shown(value) if not isinstance(value, str) else value)
-        for key, value in _take(given, "made_with", dict, name).items()
+        for key, value in _take(given, "made_with", dict).items()
     }
-    link = _link(_take(given, "link", dict, name), name)
-    digest = printable(_take(given, "digest", str, name))
-    return Project(study, numbers["n_realizations"], colours, view, link, versions, digest)
+    digest = printable(_take(given, "digest", str))
+    return Project(study, numbers.n_realizations, settings, versions, digest)
 
 
 def _as_json(project: Project) -> dict[str, Any]:
     study = project.study
+    choices = Choices(
+        grid=study.grid,
+        parameters=study.parameters,
+        n_realizations=project.n_realizations,
+        seed=study.seed,
+    )
+    own = settings_of(choices, ("grid", "parameters", "study"))
     return {
         "format": FORMAT,
-        "version": VERSION if study.secondary else 1,
+        "version": VERSION,
         "made_with": dict(project.versions),
         "training_image": {
             "name": study.training_image.name,
             "facies_names": list(study.training_image.facies_names),
-            "colours": [[int(code), colour] for code, colour in project.colours],
         },
         "n_hard_data": study.hard_data.n,
-        "grid": {key: own for key, own in asdict(study.grid).items() if own is not None},
-        "parameters": asdict(study.parameters),
-        "n_realizations": project.n_realizations,
-        "seed": study.seed,
-        "shown": asdict(project.shown),
-        "link": {name: list(values) for name, values in project.link.items()},
+        "settings": {**project.settings, **own},
         "digest": project.digest,
     }
 
@@ -219,50 +226,15 @@ def _members(content: bytes, name: str) -> dict[str, bytes]:
         return {own: archive.read(own) for own in wanted}
 
 
-def _take(given: Mapping[str, Any], key: str, kind: type, name: str) -> Any:
+def _take(given: Mapping[str, Any], key: str, kind: type) -> Any:
     value = given.get(key)
     if not isinstance(value, kind):
-        raise CCWSIMError(f"{name}: {key} is missing or broken in its settings; save it again")
+        raise CCWSIMError(f"{key} is missing or broken in its settings; save it again")
     return value
 
 
-def _texts(given: Mapping[str, Any], key: str, name: str) -> list[str]:
-    found = _take(given, key, list, name)
-    if not all(isinstance(one, str) for one in found):
-        raise CCWSIMError(f"{name}: {key} must be a list of words; save it again")
-    return found
-
-
-def _link(given: dict[str, Any], name: str) -> dict[str, list[str]]:
-    return {
-        printable(key): [printable(own, MAX_LINK_LETTERS) for own in _texts(given, key, name)]
-        for key in given
-    }
-
-
-def _colours(given: list[Any], name: str) -> tuple[tuple[int, str], ...]:
-    for pair in given:
-        ok = isinstance(pair, list) and len(pair) == 2 and type(pair[0]) is int
-        if not ok or not re.fullmatch("#[0-9a-fA-F]{6}", str(pair[1])):
-            raise refused("not_a_pair_of_colour", name=name, pair=shown(pair))
-    return tuple((code, colour) for code, colour in given)
-
-
-def _known(noun: Any, given: dict[str, Any], needed: Sequence[str], name: str) -> dict[str, Any]:
-    """Return the fields for a class that checks the values; raise an error for unknown fields."""
-    missing = [own for own in needed if own not in given]
-    if missing:
-        raise CCWSIMError(f"{name}: {missing[0]} is missing in the settings; save it again")
-    unknown = sorted(set(given) - {own.name for own in fields(noun)})
-    if unknown:
-        raise refused("unknown_entry", name=name, unknown=shown(unknown[0]))
-    return given
-
-
-def _checked(part: str, given: Mapping[str, Any], name: str) -> dict[str, Any]:
-    """Return the fields of a part of a study after checking them against the table of fields."""
-    found: dict[str, Any] = {}
-    for row in fields_of(part):
-        (own,) = row.fields
-        found[own] = row.check(given.get(own), name)
-    return found
+def _texts(given: Mapping[str, Any], key: str) -> list[str]:
+    texts = _take(given, key, list)
+    if not all(isinstance(text, str) for text in texts):
+        raise CCWSIMError(f"{key} must be a list of words; save it again")
+    return [printable(text, MAX_LINK_LETTERS) for text in texts]

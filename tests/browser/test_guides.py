@@ -104,7 +104,7 @@ def probability(page: Any, x: float, y: float) -> float:
 @pytest.mark.parametrize("width", [1280, 1440])
 def test_the_chart_of_proportions_fits_beside_four_maps(tab, address, width):
     tab.set_viewport_size({"width": width, "height": 900})
-    tab.goto(f"{address}/simulate?data=none&realizations=2&guides=gradient_0.05_0.6_90.0_1_1.0")
+    tab.goto(f"{address}/simulate?data=none&realizations=2&guides=gradient_90_0.05_0.6")
     current(tab)
     tab.wait_for_function(
         """() => {
@@ -171,7 +171,7 @@ def test_a_direction_turns_the_trend_of_an_image(tab, address):
     fill(tab, "guides_auxiliary_image", 90)
     fill(tab, "guides_auxiliary_grid", 0)
     run(tab)
-    assert "guides=along_90.0_0.0_1.0" in tab.url
+    assert "guides=along_90.0_0.0" in tab.url
     assert "variable" in read(tab, "guide_board", 0.5, 0.9)
     south, north = (read(tab, "guide_board", 0.5, y).split(":")[1] for y in (0.1, 0.9))
     assert float(south) < 0.2

@@ -34,8 +34,9 @@ from ccwsim.io import (
 )
 from ccwsim.model.study import Study
 from ccwsim.sharing.choices import Choices
-from ccwsim.sharing.link import KEYS, link_of, packed, read_link, unpacked
+from ccwsim.sharing.link import KEYS, link_of, read_link
 from ccwsim.sharing.recipe import reproduction_recipe
+from ccwsim.sharing.words import packed, unpacked
 from tests.fuzz.flows import flow_call
 
 Act = Callable[[], object]

@@ -227,11 +227,10 @@ EVIL_OF: dict[str, dict[str, Callable[[], bytes]]] = {
         ),
         "project of half letters": lambda: project_of(
             b'{"format": "CCWSIM project", "version": 1, "training_image": {"name": "\\ud800", '
-            b'"facies_names": ["\\ud800"], "colours": []}, "n_hard_data": 0, "n_realizations": 1, '
-            b'"grid": {"ny": 9, "nx": 9}, "parameters": {"template_size": 8, "overlap_size": 4, '
-            b'"wavelet_level": 1}, "seed": 1, "shown": {"realization": 0, "facies": 0, "e_type": '
-            b'"entropy"}, "link": {"ti": ["\\ud800"]}, "made_with": {"Program": "\\ud800"}, '
-            b'"digest": "\\ud800"}',
+            b'"facies_names": ["\\ud800"]}, "settings": {"grid": ["9x9"], "template": ["8"], '
+            b'"overlap": ["4"], "level": ["1"], "realizations": ["1"], "seed": ["1"], '
+            b'"name": ["\\ud800"], "ti": ["\\ud800"]}, "n_hard_data": 0, '
+            b'"made_with": {"Program": "\\ud800"}, "digest": "\\ud800"}',
             sample.npy(np.zeros((40, 40), int)),
             sample.npy(),
         ),

@@ -86,7 +86,7 @@ def project() -> bytes:
     image = TrainingImage(array, name="the wall", facies_names=["<mud>", "sand", "Löss"])
     parameters = Parameters(template_size=8, overlap_size=4, wavelet_level=1)
     study = Study(image, Grid(20, 24), parameters, HardData([[3, 4], [0, 0]], [0, 2]), seed=3)
-    return project_as_bytes(Project(study, 2, colours=((0, "#112233"),), link={"ti": ["own"]}))
+    return project_as_bytes(Project(study, 2, settings={"ti": ["own"], "colour": ["0-112233"]}))
 
 
 def _picture(image: Image.Image, format: str = "PNG") -> bytes:

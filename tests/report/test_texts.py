@@ -15,7 +15,8 @@ from ccwsim.report.settings import caption_of, describe_parameters
 from ccwsim.report.verdicts import curve_title, describe_variety, way_name
 from ccwsim.sharing import codec
 from ccwsim.sharing.choices import ImageChoice
-from ccwsim.sharing.link import first_values, packed, unpacked, usual_data
+from ccwsim.sharing.link import first_values, usual_data
+from ccwsim.sharing.words import packed, unpacked
 
 VOLUME = Parameters((16, 32, 32), (4, 8, 8), (1, 2, 2))
 LONG = {"seed": ["7"], "name": ["sand"] * 1000, "grid": ["80x60"]}
@@ -45,8 +46,8 @@ LONG = {"seed": ["7"], "name": ["sand"] * 1000, "grid": ["80x60"]}
         (usual_data(ImageChoice("channels")).bundled, "channels_400_data"),
         (usual_data(ImageChoice("dunes")).source, "none"),
         (first_values(LONG.items()), {"seed": ["7"]}),
-        (packed(HardData([[3, 4], [3, 9], [60, 2]], [1, 1, 0])), "BgACeAQCBAYIAAo"),
-        (unpacked("BgACeAQCBAYIAAo").cells.tolist(), [[3, 4], [3, 9], [60, 2]]),
+        (packed(HardData([[3, 4], [3, 9], [60, 2]], [1, 1, 0])), "0_0_1P_A~1_Y_5~0_GQ~3"),
+        (unpacked("0_0_1P_A~1_Y_5~0_GQ~3").cells.tolist(), [[3, 4], [3, 9], [60, 2]]),
         (suggestion("chanels", ["channels", "dunes"]), " Did you mean channels?"),
         (suggestion("oil", ["channels"]), ""),
         (streamed_output(["out.png", "out.npy"]), "out.npy"),

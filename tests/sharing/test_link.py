@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from contextlib import suppress
 from dataclasses import fields, replace
 from difflib import get_close_matches
@@ -16,8 +17,21 @@ from ccwsim import CCWSIMError, Grid, HardData, Parameters, datasets
 from ccwsim.model.bounds import MAX_LINK_DATA, MAX_LINK_VALUES
 from ccwsim.model.parameters import METHODS, SIMILARITIES, legal_sizes
 from ccwsim.sharing import link
-from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Shown, Upload
-from ccwsim.sharing.link import KEYS, left_out, link_of, packed, read_link, unpacked
+from ccwsim.sharing.choices import (
+    Choices,
+    DataChoice,
+    Directions,
+    Gradient,
+    GuideChoice,
+    ImageChoice,
+    Shown,
+    Stroke,
+    Upload,
+    ZoneLayers,
+)
+from ccwsim.sharing.codec import parts_of
+from ccwsim.sharing.link import KEYS, StudyReader, left_out, link_of, read_link, settings_of
+from ccwsim.sharing.words import packed, unpacked
 from ccwsim.ui.session.resolve import study_of
 
 LETTERS = st.characters(exclude_categories=("Cs",))
@@ -40,28 +54,21 @@ def hard_data(draw) -> HardData:
 
 @st.composite
 def images(draw) -> ImageChoice:
-    bundled = draw(st.sampled_from(datasets.names()))
-    n = datasets.load(bundled).n_facies
-    names = draw(st.one_of(st.just([]), st.lists(NAMES, min_size=n, max_size=n)))
-    colours = draw(st.dictionaries(CODES, COLOURS, max_size=4))
-    turns = draw(st.tuples(st.booleans(), st.booleans(), st.booleans()))
-    return ImageChoice(bundled, None, (), *turns, tuple(names), tuple(sorted(colours.items())))
+    choice = draw(built(ImageChoice))
+    n = datasets.load(choice.bundled).n_facies
+    return replace(choice, names=choice.names[:n] if len(choice.names) >= n else ())
 
 
 @st.composite
 def data_choices(draw) -> DataChoice:
-    answers = tuple(draw(st.sets(st.sampled_from(["on_outside", "on_unknown"]))))
-    given = tuple(sorted((name, "drop") for name in answers))
-    source = draw(st.sampled_from(["none", "bundled", "sampled", "placed"]))
-    if source == "bundled":
-        name = draw(st.sampled_from(datasets.hard_data_names()))
-        return DataChoice("bundled", name, None, given)
-    if source == "sampled":
-        n, seed = draw(st.integers(1, 100_000)), draw(SEEDS)
-        return DataChoice("sampled", answers=given, n_sampled=n, seed_sampled=seed)
-    if source == "placed":
-        return DataChoice("placed", answers=given, placed=draw(hard_data()))
-    return DataChoice()
+    choice = draw(built(DataChoice))
+    return choice if choice.source == "bundled" else replace(choice, bundled="")
+
+
+@st.composite
+def guides(draw) -> GuideChoice:
+    choice = draw(built(GuideChoice))
+    return choice if len(choice.points) <= MAX_LINK_DATA else GuideChoice()
 
 
 @st.composite
@@ -69,50 +76,114 @@ def parameters(draw) -> Parameters:
     method, level = draw(st.sampled_from(METHODS)), draw(st.integers(0, 6))
     used = 0 if method == "ccsim" else level
     template = draw(st.sampled_from(legal_sizes(used, max(4, 2 * 2**used), 1024)))
-    numbers = {
-        "n_candidates": st.integers(1, 10**6),
-        "search_fraction": st.floats(0, 1, exclude_min=True),
-        "similarity": st.sampled_from(SIMILARITIES),
-        "co_template": st.integers(1, 4),
-        "template_variation": st.floats(0, 0.5),
-        "location_weight": st.floats(0, 10),
-    }
     overlap = draw(st.sampled_from(legal_sizes(used, 1, template // 2)))
-    given = {"template_size": template, "overlap_size": overlap, "wavelet_level": level}
-    given["method"] = method
-    for f in fields(Parameters):
-        if isinstance(f.default, bool) or f.name in numbers:
-            given[f.name] = draw(numbers.get(f.name, st.booleans()))
-    return Parameters(**given)
+    sizes = {"template_size": template, "overlap_size": overlap, "wavelet_level": level}
+    return replace(draw(built(Parameters)), method=method, **sizes)
+
+
+def built(kind: type) -> st.SearchStrategy:
+    """Return random objects; a field without a row in `VALUES` is an error."""
+    names = [f.name for f in fields(kind) if f.name not in FROM_FILES.get(kind, ())]
+    return st.builds(kind, **{name: VALUES[kind][name] for name in names})
 
 
 WKT = 'PROJCS["WGS 84 / UTM zone 32N",GEOGCS["WGS 84",' + 'AUTHORITY["EPSG","4326"],' * 80 + "]]"
 CRS = st.sampled_from(["", "EPSG:32632", "urn:ogc:def:crs:EPSG::32632", "+proj=utm +zone=32", WKT])
-GRIDS = st.builds(
-    *(Grid, SIDES, SIDES, st.tuples(SIZES, SIZES), st.tuples(ORIGINS, ORIGINS)),
-    nz=st.none(),
-    crs=CRS,
-)
-STUDIES = st.builds(
-    Choices, images(), data_choices(), GRIDS, parameters(), st.integers(1, 1000), SEEDS
-)
 MAPS = st.sampled_from(["probability", "most likely", "entropy"])
-SHOWN = st.builds(Shown, st.integers(0, 999), st.integers(0, 253), MAPS)
+DROPS = st.sampled_from(["on_outside", "on_unknown"])
+SHARES, DEGREES = st.floats(0, 1), st.floats(-360, 360)
+POINTS = st.tuples(ORIGINS, ORIGINS)
+CORNERS = st.lists(POINTS, min_size=3, max_size=6).map(tuple)
+STROKES = st.builds(Stroke, SHARES, SIZES, SHARES, CORNERS)
+OTHER_IMAGES = st.builds(ImageChoice, st.sampled_from(datasets.names()))
+RAMPS = st.builds(Gradient, DEGREES, SHARES, SHARES)
+FROM_FILES = {
+    ImageChoice: ("upload", "answers"),
+    DataChoice: ("upload", "tables", "wells"),
+    GuideChoice: ("saved",),
+    Parameters: ("method", "template_size", "overlap_size", "wavelet_level"),
+}
+"""Fields that a link cannot contain, and those of sizes, which `parameters` draws together."""
+VALUES: dict[type, dict[str, st.SearchStrategy]] = {
+    ImageChoice: {
+        "bundled": st.sampled_from(datasets.names()),
+        **dict.fromkeys(("flip_ew", "flip_ns", "transpose"), st.booleans()),
+        "names": st.lists(NAMES, max_size=4).map(tuple),
+        "colours": st.dictionaries(CODES, COLOURS, max_size=4).map(lambda c: tuple(c.items())),
+    },
+    DataChoice: {
+        "source": st.sampled_from(["none", "bundled", "sampled", "placed"]),
+        "bundled": st.sampled_from(datasets.hard_data_names()),
+        "answers": st.sets(DROPS).map(
+            lambda names: tuple((name, "drop") for name in sorted(names))
+        ),
+        "n_sampled": st.integers(1, 100_000),
+        "seed_sampled": SEEDS,
+        "placed": st.none() | hard_data(),
+    },
+    Grid: {
+        **dict.fromkeys(("ny", "nx"), SIDES),
+        "nz": st.none() | SIDES,
+        "cell_size": st.tuples(SIZES, SIZES),
+        "origin": st.tuples(ORIGINS, ORIGINS),
+        "crs": CRS,
+    },
+    Parameters: {
+        "n_candidates": st.integers(1, 10**6),
+        "similarity": st.sampled_from(SIMILARITIES),
+        "search_fraction": st.floats(0, 1, exclude_min=True),
+        "co_template": st.integers(1, 4),
+        "template_variation": st.floats(0, 0.5),
+        "location_weight": st.floats(0, 10),
+    }
+    | {f.name: st.booleans() for f in fields(Parameters) if isinstance(f.default, bool)},
+    GuideChoice: {
+        "probabilities": st.none() | RAMPS | st.lists(STROKES, max_size=3).map(tuple),
+        "facies": st.integers(0, 253),
+        "soft_weight": st.floats(0, 5),
+        "active": st.none() | CORNERS,
+        "auxiliary": st.none() | st.builds(Directions, DEGREES, DEGREES),
+        "auxiliary_weight": st.floats(0, 10),
+        "angle": st.none() | DEGREES | RAMPS | st.lists(CORNERS, max_size=3).map(tuple),
+        "flow_azimuth": DEGREES,
+        "scale": st.floats(0.2, 5),
+        "mirrored": st.sampled_from(["", "x", "y", "z", "xy", "xyz"]),
+        "images": st.lists(
+            st.builds(ImageChoice, st.sampled_from(datasets.names())), max_size=2
+        ).map(tuple),
+        "zones": st.none()
+        | SHARES
+        | st.lists(CORNERS, max_size=3).map(tuple)
+        | st.builds(ZoneLayers, st.lists(st.integers(0, 99), min_size=1, max_size=3).map(tuple)),
+    },
+    Shown: {"realization": st.integers(0, 999), "facies": st.integers(0, 253), "e_type": MAPS},
+}
+VALUES[Choices] = {
+    "image": images(),
+    "data": data_choices(),
+    "grid": built(Grid),
+    "parameters": parameters(),
+    "n_realizations": st.integers(1, 1000),
+    "seed": SEEDS,
+    "guides": guides(),
+}
+STUDIES, SHOWN = built(Choices), built(Shown)
 
 
 N_WORDS = {
-    **{"gradient": 5, "along": 3, "turning": 3, "angle": 1, "scale": 1, "share": 1},
-    **{"mirrored": 2, "layers": 2, "polygon": 8, "zone": 6, "line": 5, "stroke": 9, "bogus": 1},
+    **{"gradient": 3, "along": 2, "turning": 3, "angle": 1, "scale": 1, "share": 1, "facies": 1},
+    **{"soft": 1, "weight": 1, "flow": 1, "mirrored": 1, "layers": 2, "polygon": 8, "zone": 6},
+    **{"line": 4, "stroke": 7, "bogus": 1},
 }
 """Names of the shapes that guide in a link, and the usual number of values after each."""
-VALUES = st.one_of(
+NUMBERS = st.one_of(
     st.integers(0, 2).map(str),
     st.floats(-10, 200).map(lambda value: f"{value:.3f}"),
     st.sampled_from(
         ("-0.0", "1e300", "1e-300", "nan", "-inf", "360", "9999", "-1", "", "1_0", "٣")
     ),
 )
-GRIDS = "40x50", "20x20x6", "1x1", "6x300"
+SHAPES = "40x50", "20x20x6", "1x1", "6x300"
 
 
 @st.composite
@@ -121,16 +192,7 @@ def guide_words(draw) -> str:
         return f"image_{draw(st.sampled_from((*datasets.IMAGES, 'nope')))}"
     kind, n = draw(st.sampled_from(sorted(N_WORDS.items())))
     n = max(n + draw(st.sampled_from((0, 0, 0, -1, 1, 2))), 0)
-    return "_".join([kind, *draw(st.lists(VALUES, min_size=n, max_size=n))])
-
-
-def plain(choices: Choices) -> tuple:
-    """Return the values of a study that must be equal, with hard data by content."""
-    data = choices.data
-    placed = data.placed.digest if data.placed else None
-    own = (data.source, data.bundled, data.answers, data.n_sampled, data.seed_sampled, placed)
-    rest = (choices.grid, choices.parameters, choices.n_realizations, choices.seed)
-    return (choices.image, own, *rest)
+    return "_".join([kind, *draw(st.lists(NUMBERS, min_size=n, max_size=n))])
 
 
 def as_address(query: dict[str, list[str]]) -> dict[str, list[str]]:
@@ -143,9 +205,19 @@ def test_what_is_read_from_a_link_is_what_was_written(choices, shown):
     query = link_of(choices, shown)
     assert set(query) <= set(KEYS)
     read, seen, notes = read_link(as_address(query))
-    assert plain(read) == plain(choices)
-    assert seen == shown
-    assert notes == ()
+    assert (read, seen, notes) == (choices, shown, ())
+
+
+@given(STUDIES)
+def test_what_is_read_from_a_project_is_what_was_written(choices):
+    settings = settings_of(choices, [*parts_of(choices, Shown())])
+    reader = StudyReader(json.loads(json.dumps(settings)), project=True)
+    usual = parts_of(Choices(), Shown())
+    image, data, grid, p = (
+        reader.part(name, usual[name]) for name in ("image", "data", "grid", "parameters")
+    )
+    read = Choices(image, data, grid, p)
+    assert reader.part("guides", reader.part("study", read)) == choices
 
 
 @given(
@@ -158,10 +230,10 @@ def test_what_is_read_from_a_link_is_what_was_written(choices, shown):
 def test_any_address_gives_a_study(query):
     choices, shown, _ = read_link(query)
     again, seen, notes = read_link(as_address(link_of(choices, shown)))
-    assert (plain(again), seen, notes) == (plain(choices), shown, ())
+    assert (again, seen, notes) == (choices, shown, ())
 
 
-@given(st.lists(guide_words(), min_size=1, max_size=4), st.sampled_from(GRIDS))
+@given(st.lists(guide_words(), min_size=1, max_size=4), st.sampled_from(SHAPES))
 def test_any_words_of_guides_give_a_study_or_are_refused(words, grid):
     address = {"guides": ["~".join(words)], "grid": [grid], "data": ["none"], "template": ["16"]}
     choices, shown, _ = read_link(address)
@@ -198,7 +270,7 @@ def test_a_usual_study_needs_no_words_and_an_unusual_one_few():
         parameters=Parameters(template_size=48, wavelet_level=3),
         seed=7,
     )
-    text = "ti=dunes&data=none&template=48&level=3&seed=7"
+    text = "ti=dunes&template=48&level=3&seed=7"
     assert urlencode(link_of(choices), doseq=True) == text
 
 
@@ -218,7 +290,7 @@ def test_bundled_data_are_those_of_their_image_unless_the_link_names_them():
         ({"ti": ["own"]}, "Open the project file"),
         ({"data": ["own"]}, "Open the project file"),
         ({"data": ["oil"]}, "data = oil is none of"),
-        ({"data": ["placed"], "points": ["BgACeAQ"]}, "copy the entire link again"),
+        ({"data": ["placed"], "points": ["0_0_3D_A~1_2_1H"]}, "copy the entire link again"),
         ({"grid": ["0x5"]}, "grid = 0x5 is not two or three numbers in range"),
         ({"template": ["big"]}, "template = big is not a number"),
         ({"template": ["33"]}, "Template 33 must be a multiple of 4 at level 2"),

@@ -27,7 +27,6 @@ from ccwsim.cli.program import main
 from ccwsim.io.data_file import printable
 from ccwsim.io.limits import UPLOAD_LIMITS, limited
 from ccwsim.model.study import Study
-from ccwsim.sharing.choices import Shown
 from ccwsim.sharing.project import VERSION, project_as_bytes
 
 PARAMETERS = Parameters(template_size=8, overlap_size=4, wavelet_level=1)
@@ -38,9 +37,8 @@ def a_project(**changes) -> Project:
     image = TrainingImage(array, name="the wall", facies_names=["<mud>", "sand", "Kies & Löss"])
     data = HardData([[3, 4], [20, 30], [0, 0]], [0, 7, -7])
     study = Study(image, Grid(24, 40, (5.0, 2.5), (-10.0, 1e-7)), PARAMETERS, data, seed=11)
-    given = {"colours": ((-7, "#112233"),), "shown": Shown(1, 2, "entropy")}
-    given |= {"link": {"ti": ["own"]}, "versions": {"Program": "x"}}
-    return Project(study, 3, **{**given, **changes})
+    own = {"ti": ["own"], "colour": ["-7-112233"], "facies": ["2"], "map": ["entropy"]}
+    return Project(study, 3, **{"settings": own, "versions": {"Program": "x"}, **changes})
 
 
 def changed(**members) -> BytesIO:
@@ -55,10 +53,19 @@ def changed(**members) -> BytesIO:
     return BytesIO(written.getvalue())
 
 
-def settings(**changes) -> bytes:
+def stored() -> dict:
     with zipfile.ZipFile(BytesIO(project_as_bytes(a_project()))) as archive:
-        own = json.loads(archive.read("study.json"))
-    return json.dumps({**own, **changes}).encode()
+        return json.loads(archive.read("study.json"))
+
+
+def study_json(**changes) -> bytes:
+    return json.dumps({**stored(), **changes}).encode()
+
+
+def settings(**changes) -> bytes:
+    """Return the JSON of a project in which some settings are changed."""
+    given = {name: [value] for name, value in changes.items()}
+    return study_json(settings={**stored()["settings"], **given})
 
 
 def npy(array) -> bytes:
@@ -74,8 +81,8 @@ def test_a_project_gives_the_same_realizations_again(tmp_path):
     assert again.simulate().digest == project.simulate().digest
     assert again.study.training_image.facies_names == project.study.training_image.facies_names
     assert again.study.hard_data.digest == project.study.hard_data.digest
-    for name in ("n_realizations", "colours", "shown", "link", "versions"):
-        assert getattr(again, name) == getattr(project, name)
+    assert (again.n_realizations, again.versions) == (project.n_realizations, project.versions)
+    assert again.settings.items() >= project.settings.items()
     assert (again.study.grid, again.study.seed) == (project.study.grid, project.study.seed)
     assert project_as_bytes(again) == path.read_bytes()
 
@@ -102,7 +109,6 @@ def test_a_project_and_its_parts_are_not_given_together(line, capsys):
     assert "leave this input out" in said or "give a training image (TI)" in said
 
 
-ODD_MAP = {"realization": 0, "facies": 1, "e_type": []}
 CLASHING = np.array([[1, 1, 0], [1, 1, 7], [0, 0, 0]])
 BROKEN = {
     "no zip": (lambda: BytesIO(b"hello"), "is not a project"),
@@ -111,25 +117,21 @@ BROKEN = {
     "no image": (lambda: changed(training_image=None), "training_image.npy is missing"),
     "no json": (lambda: changed(study=b"{"), "not valid JSON"),
     "no object": (lambda: changed(study=b"[1]"), "is not a project"),
-    "other": (lambda: changed(study=settings(format="A")), "is not a project"),
-    "newer": (lambda: changed(study=settings(version=VERSION + 1)), "newer version"),
-    "version": (lambda: changed(study=settings(version="a")), "unknown"),
-    "seed": (lambda: changed(study=settings(seed=-1)), "seed = -1"),
-    "many": (lambda: changed(study=settings(n_realizations=10**9)), "too many"),
-    "grid": (lambda: changed(study=settings(grid={"ny": 0, "nx": 3})), "grid ny = 0"),
-    "grid kind": (lambda: changed(study=settings(grid=[3])), "grid is missing or broken"),
-    "crs": (lambda: changed(study=settings(grid={"ny": 3, "nx": 3, "crs": "x" * 9000})), "letters"),
-    "no crs": (
-        lambda: changed(study=settings(grid={"ny": 3, "nx": 3, "crs": "UTM"})),
-        "EPSG:32632",
-    ),
-    "crs kind": (lambda: changed(study=settings(grid={"ny": 3, "nx": 3, "crs": 7})), "crs = 7"),
-    "no grid": (lambda: changed(study=settings(grid={})), "ny"),
-    "template": (lambda: changed(study=settings(parameters={"template_size": 9})), "Template 9"),
-    "unknown": (lambda: changed(study=settings(parameters={"magic": 9})), "'magic' is unknown"),
-    "map": (lambda: changed(study=settings(shown=ODD_MAP)), "e_type is none of"),
-    "link": (lambda: changed(study=settings(link={"ti": [3]})), "list of words"),
-    "promise": (lambda: changed(study=settings(n_hard_data=7)), "7 hard data are expected"),
+    "other": (lambda: changed(study=study_json(format="A")), "is not a project"),
+    "newer": (lambda: changed(study=study_json(version=VERSION + 1)), "newer version"),
+    "version": (lambda: changed(study=study_json(version="a")), "unknown"),
+    "seed": (lambda: changed(study=settings(seed="-1")), "seed = -1 is not"),
+    "many": (lambda: changed(study=settings(realizations="1000000000")), "from 1 to 1000000"),
+    "grid": (lambda: changed(study=settings(grid="0x3")), "grid = 0x3 is not two"),
+    "grid kind": (lambda: changed(study=settings(grid=3)), "grid must be a list of words"),
+    "crs": (lambda: changed(study=settings(crs="x" * 9000)), "letters"),
+    "no crs": (lambda: changed(study=settings(crs="UTM")), "EPSG:32632"),
+    "no grid": (lambda: changed(study=study_json(settings={})), "grid is missing"),
+    "cells": (lambda: changed(study=settings(cell="0x1")), "cell = 0x1 is not two"),
+    "template": (lambda: changed(study=settings(template="9")), "Template 9"),
+    "unknown": (lambda: changed(study=settings(magic="9")), "'magic' is unknown"),
+    "settings": (lambda: changed(study=study_json(settings=[3])), "settings is missing or broken"),
+    "promise": (lambda: changed(study=study_json(n_hard_data=7)), "7 hard data are expected"),
     "clash": (lambda: changed(hard_data=npy(CLASHING)), "two facies"),
     "pickle": (lambda: changed(training_image=npy(np.array([[{}]], object))), "are not numbers"),
     "floats": (lambda: changed(training_image=npy(np.zeros((40, 40)))), "whole numbers"),
@@ -184,9 +186,9 @@ def test_a_project_keeps_a_volume(layers):
 
 
 def test_the_file_of_a_map_says_nothing_of_layers():
-    assert "nz" not in json.loads(settings())["grid"]
+    assert stored()["settings"]["grid"] == ["40x24"]
     with pytest.raises(CCWSIMError, match="3 hard data are expected"):
-        read_project(changed(study=settings(grid={"ny": 24, "nx": 40, "nz": 2})))
+        read_project(changed(study=settings(grid="40x24x2", cell="5x2.5x1", origin="0x0x0")))
 
 
 def test_a_project_keeps_what_is_printable_of_names():

@@ -19,7 +19,7 @@ from ccwsim.report.document import report_html
 from ccwsim.report.settings import caption_of
 from ccwsim.report.verdicts import describe_curve, describe_flow, relative_text
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Shown, Upload
-from ccwsim.sharing.link import link_of
+from ccwsim.sharing.link import link_of, settings_of
 from ccwsim.sharing.project import Project
 from ccwsim.sharing.recipe import reproduction_recipe
 from ccwsim.sharing.study_report import MAX_FLOW_CELLS, study_report
@@ -50,7 +50,8 @@ STUDIES = {
 
 
 def project_of(choices: Choices, study: Study) -> Project:
-    return Project(study, choices.n_realizations, choices.image.colours, Shown(), link_of(choices))
+    settings = {**link_of(choices), "colour": settings_of(choices, ["image"])["colour"]}
+    return Project(study, choices.n_realizations, settings)
 
 
 @pytest.mark.slow
@@ -82,7 +83,7 @@ def test_script_and_command_give_the_same_cells(what, tmp_path):
 def test_a_project_becomes_the_study_it_was(what):
     choices = STUDIES[what]
     study = study_of(choices)
-    opened = choices_of(project_of(choices, study))
+    opened, _ = choices_of(project_of(choices, study))
     again_there = study_of(opened)
     assert again_there.training_image.digest == study.training_image.digest
     assert again_there.training_image.facies_names == study.training_image.facies_names

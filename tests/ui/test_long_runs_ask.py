@@ -12,7 +12,7 @@ from ccwsim import Grid, Parameters, TrainingImage, simulate
 from ccwsim.jobs import limits
 from ccwsim.jobs.job import Job, server_queue
 from ccwsim.model.numbers import duration
-from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Shown, Upload
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.sharing.link import link_of
 from ccwsim.sharing.project import Project, project_as_bytes
 from ccwsim.ui.session.resolve import image_of, study_of
@@ -40,7 +40,7 @@ def asked(app) -> bool:
 
 
 def project_of(choices: Choices) -> Upload:
-    project = Project(study_of(choices), choices.n_realizations, (), Shown(), link_of(choices))
+    project = Project(study_of(choices), choices.n_realizations, link_of(choices))
     return Upload("sent.ccwsim", project_as_bytes(project))
 
 

@@ -10,8 +10,9 @@ from urllib.parse import urlencode
 
 from ccwsim import Grid, Parameters
 from ccwsim.report.document import Document, Section, Text
-from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
-from ccwsim.sharing.link import guides_of, link_of
+from ccwsim.sharing.choices import Choices, DataChoice, GuideChoice, ImageChoice
+from ccwsim.sharing.link import link_of
+from ccwsim.sharing.words import guides_of
 
 CATALOGUE = Path(__file__).with_name("catalogue.toml")
 
@@ -61,13 +62,14 @@ def _example(row: dict[str, Any]) -> Example:
     """Return the example described by a TOML table, in which default values may be missing."""
     side = row.pop("side", 512)
     shape = tuple(row.pop("grid", (side, side)))
+    guides = row.pop("guides", "")
     choices = Choices(
         ImageChoice(row.pop("image")),
         DataChoice(**row.pop("data", {})),
         Grid.of(shape),
         _parameters(row.pop("parameters", {})),
         row.pop("n_realizations", 12),
-        guides=guides_of(row.pop("guides", "")),
+        guides=guides_of(guides) if guides else GuideChoice(),
     )
     others = tuple(map(_parameters, row.pop("others", [])))
     shows = tuple(row.pop("shows", Example.shows))

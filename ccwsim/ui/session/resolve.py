@@ -43,7 +43,6 @@ from ccwsim.sharing.choices import (
     Choices,
     DataChoice,
     Directions,
-    DrawnLines,
     Gradient,
     GuideChoice,
     ImageChoice,
@@ -94,7 +93,7 @@ def _secondary(choice: GuideChoice, grid: Grid, image: TrainingImage) -> Seconda
         probabilities=_probabilities_of(choice, grid, image),
         auxiliary=_auxiliary_of(choice, grid, image),
         soft_weight=choice.soft_weight,
-        angle=_angle_of(choice.angle, grid),
+        angle=_angle_of(choice, grid),
         scale=None if choice.scale == 1 else choice.scale,
         mirrored=choice.mirrored,
         images=[image_of(other) for other in choice.images],
@@ -159,11 +158,12 @@ def _auxiliary_of(choice: GuideChoice, grid: Grid, image: TrainingImage) -> list
     return [Auxiliary(*maps, weight=choice.auxiliary_weight)]
 
 
-def _angle_of(given: Upload | Gradient | DrawnLines | float | None, grid: Grid) -> Any:
+def _angle_of(choice: GuideChoice, grid: Grid) -> Any:
+    given = choice.angle
     if isinstance(given, Gradient):
         return _ramp(given, grid)
-    if isinstance(given, DrawnLines):
-        return io.angles_along(given.lines, grid, given.azimuth) if given.lines else None
+    if isinstance(given, tuple):
+        return io.angles_along(given, grid, choice.flow_azimuth) if given else None
     if not isinstance(given, Upload):
         return given
     with opened(given) as file:

@@ -13,8 +13,15 @@ from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED, MAX_REALIZATIONS, MAX_SEE
 from ccwsim.model.classes import MAX_CODES
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.report.document import report_html, surroundings
-from ccwsim.sharing.choices import Choices, DataChoice, GuideChoice, ImageChoice, Upload
-from ccwsim.sharing.link import left_out, link_of, read_link
+from ccwsim.sharing.choices import (
+    Choices,
+    DataChoice,
+    GuideChoice,
+    ImageChoice,
+    Shown,
+    Upload,
+)
+from ccwsim.sharing.link import left_out, link_of, read_link, settings_of
 from ccwsim.sharing.project import Project, project_as_bytes, read_project
 from ccwsim.sharing.recipe import Recipe, reproduction_recipe
 from ccwsim.sharing.study_report import study_report
@@ -168,23 +175,24 @@ def project_of(state: State) -> Project:
     choices, shown = state.choices, shown_of(state)
     ensemble = state.ensemble
     digest = ensemble.digest if ensemble is not None and is_current(state) else ""
-    colours, link, versions = choices.image.colours, link_of(choices, shown), dict(surroundings())
-    n = choices.n_realizations
-    return Project(study_of(choices), n, colours, shown, link, versions, digest)
+    colours = settings_of(choices, ("image",))["colour"]  # which no link has for a user's image
+    settings = {**link_of(choices, shown), "colour": colours}
+    versions = dict(surroundings())
+    return Project(study_of(choices), choices.n_realizations, settings, versions, digest)
 
 
 def open_project(state: State, upload: Upload) -> None:
     """Open a project's study and start a run, or raise an error and change nothing."""
     with opened(upload) as file:
         project = file.read_with(read_project)
-    choices = choices_of(project)
+    choices, shown = choices_of(project)
     _check(choices)
     study_of(choices)
     state.choices, state.image_draft, state.data_draft = choices, None, None
     state.guides_draft = None
     state.reference, state.page(Editor).history = None, History()
     state.notes = _notes(project, upload.name)
-    show(state, project.shown)
+    show(state, shown)
     state.needs_confirmation = True
     if question_of(state):
         stop_run(state)  # the running job belongs to the earlier study
@@ -192,10 +200,10 @@ def open_project(state: State, upload: Upload) -> None:
         start_run(state)
 
 
-def choices_of(project: Project) -> Choices:
-    """Return a project as choices; bundled images and data have the same names as in the link."""
+def choices_of(project: Project) -> tuple[Choices, Shown]:
+    """Return a project as choices, with bundled images and data by name, and what it displays."""
     study = project.study
-    by_link, _, _ = read_link(project.link)
+    by_link, seen, _ = read_link(project.settings)
     image = _image(project, by_link.image)
     choices = Choices(
         *(image, by_link.data, study.grid, study.parameters, project.n_realizations, study.seed),
@@ -203,8 +211,8 @@ def choices_of(project: Project) -> Choices:
     )
     data = if_possible(lambda: data_of(choices))
     if data is not None and data.digest == study.hard_data.digest:
-        return choices
-    return replace(choices, data=DataChoice("placed", placed=study.hard_data))
+        return choices, seen
+    return replace(choices, data=DataChoice("placed", placed=study.hard_data)), seen
 
 
 def _image(project: Project, by_link: ImageChoice) -> ImageChoice:
@@ -212,13 +220,13 @@ def _image(project: Project, by_link: ImageChoice) -> ImageChoice:
     linked = image_of(by_link)
     same = linked.digest == image.digest and linked.name == image.name
     if same and linked.facies_names == image.facies_names:
-        return replace(by_link, colours=project.colours)
+        return by_link
     upload = Upload(f"{image.name or 'image'}.npy", training_image_as_bytes(image, "npy"))
     answers = (("classes", "codes"),) if image.n_facies > MAX_CODES else ()
     if image.n_dimensions == 3:
         answers += (("volume", True),)
     return ImageChoice(
-        upload=upload, answers=answers, names=image.facies_names, colours=project.colours
+        upload=upload, answers=answers, names=image.facies_names, colours=by_link.colours
     )
 
 

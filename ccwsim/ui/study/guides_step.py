@@ -20,7 +20,6 @@ from ccwsim.sharing.choices import (
     Choices,
     Corners,
     Directions,
-    DrawnLines,
     Gradient,
     GuideChoice,
     ImageChoice,
@@ -195,14 +194,15 @@ def _auxiliary(guides: GuideChoice, change: Callable[..., None]) -> None:
 
 def _copies(state: State, guides: GuideChoice, change: Callable[..., None]) -> None:
     given = guides.angle
-    shapes = {"none": None, "one angle": 45.0, "along drawn lines": DrawnLines()}
+    shapes = {"none": None, "one angle": 45.0, "along drawn lines": ()}
     shapes |= {"turning across the grid": Gradient(90.0, 0.0, 90.0)}
 
     def turn(angle: Any) -> None:
-        if isinstance(angle, DrawnLines):  # at first, bodies of the image follow the lines
-            azimuth, _ = main_direction(image_of(state.choices.image))
-            angle = replace(angle, azimuth=float(round(azimuth)))
-        change(angle=angle)
+        if not isinstance(angle, tuple):
+            change(angle=angle)
+            return
+        azimuth, _ = main_direction(image_of(state.choices.image))
+        change(angle=angle, flow_azimuth=float(round(azimuth)))  # bodies follow the lines at first
 
     _choice("Turned image", given, shapes, turn, "angle")
     if isinstance(given, float):
@@ -212,13 +212,14 @@ def _copies(state: State, guides: GuideChoice, change: Callable[..., None]) -> N
     elif isinstance(given, Gradient):
         _numbers(given, change, "angle", ENDS, **AZIMUTH)
         _numbers(given, change, "angle", TOWARDS, **AZIMUTH)
-    elif isinstance(given, DrawnLines):
+    elif isinstance(given, tuple):
         tip = "Direction in the image that follows the lines; at first, that of its bodies."
-        _numbers(given, change, "angle", {"azimuth": "Azimuth, image"}, **AZIMUTH | {"help": tip})
+        number = bound_to(guides, "flow_azimuth", change, **AZIMUTH | {"help": tip})
+        field(st.number_input, "Azimuth, image", key="guides_angle_azimuth", **number)
 
     def take(upload: Upload) -> None:
         lines = read_upload(io.read_lines, upload)
-        turn(DrawnLines(tuple(_points(k.tolist()) for k in lines)) if lines else upload)
+        turn(tuple(_points(k.tolist()) for k in lines) if lines else upload)
 
     tip = "A grid of azimuths to which the north of the image is turned, or lines in GeoJSON."
     file_uploader("or a map of angles", key="guides_angle_file", take=take, help=tip)
@@ -314,7 +315,7 @@ def _draw_board(state: State, guides: GuideChoice) -> None:
     outlines = {f"zone{k}": outline for k, outline in enumerate(zones, 1)}
     tools: dict[str, Any] = {
         "strokes": isinstance(soft, tuple) and [(*astuple(s)[:3], s.points) for s in soft],
-        "flow": isinstance(guides.angle, DrawnLines) and guides.angle.lines,
+        "flow": isinstance(guides.angle, tuple) and guides.angle,
         "outlines": outlines | ({"outline": corners} if isinstance(corners, tuple) else {}),
     }
     ground = _ground(secondary, image, min(guides.facies, image.n_facies - 1), choices.grid)
@@ -324,7 +325,7 @@ def _draw_board(state: State, guides: GuideChoice) -> None:
         take_drawing(state, drawn)
         start_run_if_needed(state, live=True)
 
-    azimuth = guides.angle.azimuth if isinstance(guides.angle, DrawnLines) else 0.0
+    azimuth = guides.flow_azimuth if isinstance(guides.angle, tuple) else 0.0
     tools["arrows"] = _arrows(secondary, azimuth, choices.grid)
     content = map_content(ground, **options) | tools | {"axes": False}
     draw_component("guides", "guide_board", content, "drawn", take)
@@ -361,8 +362,8 @@ def take_drawing(state: State, drawn: Mapping[str, Any]) -> None:
         shapes["zones"] = tuple(outlines[name] for name in sorted(outlines))
     if (strokes := drawn["strokes"]) is not False:
         shapes["probabilities"] = tuple(Stroke(v, r, s, _points(line)) for v, r, s, line in strokes)
-    if (lines := drawn["flow"]) is not False and isinstance(guides.angle, DrawnLines):
-        shapes["angle"] = replace(guides.angle, lines=tuple(map(_points, lines)))
+    if (lines := drawn["flow"]) is not False and isinstance(guides.angle, tuple):
+        shapes["angle"] = tuple(map(_points, lines))
     _change(state, **shapes)
 
 

@@ -107,7 +107,7 @@ def test_a_name_whose_code_stands_for_another_name_is_a_question():
 
 
 def test_the_pages_say_which_names_differ():
-    link = "ti=stone_wall&data=channels_60_wells&grid=64x64&outside=drop&realizations=2"
+    link = "ti=stone_wall&data=channels_60_wells&grid=64x64&drop=outside&realizations=2"
     app = launched(choices(link))
     assert "data: mud counts as stone, sand counts as mortar" in html(app)
     app = opened("simulate", State(choices=choices(link)))
