@@ -6,8 +6,8 @@ from contextlib import contextmanager
 from io import BytesIO
 
 from ccwsim.io.data_file import broken
-from ccwsim.io.limits import MAX_MEMBERS, check_bytes
-from ccwsim.model.errors import CCWSIMError, refused
+from ccwsim.io.limits import check
+from ccwsim.model.errors import CCWSIMError
 
 _ENTRY = b"PK\x01\x02"
 _METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
@@ -27,7 +27,7 @@ class Archive:
         for info in infos:
             if info.compress_type not in _METHODS or info.flag_bits & 1:
                 raise CCWSIMError(f"{self._name}: its compression is not supported; save it again")
-        check_bytes(self._name, sum(max(info.file_size, 0) for info in infos), unpacked=True)
+        check(self._name, unpacked=sum(max(info.file_size, 0) for info in infos))
 
     def start(self, member: str, n_bytes: int) -> bytes:
         """Return the first bytes of a member."""
@@ -46,9 +46,7 @@ class Archive:
 @contextmanager
 def opened_archive(content: bytes, name: str) -> Iterator[Archive]:
     """Yield the members of a zip file; raise an error if the file is broken."""
-    entries = content.count(_ENTRY)  # opening a zip creates an object for each entry
-    if entries > MAX_MEMBERS:
-        raise refused("too_many_files_in_zip", name=name, n=entries, most=MAX_MEMBERS)
+    check(name, members=content.count(_ENTRY))  # opening a zip creates an object for each entry
     said = broken(f"{name}: the zip file is broken", remedy="get the file again")
     with said, zipfile.ZipFile(BytesIO(content)) as archive:
         yield Archive(archive, name)

@@ -46,6 +46,8 @@ class DataFile:
     counted: str = "line"  # unit of `lines`: "line", "row" or "cell"
 
     def __post_init__(self) -> None:
+        if not self.variables and not self.is_table:
+            raise refused("no_grid", name=self.name)
         places = [*zip("xy", self.cell_size or (), self.origin or (0.0, 0.0), strict=False)]
         for axis, size, start in [*places, ("z", *self.along_z)] if self.along_z else places:
             if not (0 < size < inf and abs(start) < inf):

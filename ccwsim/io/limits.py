@@ -16,10 +16,6 @@ from ccwsim.model.errors import CCWSIMError, refused, shown
 
 MIB = 2**20
 
-MAX_VARIABLES = 1000  # maximum number of variables in a file; a user chooses a variable from a list
-
-MAX_MEMBERS = 2000  # maximum number of files in a zip; Python creates an object for each file
-
 
 @dataclass(frozen=True)
 class FileLimits:
@@ -33,6 +29,8 @@ class FileLimits:
     lines: int = 200_000_000  # number of lines of a text table; each becomes an object
     line_bytes: int = 1024 * MIB  # bytes of one line, which becomes one object
     fields: int = 100_000_000  # number of fields of a table that are read one by one
+    variables: int = 1000  # number of variables or columns, of which a user chooses one in a list
+    members: int = 2000  # number of files in a zip; Python creates an object for each file
     # for a file that another process reads (`ccwsim.io.isolated`)
     memory: int = 64 * 1024 * MIB  # bytes of memory that reading takes
     seconds: float = inf  # processor time of reading
@@ -104,7 +102,8 @@ def check_cells(name: str, *shapes: tuple[float, ...]) -> int:
     if n > most:
         largest, several = shapes[counts.index(max(counts))], len(shapes) > 1
         of_all = f"{n} values in {len(shapes)} arrays" if several else f"{_sides(largest)} values"
-        raise TooManyCells(f"{name}: {of_all} are more than {most}; {_SMALLER}", largest, n)
+        remedy = "cut a smaller piece, or read it in a script"
+        raise TooManyCells(f"{name}: {of_all} are more than {most}; {remedy}", largest, n)
     return int(n)
 
 
@@ -114,24 +113,19 @@ def _sides(shape: tuple[float, ...]) -> str:
 
 def check_table(name: str, n_rows: int, n_columns: int) -> None:
     """Raise an error if a table has too many columns or values, or no rows."""
-    if n_columns > MAX_VARIABLES:
-        raise CCWSIMError(f"{name}: {n_columns} columns exceed the limit of {MAX_VARIABLES}")
+    check(name, variables=n_columns)
     if not n_rows:
         raise CCWSIMError(f"{name} has no rows; give at least one datum")
     check_cells(name, (n_rows * n_columns,))
 
 
-def check_bytes(name: str, n_bytes: int, *, unpacked: bool = False) -> None:
-    """Raise an error if a file, or its unpacked content, is too large."""
-    most = limits().unpacked if unpacked else limits().bytes
-    if n_bytes > most:
-        verb = " unpacks to" if unpacked else " has"
-        raise CCWSIMError(
-            f"{name}{verb} {_megabytes(n_bytes)} MB, more than {_megabytes(most)} MB; {_SMALLER}"
-        )
-
-
-_SMALLER = "cut a smaller piece, or read it in a script"
+def check(name: str, **counts: int) -> None:
+    """Raise an error if a file has more of something than the limit of the same name allows."""
+    for key, n in counts.items():
+        most = getattr(limits(), key)
+        if n > most:
+            written = _megabytes if key in ("bytes", "unpacked") else str
+            raise refused(f"limit_of_{key}", name=name, n=written(n), most=written(most))
 
 
 def _megabytes(n_bytes: int) -> str:

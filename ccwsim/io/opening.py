@@ -28,7 +28,7 @@ from ccwsim.io.formats.text_tables import read_delimited
 from ccwsim.io.formats.vti import is_vti, read_vti
 from ccwsim.io.gridding import FilePart, as_grid, part_of_grid
 from ccwsim.io.isolated import IsolatedFile
-from ccwsim.io.limits import check_bytes, check_cells, limited, limits
+from ccwsim.io.limits import check, check_cells, limited, limits
 from ccwsim.model.arrays import is_table
 from ccwsim.model.classes import are_codes
 from ccwsim.model.errors import CCWSIMError, refused
@@ -67,7 +67,7 @@ def read_bytes(path_or_file: PathOrFile) -> tuple[bytes, str]:
     """Return the content of a file, and the name of the file in messages."""
     is_path = isinstance(path_or_file, (str, os.PathLike))
     content, name = _of_path(Path(path_or_file)) if is_path else _of_object(path_or_file)
-    check_bytes(name, len(content))
+    check(name, bytes=len(content))
     if not content.strip(b"\x00 \t\r\n"):
         raise CCWSIMError(f"{name}: the file is empty")
     return content, name
@@ -95,7 +95,7 @@ def _of_path(path: Path) -> tuple[bytes, str]:
     with broken(f"{path} cannot be read", OSError, ValueError, remedy="check the path"):
         if not S_ISREG(path.stat().st_mode):
             raise CCWSIMError(f"{path} is not a file")
-        check_bytes(path.name, path.stat().st_size)
+        check(path.name, bytes=path.stat().st_size)
         with path.open("rb") as file:
             return file.read(limits().bytes + 1), printable(path.name) or "file"
 

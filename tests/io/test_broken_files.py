@@ -185,7 +185,7 @@ def large_png() -> bytes:
         (promising_mat(), "are more than"),
         (b"100000 100000 100\n1\nfacies\n0\n", "are more than"),
         (b"100000 100 0\n1\nfacies\n0\n", "is empty or"),
-        (b"4 4 1\n99999999999\nfacies\n0\n", "variables; 1 to 1000 are allowed"),
+        (b"4 4 1\n99999999999\nfacies\n0\n", "variables or columns are more than 1000"),
         (b"ncols 99999999\nnrows 99999999\n0 0\n", "are more than"),
         (b"ncols 1e999\nnrows 2\n0 0\n", "must be a whole number"),
         (large_png(), "more than 178956970 pixels"),

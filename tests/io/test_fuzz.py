@@ -106,7 +106,7 @@ SAID = {
     "npy over the limit": "more than 4000000; cut a smaller piece, or read it in a script",
     "pickle": "type object are not numbers",
     "zip bomb": "unpacks to 240 MB, more than 128 MB",
-    "overlapping zip": "unpacks to|exceed the limit of 1000",
+    "overlapping zip": "unpacks to|are more than 1000",
     "zip of a million members": "is a zip archive without an array",
     "zip by lzma": "compression is not supported",
     "locked zip": "compression is not supported",
@@ -118,7 +118,7 @@ SAID = {
     "mat 7.3": "the HDF5 file cannot be read",
     "mat of 10^18 cells": "1073741824 × 1073741824 values are more than 4000000",
     "mat of a million axes": "no array of real numbers",
-    "mat of many elements": "more than 1000 variables",
+    "mat of many elements": "variables or columns are more than 1000",
     "nested mat": "no array of real numbers",
     "packed mat that is a bomb": "unpacks to 256 MB, more than 128 MB",
     "packed mat that promises": "are more than 4000000",
@@ -133,7 +133,7 @@ SAID = {
     "vti of another encoding": "the XML is broken",
     "vti that unpacks": "more than 4000000 values",
     "shp alone": "not enough without its table",
-    "geojson of columns": "columns are more than 1000|columns exceed",
+    "geojson of columns": "columns are more than 1000",
     "billion laughs": "is an SVG drawing",
 }
 """Messages for files that are read as a training image."""

@@ -222,12 +222,12 @@ class TestVtk:
     @pytest.mark.parametrize(
         ("content", "said"),
         [
-            (vtk("<CellData/>"), "0 arrays"),
+            (vtk("<CellData/>"), "no array of real numbers"),
             (vtk("").replace(b"ImageData", b"PolyData"), "VTK PolyData of 0 pieces is not read"),
             (vtk("<CellData>"), "XML is broken"),
             (
                 vtk("", more='compressor="vtkLZ4DataCompressor"').replace(b"Piece", b"Piece"),
-                "arrays",
+                "compression by vtkLZ4",
             ),
             (vtk("", extent="0 1 0"), "must be 6 numbers"),
             (

@@ -13,7 +13,7 @@ import numpy as np
 from ccwsim.io.archive import opened_archive
 from ccwsim.io.data_file import DataFile, broken, printable
 from ccwsim.io.formats.tables import table_of
-from ccwsim.io.limits import check_table, limits
+from ccwsim.io.limits import check, check_table, limits
 from ccwsim.model.errors import CCWSIMError, refused
 from ccwsim.model.extras import needs
 
@@ -24,8 +24,7 @@ GIS_FILES = {"geopackage": "GeoPackage", "shapefile": "Shapefile", "shp": "Shape
 def read_geojson(text: bytes, name: str) -> DataFile:
     """Return the points of a GeoJSON text as a table of x, y and one column per property."""
     n = text.count(b",") + text.count(b"[") + text.count(b"{")  # estimate of the number of objects
-    if n > 2 * limits().fields:
-        raise CCWSIMError(f"{name}: {n} values in JSON are too many; save the points as CSV")
+    check(name, fields=n // 2)
     kinds = ValueError, TypeError, KeyError, AttributeError, RecursionError
     with broken(f"{name} is not a GeoJSON file of points; save points as GeoJSON", *kinds):
         features = json.loads(text)["features"]
@@ -80,11 +79,11 @@ def read_gis(content: bytes, name: str, kind: str) -> DataFile:
     if kind == "shapefile":
         content = _parts(content, name)
     with broken(f"{name}: the file cannot be read", remedy="save it again"):
-        info, most = pyogrio.read_info(content), limits().points
-        if (n := int(info["features"])) > most:
-            raise CCWSIMError(f"{name}: {n} points exceed the limit of {most}; leave some out")
-        check_table(name, max(n, 1), len(info["fields"]) + 2)
-        meta, _, shapes, columns = pyogrio.raw.read(content, max_features=most + 1)
+        info = pyogrio.read_info(content)
+        check(name, points=int(info["features"]))
+        check_table(name, max(int(info["features"]), 1), len(info["fields"]) + 2)
+        most = limits().points + 1
+        meta, _, shapes, columns = pyogrio.raw.read(content, max_features=most)
         places = [_point(shape, name, k) for k, shape in enumerate(shapes, start=1)]
     names, columns = ["x", "y", *meta["fields"]], [*np.array(places).reshape(-1, 2).T, *columns]
     numbers = np.arange(1, len(places) + 1)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ccwsim import CCWSIMError, Grid
 from ccwsim.io.data_file import DataFile, broken
 from ccwsim.io.formats.text_tables import numbers_in
-from ccwsim.io.limits import MAX_VARIABLES, check_cells
+from ccwsim.io.limits import check, check_cells
 from ccwsim.model.errors import refused
 
 _KEYWORD = re.compile(rb"^[ \t]*([A-Za-z][A-Za-z0-9_+-]{0,31})\b([-\s\d.*+eEdD]*+)/", re.MULTILINE)
@@ -38,8 +38,7 @@ def read_grdecl(content: bytes, name: str) -> DataFile:
     variables: dict[str, NDArray] = {}
     place: dict[str, NDArray] = {}
     for n_keywords, keyword in enumerate(_KEYWORD.finditer(content), start=1):
-        if n_keywords > MAX_VARIABLES:
-            raise CCWSIMError(f"{name}: more than {MAX_VARIABLES} keywords; save fewer")
+        check(name, variables=n_keywords)
         key, label = keyword[1].decode().upper(), f"{name}, {keyword[1].decode()}"
         if key in ("SPECGRID", "DIMENS"):
             continue

@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 from ccwsim import CCWSIMError, Grid
 from ccwsim.io.data_file import DataFile, broken
 from ccwsim.io.formats.rasters import code_and_wkt
-from ccwsim.io.limits import MAX_VARIABLES, check_cells
+from ccwsim.io.limits import check, check_cells, limits
 from ccwsim.model.arrays import AXES, labelled_axes, oriented_values
-from ccwsim.model.errors import refused
 from ccwsim.model.extras import needs
 
 _MATLAB = "MATLAB_class"
@@ -54,21 +53,20 @@ def _apart(dataset: Any) -> Iterator[tuple[Any, Any]]:
         if REALIZATION not in array.dims:
             yield key, array
             continue
-        for k in range(min(array.sizes[REALIZATION], MAX_VARIABLES + 1)):
+        for k in range(min(array.sizes[REALIZATION], limits().variables + 1)):
             yield f"{key} ({k + 1})", array.isel({REALIZATION: k})
 
 
 def _file_of(arrays: dict[str, Any], name: str) -> DataFile:
-    if not arrays or len(arrays) > MAX_VARIABLES:
-        raise refused("number_of_variables", name=name, n=len(arrays), most=MAX_VARIABLES)
+    check(name, variables=len(arrays))
     check_cells(name, *(array.shape for array in arrays.values()))
     with broken(f"{name}: the NetCDF file cannot be read", remedy="save it again"):
         grids = {key: oriented_values(array) for key, array in arrays.items()}
     if too_many := next((key for key, grid in grids.items() if grid.ndim > 3), None):
         raise CCWSIMError(f"{name}: {too_many} has {grids[too_many].ndim} axes; save at most 3")
-    sizes, origins = zip(*labelled_axes(next(iter(arrays.values()))), strict=True)
     grids = {key: grid if grid.ndim == 3 else grid[None] for key, grid in grids.items()}
     file = DataFile("NetCDF file", name, grids)
+    sizes, origins = zip(*labelled_axes(next(iter(arrays.values()))), strict=True)
     return file.at(sizes, origins) if len(sizes) > 1 else file
 
 
@@ -85,8 +83,7 @@ def read_hdf5(content: bytes, name: str) -> DataFile:
         ):
             return read_netcdf(content, name)
         arrays = {k: a for k, a in every.items() if a.ndim in (2, 3) and a.dtype.kind in "iufb"}
-        if not arrays or len(arrays) > MAX_VARIABLES:
-            raise CCWSIMError(f"{name}: {len(arrays)} arrays of numbers; save 1 to {MAX_VARIABLES}")
+        check(name, variables=len(arrays))
         is_matlab = any(_MATLAB in array.attrs for array in arrays.values())
         grids = {key: _grid(array[()], is_matlab) for key, array in arrays.items()}
     return DataFile("MATLAB 7.3 file" if is_matlab else "HDF5 file", name, grids, asks_up=True)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile, broken, printable
-from ccwsim.io.limits import MAX_VARIABLES, check_bytes, check_cells, limits
+from ccwsim.io.limits import check, check_cells, limits
 from ccwsim.model.errors import CCWSIMError
 
 _NUMBERS = (1, 2, 3, 4, 5, 6, 7, 9, 12, 13)
@@ -37,12 +37,6 @@ def read_matlab(content: bytes, name: str) -> DataFile:
             key, values = array  # slices are along the last axis, and come first here
             grids[key] = values[None] if values.ndim == 2 else np.moveaxis(values, 2, 0)
             check_cells(name, *(grid.shape for grid in grids.values()))
-    return _file_of(grids, name)
-
-
-def _file_of(grids: dict[str, NDArray], name: str) -> DataFile:
-    if not grids:
-        raise CCWSIMError(f"{name}: the file has no array of real numbers with rows and columns")
     return DataFile("MATLAB file", name, grids, asks_up=True)
 
 
@@ -82,8 +76,7 @@ def _variables(elements: _Elements) -> Iterator[tuple[int, memoryview]]:
             left -= len(data)
             kind, data = _Elements(data, elements.order, elements.name).take()
         n += 1
-        if n > MAX_VARIABLES:
-            raise CCWSIMError(f"{elements.name}: more than {MAX_VARIABLES} variables")
+        check(elements.name, variables=n)
         yield kind, data
 
 
@@ -97,7 +90,7 @@ def _unpacked(data: memoryview, left: int, elements: _Elements) -> bytes:
         if kind != _MATRIX:
             return start
         _shape_and_name(_Elements(memoryview(start)[8:], order, name))
-        check_bytes(name, limits().unpacked - left + size + 8, unpacked=True)
+        check(name, unpacked=limits().unpacked - left + size + 8)
         more = max(size + 8 - len(start), 0)
         rest = stream.decompress(stream.unconsumed_tail, more) if more else b""
         if stream.decompress(stream.unconsumed_tail, 1) or not stream.eof:
@@ -162,8 +155,7 @@ def read_matlab4(content: bytes, name: str) -> DataFile:
         order = "<" if content[at + 3] == 0 and content[at : at + 2] != b"\0\0" else ">"
         order = "<" if content[at : at + 4] == bytes(4) else order
         n_variables += 1
-        if n_variables > MAX_VARIABLES:
-            raise CCWSIMError(f"{name}: more than {MAX_VARIABLES} variables")
+        check(name, variables=n_variables)
         kind, ny, nx, imaginary, n = np.frombuffer(content, f"{order}u4", 5, at).tolist()
         dtype = np.dtype(order + _PRECISIONS_4[min(kind % 1000 // 10, 5)])
         start = at + 20 + n
@@ -175,4 +167,4 @@ def read_matlab4(content: bytes, name: str) -> DataFile:
             label = printable(content[at + 20 : start].decode("latin-1").rstrip("\0"))
             grids[label] = values.astype(dtype.newbyteorder("="))[None]
         at = start + size * (1 + imaginary)
-    return _file_of(grids, name)
+    return DataFile("MATLAB file", name, grids, asks_up=True)

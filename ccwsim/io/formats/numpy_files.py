@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ccwsim.io.archive import Archive, opened_archive
 from ccwsim.io.data_file import DataFile, broken, distinct_names
 from ccwsim.io.formats.tables import table_of
-from ccwsim.io.limits import MAX_VARIABLES, TooManyCells, check_cells
+from ccwsim.io.limits import TooManyCells, check, check_cells
 from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.grid import Grid
 
@@ -113,8 +113,7 @@ def _cells_and_facies(archive: Archive, name: str) -> DataFile | None:
 def _grids(archive: Archive, name: str) -> tuple[dict[str, bytes], list[str]]:
     """Return the members that can be grids, and the reasons that exclude the other members."""
     arrays = [key for key in archive.infos if key.endswith(".npy")]
-    if len(arrays) > MAX_VARIABLES:
-        raise CCWSIMError(f"{name}: {len(arrays)} arrays exceed the limit of {MAX_VARIABLES}")
+    check(name, variables=len(arrays))
     archive.check(arrays)
     shapes, reasons = {}, []
     for key, label in zip(arrays, distinct_names(arrays), strict=True):

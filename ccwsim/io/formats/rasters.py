@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile, broken, distinct_names
-from ccwsim.io.limits import MAX_VARIABLES, check_cells
+from ccwsim.io.limits import check, check_cells
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.extras import needs
 from ccwsim.model.grid import Grid
@@ -41,8 +41,7 @@ def read_raster(content: bytes, name: str, kind: str) -> DataFile:
     if kind == "grass":  # GDAL reads an unknown cell, marked by an asterisk, as 0
         content = content.replace(b"*", b"-9999")
     with _opened(content, name, kind) as first, ExitStack() as opened:
-        if max(len(first.subdatasets), first.count) > MAX_VARIABLES:
-            raise CCWSIMError(f"{name}: more than {MAX_VARIABLES} pages or bands; save fewer")
+        check(name, variables=max(len(first.subdatasets), first.count))
         pages = [opened.enter_context(_page(part)) for part in first.subdatasets] or [first]
         if any(
             (p.shape, p.count, p.dtypes) != (first.shape, first.count, first.dtypes) for p in pages

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile, broken, distinct_names, printable
-from ccwsim.io.limits import MAX_VARIABLES, check_cells
+from ccwsim.io.limits import check, check_cells
 from ccwsim.model.errors import CCWSIMError
 
 _N_MAGIC = 4  # number of bytes that mark the format
@@ -25,8 +25,7 @@ def read_sgems(content: bytes, name: str) -> DataFile:
         shape = _take(file, 3 if is_grid else 1).tolist()[::-1]
         cell, centre = _take(file, 6 * is_grid, ">f4").astype(float).reshape(2, -1)
         n = int(_take(file, 1)[0])
-        if not 1 <= n <= MAX_VARIABLES:
-            raise CCWSIMError(f"{name}: {n} variables; 1 to {MAX_VARIABLES} are allowed")
+        check(name, variables=n)
         names = [_text(file) for _ in range(n)]
         n_values = check_cells(name, (n, *shape))
         places = [] if is_grid else _take(file, 3 * shape[0], ">f4").reshape(-1, 3).T

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ccwsim import CCWSIMError, Grid
 from ccwsim.io.data_file import DataFile, distinct_names, printable
 from ccwsim.io.formats.text_tables import is_number, numbers_in
-from ccwsim.io.limits import MAX_VARIABLES, check_cells, limits
+from ccwsim.io.limits import check, check_cells, limits
 from ccwsim.model.errors import refused
 
 _IN_TITLE = re.compile(r"\((\d{1,6}) ?[xX×] ?(\d{1,6})(?: ?[xX×] ?(\d{1,6}))?\)")
@@ -39,9 +39,8 @@ def read_gslib(content: bytes, name: str) -> DataFile:
     """Return the grid (sizes in the first two lines) or table of a GSLIB-like text."""
     lines, _ = _head(content, 2)
     count = lines[1].split()
-    n = int(count[0]) if len(count[0]) < 9 else MAX_VARIABLES + 1
-    if not 1 <= n <= MAX_VARIABLES:
-        raise refused("number_of_columns", name=name, n=count[0][:20], most=MAX_VARIABLES)
+    n = int(count[0][:9])
+    check(f"{name}, line 2", variables=n)
     lines, start = _head(content, n + 2)
     if len(lines) < n + 2:
         raise CCWSIMError(f"{name} ends before the {n} variable names that line 2 states")
@@ -155,7 +154,7 @@ def _grids(
 def _table(content: bytes, name: str, names: list[str], start: int, title: str) -> DataFile:
     n = len(names)
     values = numbers_in(content, name, start=start, first_line=n + 3)
-    if not len(values) or len(values) % n:
+    if not n or not len(values) or len(values) % n:
         raise CCWSIMError(f"{name}: {len(values)} values do not fill rows of {n} columns")
     rows = values.reshape(-1, n)
     if title.isdecimal() and len(title) < 9 and n > 1 and len(rows) < int(title):

@@ -12,10 +12,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ccwsim.io.data_file import DataFile, distinct_names
-from ccwsim.io.limits import MAX_VARIABLES, check_cells, check_table, limits
+from ccwsim.io.limits import check, check_cells, check_table
 from ccwsim.model.arrays import Floats, Ints
 from ccwsim.model.bounds import MAX_FACIES
-from ccwsim.model.errors import CCWSIMError, refused
+from ccwsim.model.errors import CCWSIMError
 
 CHUNK = 2**20  # number of bytes that are split into words at a time, to limit memory use
 
@@ -44,8 +44,7 @@ def numbers_in(content: bytes, name: str, *, start: int = 0, first_line: int = 1
         chunk = content[at:end]
         parts.append(_parsed(chunk, name, line))
         n += len(parts[-1])
-        if n > limits().cells:
-            raise CCWSIMError(f"{name}: more than {limits().cells} values; cut a smaller piece")
+        check(name, cells=n)
         line += chunk.count(b"\n")
         at = end
     return np.concatenate(parts) if parts else np.empty(0)
@@ -163,8 +162,7 @@ _COMMENT = (b"#", b"%", b"//")
 
 def read_delimited(content: bytes, name: str) -> DataFile:
     """Return the columns of a table with a header, or the matrix in a text without a header."""
-    if (n_lines := content.count(b"\n")) > limits().lines:
-        raise refused("too_many_lines", name=name, n=n_lines, most=limits().lines)
+    check(name, lines=content.count(b"\n"))
     lines, remark = _filled_lines(content, name)
     header = _own_header(lines.texts)
     lines = lines.after(header.n_lines)
@@ -342,7 +340,7 @@ class _Header(NamedTuple):
 PETREL = "Petrel table"
 _TYPE_OF_COLUMN = re.compile(r'[A-Z]+(,\s*|\s+(?="))')
 """The type before the name of a column in a Petrel file, as in FLOAT,Porosity or STRING "Well"."""
-MAX_OWN_HEADER = 4 * MAX_VARIABLES  # maximum number of header lines
+MAX_OWN_HEADER = 4000  # maximum number of header lines
 
 
 def _own_header(lines: list[bytes]) -> _Header:
@@ -398,8 +396,7 @@ def _filled_lines(content: bytes, name: str) -> tuple[_Lines, str]:
     """Return the non-empty lines, and the last comment before these lines."""
     lines, remark = _Lines([], []), ""
     for k, line in enumerate(content.split(b"\n"), start=1):
-        if len(line) > limits().line_bytes:
-            raise refused("line_too_long", name=name, k=k, n=len(line), most=limits().line_bytes)
+        check(f"{name}, line {k}", line_bytes=len(line))
         bare = line.strip(b" \r")
         if not bare.startswith(_COMMENT) and bare.strip():
             lines.texts.append(bare)
@@ -440,8 +437,7 @@ def _by_field(
         if len(fields) != n:
             raise CCWSIMError(f"{name}, line {number}: {len(fields)} fields, but {n} are needed")
         table.append(fields)
-        if len(table) * n > limits().fields:
-            raise CCWSIMError(f"{name} is too large for words or empty fields; remove these")
+        check(name, fields=len(table) * n)
     columns = []
     for fields in zip(*table, strict=True):
         column = column_of_numbers(fields, marks.decimal)

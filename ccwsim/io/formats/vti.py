@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile, broken, distinct_names, printable
-from ccwsim.io.limits import MAX_VARIABLES, check_bytes, check_cells
+from ccwsim.io.limits import check, check_cells
 from ccwsim.model.arrays import Floats
-from ccwsim.model.errors import CCWSIMError, refused, shown
+from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.grid import Grid
 
 _TYPES = {
@@ -67,10 +67,9 @@ def read_vti(content: bytes, name: str) -> DataFile:
         corner = corner - spacing / 2
     arrays = [a for a in arrays if a.get("NumberOfComponents", "1") == "1"]
     arrays = [a for a in arrays if a.get("type") in _TYPES and a.get("Name") not in _MARKS]
-    if not arrays or len(arrays) > MAX_VARIABLES:
-        raise refused("number_of_arrays", name=name, n=len(arrays), most=MAX_VARIABLES)
     full = tuple(int(n) if abs(n) < 2**31 else 0 for n in shape[::-1])
-    check_cells(name, (len(arrays), *full))
+    check(name, variables=len(arrays))
+    check_cells(name, *(full for _ in arrays))
     reader = _Values(root, appended, name)
     grids = [reader.read(array, prod(full)).reshape(full) for array in arrays]
     names = distinct_names([array.get("Name", "") for array in arrays])
@@ -145,7 +144,7 @@ class _Values:
                 self._raise_count(n, len(words))
             with broken(f"{self._name}: an array has a word that is not a number", ValueError):
                 return np.array(words, "S40").astype(np.float64)
-        check_bytes(self._name, n * kind.itemsize, unpacked=True)
+        check(self._name, unpacked=n * kind.itemsize)
         data = (self._unpacked if self._packed else self._plain)(stored, n * kind.itemsize)
         if len(data) != n * kind.itemsize:
             self._raise_count(n, len(data) // kind.itemsize)

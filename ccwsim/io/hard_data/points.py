@@ -21,7 +21,7 @@ from ccwsim.io.hard_data.columns import (
     height_column,
 )
 from ccwsim.io.hard_data.rows import RowProblem
-from ccwsim.io.limits import limits
+from ccwsim.io.limits import check
 from ccwsim.io.opening import PathOrFile, open_file
 from ccwsim.model.arrays import AXES, Floats, Ints, Mask, Shape, check_int, describe_shape, frozen
 from ccwsim.model.classes import are_codes
@@ -100,7 +100,7 @@ class ImportedPoints:
 
     def known(self) -> ImportedPoints:
         """Return the data with a value and coordinates; note rows without coordinates."""
-        check_few(self.name, self.n, "rows")
+        check(self.name, points=self.n)
         known, placed = ~np.isnan(self.values), np.isfinite(self.places).all(axis=1)
         notes = self.notes
         if lost := self.lines[known & ~placed].tolist():
@@ -113,12 +113,6 @@ class ImportedPoints:
             bottom, top = points.spans.T
             points.refuse(bottom > top, "the upper depth is below the lower depth; exchange them")
         return points
-
-
-def check_few(name: str, n: int, what: str) -> None:
-    """Raise an error if a file has too many rows or cells for hard data."""
-    if n > limits().points:
-        raise refused("too_many_points", name=name, n=n, what=what, most=limits().points)
 
 
 def heights_below(z: Floats, depths: list[Floats]) -> tuple[Floats, Floats | None]:
@@ -141,8 +135,7 @@ def along_wells(points: ImportedPoints, grid: Grid | None) -> ImportedPoints:
     first = np.ceil(bottom).astype(np.int64)
     counts = np.ceil(top).astype(np.int64) - first
     n = int(counts.sum())
-    if n > limits().points:
-        raise refused("too_many_cells_of_wells", name=points.name, n=n, most=limits().points)
+    check(points.name, points=n)
     which = np.repeat(np.arange(points.n), counts)
     layers = first[which] + np.arange(n) - (np.cumsum(counts) - counts)[which]
     places = points.places[which]
@@ -376,7 +369,7 @@ def _of_grid(file: DataFile, key: str, cells: NDArray, grid_shape: Shape | None)
             f"grid has {describe_shape(grid_shape)}; use equal sizes"
         )
     known = file.known(cells)
-    check_few(file.name, int(np.count_nonzero(known)), "known cells")
+    check(file.name, points=int(np.count_nonzero(known)))
     return ImportedPoints(
         places=np.argwhere(known).astype(np.float64),
         values=cells[known].astype(np.float64),

@@ -24,7 +24,6 @@ from ccwsim.io.hard_data.points import (
     ImportedPoints,
     PointsPreview,
     along_wells,
-    check_few,
     facies_of,
     heights_below,
     lines_of,
@@ -33,7 +32,7 @@ from ccwsim.io.hard_data.points import (
     preview_of,
 )
 from ccwsim.io.hard_data.rows import Intervals, RowProblems
-from ccwsim.io.limits import limits
+from ccwsim.io.limits import check, limits
 from ccwsim.io.opening import PathOrFile, open_file
 from ccwsim.model.arrays import Floats, Ints, Mask, check_choice
 from ccwsim.model.errors import CCWSIMError, refused, shown
@@ -279,7 +278,7 @@ def _points(
     file = problems.file
     columns = assign_well_columns(file, "intervals", asked).complete().columns
     lines = lines_of(file)
-    check_few(file.name, len(lines), "rows")
+    check(file.name, points=len(lines))
     single = "depth" in columns
     roles = ("depth", "depth") if single else ("depth_from", "depth_to")
     missing = np.full(len(lines), np.nan)
