@@ -1,13 +1,12 @@
 """Open questions about the file of a training image, with guessed answers."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from math import isqrt
 from typing import Any
 
 import numpy as np
-import streamlit as st
 
 from ccwsim.io import class_edges, guess_answers, read_colours, read_grid
 from ccwsim.io.formats.pictures import MAX_COLOURS, PictureFile, few_colours
@@ -21,9 +20,10 @@ from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.resolve import opened, read_upload
 from ccwsim.ui.study import questions
+from ccwsim.ui.study.asking import Item, Question, ask, same, tabs
+from ccwsim.ui.study.questions import way, which_variable
 from ccwsim.ui.widgets.errors import if_possible
-from ccwsim.ui.widgets.fields import field, options_of
-from ccwsim.ui.widgets.text import page_text, step_note
+from ccwsim.ui.widgets.text import page_text
 
 BINS = 96
 VOLUME, LAYER = "the whole volume", "one layer"
@@ -118,156 +118,137 @@ def ask_about_image(choice: ImageChoice, write: Write, *, volume: bool = True) -
     summary = questions.summary_of(upload, FilePart.answered(known) if "part" in asked else None)
     if summary is None:
         return
-    if "part" in asked:
-        _ask_part(upload, known, answer)
-    if "variable" in asked:
-        name = known.get("variable")
-        questions.ask_variable(summary, name, lambda name: answer("variable", variable=name))
-    if "shape" in asked:
-        n = summary.variables[0].shape[0]
-        small = [k for k in range(1, isqrt(n) + 1) if n % k == 0]
-        sizes = sorted({*small, *(n // k for k in small)})
-        chosen: dict[str, Any] = options_of({nx: f"{nx} (and {n // nx} N–S)" for nx in sizes})
-        chosen["write"] = lambda nx: answer("shape", shape=(n // nx, nx))
-        label = f"The file has {n:,} values: how many cells E–W?"
-        field(st.selectbox, label, key="ask_columns", value=known["shape"][1], **chosen)
-    if "slice" in asked:
-        _ask_layers(summary, known, answer)
-    if "up" in asked or summary.is_picture or "up" in known:
-        questions.ask_way("up", known, partial(answer, "up"))
-    if "gaps" in asked:
-        _ask_gaps(upload, known, answer)
-    if "values" in asked:
-        _ask_values(grid_of_file(upload, choice.answers), summary.is_picture, known, answer)
+    items: dict[str, Callable[[], list[Item]]] = {
+        "part": lambda: _part(upload, known),
+        "variable": lambda: [which_variable(summary, known.get("variable"), "variable")],
+        "shape": lambda: [_shape(summary.variables[0].shape[0], known)],
+        "slice": lambda: _layers(summary, known),
+        "up": lambda: [way("up", known)],
+        "gaps": lambda: _gaps(upload, known),
+        "values": lambda: _values(grid_of_file(upload, choice.answers), summary.is_picture, known),
+    }
+    may_turn = summary.is_picture or "up" in known
+    for question in QUESTIONS:
+        if question in asked or (question == "up" and may_turn):
+            ask(items[question](), partial(answer, question))
 
 
-def _ask_part(upload: Upload, known: Mapping[str, Any], answer: Answer) -> None:
+def _shape(n: int, known: Mapping[str, Any]) -> Question:
+    small = [k for k in range(1, isqrt(n) + 1) if n % k == 0]
+    sizes = sorted({*small, *(n // k for k in small)})
+    text = f"The file has {n:,} values: how many cells E–W?"
+    labels = {nx: f"{nx} (and {n // nx} N–S)" for nx in sizes}
+    return Question("columns", text, known["shape"][1], labels, lambda nx: {"shape": (n // nx, nx)})
+
+
+def _part(upload: Upload, known: Mapping[str, Any]) -> list[Item]:
+    """Ask whether to thin an image that is too large, or to cut a piece, and which piece."""
     shape, every = _too_large(upload)
     ny, nx = shape[-2:]
-    step_note(f"{describe_shape(shape)} cells are more than the dashboard accepts.")
-
-    def choose(way: str) -> None:
-        side = min(ny // every, nx // every)
-        middle = ((ny - side) // 2, (nx - side) // 2, side, side)
-        answer("part", **({"crop": middle} if way == PIECE else {"every": every}))
-
-    way = PIECE if {"crop", "layers"} & set(known) else ALL
-    chosen = {"value": way, "write": choose, "options": [ALL, PIECE]}
-    field(st.segmented_control, "Take", key="ask_part", **chosen)
-    if way == PIECE:
-        taken = {name: known[name] for name in ("crop", "layers") if name in known}
-        crop = taken.get("crop", (0, 0, ny, nx))
-        _crop(crop, shape, lambda crop: answer("part", **taken | {"crop": crop}))
-        if len(shape) > 2:
-            layers = taken.get("layers", (0, shape[0]))
-
-            def choose_layers(k: int, n: int) -> None:
-                answer("part", **taken | {"layers": (k, n)})
-
-            _range("Lowest layer", "Number of layers", layers, shape[0], choose_layers)
+    side = min(ny // every, nx // every)
+    start = {
+        ALL: {"every": every},
+        PIECE: {"crop": ((ny - side) // 2, (nx - side) // 2, side, side)},
+    }
+    taken = {name: known[name] for name in ("crop", "layers") if name in known}
+    items: list[Item] = [
+        f"{describe_shape(shape)} cells are more than the dashboard accepts.",
+        tabs("part", "Take", PIECE if taken else ALL, same(start), start.__getitem__),
+    ]
+    if taken:
+        items += _crop(taken.get("crop", (0, 0, ny, nx)), shape, taken)
+    if taken and len(shape) > 2:
+        first, n = taken.get("layers", (0, shape[0]))
+        names = {"lowest_layer": "Lowest layer", "number_of_layers": "Number of layers"}
+        items.append(_range(names, first, n, shape[0], lambda k, n: {**taken, "layers": (k, n)}))
     if (k := known.get("every", 1)) > 1:
-        step_note(f"Only the middle cell of each {k} × {k} cells is used.")
+        items.append(f"Only the middle cell of each {k} × {k} cells is used.")
+    return items
 
 
 def _crop(
-    crop: tuple[int, int, int, int], shape: tuple[int, ...], write: Callable[[tuple], None]
-) -> None:
+    crop: tuple[int, int, int, int], shape: tuple[int, ...], others: Mapping[str, Any]
+) -> list[Item]:
     """Ask for the south-west cell and the size of a piece of the image."""
     row, column, ny, nx = crop
-    _range("West cell", "Cells E–W", (column, nx), shape[-1], lambda c, n: write((row, c, ny, n)))
-    _range("South cell", "Cells N–S", (row, ny), shape[-2], lambda r, n: write((r, column, n, nx)))
+    along_x = {"west_cell": "West cell", "cells_ew": "Cells E–W"}
+    along_y = {"south_cell": "South cell", "cells_ns": "Cells N–S"}
+    return [
+        _range(along_x, column, nx, shape[-1], lambda k, n: {**others, "crop": (row, k, ny, n)}),
+        _range(along_y, row, ny, shape[-2], lambda k, n: {**others, "crop": (k, column, n, nx)}),
+    ]
 
 
 def _range(
-    of_first: str, of_length: str, now: tuple[int, int], n_all: int, write: Callable[..., None]
-) -> None:
+    names: Mapping[str, str], first: int, n: int, n_all: int, answers: Callable[[int, int], Any]
+) -> tuple[Item, ...]:
     """Ask for the first cell and the number of cells along one of `n_all` cells."""
-    first, n = now
-    fields: dict[str, dict[str, Any]] = {
-        of_first: {"value": first, "min_value": 0, "max_value": n_all - 1},
-        of_length: {"value": n, "min_value": 1, "max_value": n_all - first},
-    }
-    fields[of_first]["write"] = lambda first: write(first, min(n, n_all - first))
-    fields[of_length]["write"] = lambda n: write(first, n)
-    with st.container(horizontal=True, gap="small"):
-        for label, number in fields.items():
-            key = f"ask_{label.lower().replace(' ', '_').replace('–', '')}"
-            field(st.number_input, label, key=key, **number)
+    (key, text), (key_of_length, length) = names.items()
+    starts, sizes = (
+        {"min_value": low, "max_value": high} for low, high in ((0, n_all - 1), (1, n_all - first))
+    )
+    return (
+        Question(key, text, first, None, lambda k: answers(k, min(n, n_all - k)), look=starts),
+        Question(key_of_length, length, n, None, lambda size: answers(first, size), look=sizes),
+    )
 
 
-def _ask_gaps(upload: Upload, known: Mapping[str, Any], answer: Answer) -> None:
+def _gaps(upload: Upload, known: Mapping[str, Any]) -> list[Item]:
     values = grid_of_file(upload, questions.answered((), **{**known, "crop": None}))
-    n = int(np.isnan(values).sum())
-    step_note(page_text("Gaps", n=f"{n:,}", cells=f"{values.size:,}"))
-    _crop(known["crop"], values.shape[-2:], lambda crop: answer("gaps", crop=crop))
+    note = page_text("Gaps", n=f"{int(np.isnan(values).sum()):,}", cells=f"{values.size:,}")
+    return [note, *_crop(known["crop"], values.shape, {})]
 
 
-def _ask_layers(summary: FileSummary, known: Mapping[str, Any], answer: Answer) -> None:
+def _layers(summary: FileSummary, known: Mapping[str, Any]) -> list[Item]:
     """Ask whether to use the volume or a layer, and whether the first layer is the top."""
     volume, n = bool(known.get("volume")), summary.n_slices
-    chosen: dict[str, Any] = {"value": VOLUME if volume else LAYER, "options": [VOLUME, LAYER]}
-    chosen["write"] = lambda way: answer("slice", volume=way == VOLUME)
-    field(st.segmented_control, f"The file has {n} layers. Use", key="ask_layers", **chosen)
-    if volume:
-        step_note(f"All {n} layers are used as a volume. For a map, choose “{LAYER}”.")
-    else:
-        layer = known["slice_index"] + 1
-        step_note(f"Layer {layer} of {n} is used as a map. For all layers, choose “{VOLUME}”.")
-        questions.ask_slice(
-            n, known["slice_index"], lambda k: answer("slice", slice_index=k), slider=True
-        )
-    if volume and summary.asks_up:
-        ends = options_of({True: "the bottom", False: "the top"})
-        ends |= {"value": known.get("z_up", True), "key": "ask_z_up"}
-        ends["write"] = lambda up: answer("slice", volume=True, z_up=up)
-        field(st.selectbox, "The first layer of the file is", **ends)
+    labels, text = {True: VOLUME, False: LAYER}, f"The file has {n} layers. Use"
+    use = tabs("layers", text, volume, labels, lambda volume: {"volume": volume})
+    if not volume:
+        layer = known["slice_index"]
+        note = f"Layer {layer + 1} of {n} is used as a map. For all layers, choose “{VOLUME}”."
+        return [use, note, questions.which_slice(n, layer, slider=True)]
+    note = f"All {n} layers are used as a volume. For a map, choose “{LAYER}”."
+    ends, text = {True: "the bottom", False: "the top"}, "The first layer of the file is"
+    up = known.get("z_up", True)
+    lowest = Question("z_up", text, up, ends, lambda up: {"volume": True, "z_up": up})
+    return [use, note, lowest] if summary.asks_up else [use, note]
 
 
-def _ask_values(values: Floats, is_picture: bool, known: Mapping[str, Any], answer: Answer) -> None:
+def _values(values: Floats, is_picture: bool, known: Mapping[str, Any]) -> list[Item]:
     """Ask for the limits between classes, on a histogram, or for the number of colour classes."""
     values = values[~np.isnan(values)]
-    classes = COLOURS if is_picture else CLASSES
-    ways = [THRESHOLD, classes] + ([] if is_picture else [CODES])
-    by_edges = isinstance(known.get("classes"), tuple)
-    way = CODES if known.get("classes") == "codes" else classes
-    way = THRESHOLD if "threshold" in known else CLASSES if by_edges else way
-    ways = [CLASSES if by_edges and name == COLOURS else name for name in ways]
-
-    def choose(way: str) -> None:
-        start: dict[str, Any] = {classes: {"classes": 2}, CODES: {"classes": "codes"}}
-        median = questions.rounded(float(np.median(values)))
-        answer("values", **start.get(way, {"threshold": median}))
-
-    label = "Colours become facies by" if is_picture else "Values become facies by"
-    chosen = {"value": way, "write": choose, "options": ways}
-    chosen["help"] = "Drag a line or type a limit. Values at the limit are in the facies above."
-    field(st.segmented_control, label, key="ask_values", **chosen)
-    n = known.get("classes")
+    n, threshold = known.get("classes"), known.get("threshold")
+    classes = COLOURS if is_picture and not isinstance(n, tuple) else CLASSES
+    start: dict[str, Mapping[str, Any]] = {
+        THRESHOLD: {"threshold": questions.rounded(float(np.median(values)))},
+        classes: {"classes": 2},
+    }
+    start |= {} if is_picture else {CODES: {"classes": "codes"}}
+    way = THRESHOLD if threshold is not None else CODES if n == "codes" else classes
+    text = f"{'Colours' if is_picture else 'Values'} become facies by"
+    tip = "Drag a line or type a limit. Values at the limit are in the facies above."
+    items: list[Item] = [tabs("values", text, way, same(start), start.__getitem__, help=tip)]
     if way == classes and isinstance(n, int):
-        most = MAX_COLOURS if is_picture else 32
-        number: dict[str, Any] = {"value": n, "min_value": 2, "max_value": most}
-        number["write"] = lambda n: answer("values", classes=n)
-        field(st.number_input, "How many", key="ask_classes", **number)
+        bounds = {"min_value": 2, "max_value": MAX_COLOURS if is_picture else 32}
+        items.append(Question("classes", "How many", n, look=bounds))
     if way in (CODES, COLOURS):
-        return
-    if way == THRESHOLD:
-        edges = [float(known["threshold"])]
-    else:
-        edges = list(known["classes"]) if by_edges else class_edges(values, int(n or 2)).tolist()
-    _histogram(values, edges, answer)
-    if way == THRESHOLD:
-        number = {"value": edges[0], "write": lambda v: answer("values", threshold=v)}
-        label = "Threshold: values at or above it are facies 1, values below it facies 0"
-        field(st.number_input, label, key="ask_threshold", format="%g", **number)
+        return items
+    if threshold is None:
+        edges = n if isinstance(n, tuple) else class_edges(values, int(n or 2)).tolist()
+        return [*items, partial(_histogram, values, edges)]
+    text = "Threshold: values at or above it are facies 1, values below it facies 0"
+    limit = Question("threshold", text, float(threshold), look={"format": "%g"})
+    return [*items, partial(_histogram, values, [limit.value]), limit]
 
 
-def _histogram(values: Floats, edges: list[float], answer: Answer) -> None:
+def _histogram(values: Floats, edges: Sequence[float], write: Answer) -> None:
     low, high = float(values.min()), float(values.max())
     counts, _ = np.histogram(values, BINS, (low, high))
 
     def moved(edges: list[float]) -> None:
         one, *others = map(float, edges)
-        answer("values", **({"classes": (one, *others)} if others else {"threshold": one}))
+        write(**({"classes": (one, *others)} if others else {"threshold": one}))
 
     data = {"counts": counts.tolist(), "low": low, "high": high, "label": "Limit between facies"}
     data["edges"] = [questions.rounded(edge) for edge in edges]

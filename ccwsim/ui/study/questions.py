@@ -3,8 +3,8 @@
 import re
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
-from contextlib import nullcontext
 from dataclasses import replace
+from functools import partial
 from itertools import cycle
 from typing import Any
 
@@ -21,8 +21,9 @@ from ccwsim.io.hard_data.rows import RowProblem
 from ccwsim.model.arrays import Ints, describe_shape
 from ccwsim.sharing.choices import Answers, Choices, DataChoice, Upload
 from ccwsim.ui.session import resolve
+from ccwsim.ui.study.asking import Item, Question, Write, ask, same
 from ccwsim.ui.widgets.errors import if_possible
-from ccwsim.ui.widgets.fields import button, field, options_of
+from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.text import page_labels, plain
 
 MAX_LISTED = 300
@@ -68,11 +69,8 @@ WIDTH = 232  # width of a question in pixels if several questions are side by si
 KEPT = "The study keeps its present data."
 IN_SCRIPTS = re.compile(r" \(\w+=[^)]*\)")
 """Pattern of hints in error messages that are only useful in scripts."""
-OPEN: dict[str, Any] = {"placeholder": "choose one"}
 Use = Callable[..., None]
 """A function use(choice, grid) that puts chosen data into the study; `grid` is optional."""
-Write = Callable[..., None]
-"""A function write(name=value) that stores answers to questions; None removes an answer."""
 
 
 def summary_of(upload: Upload | None, part: FilePart | None = None) -> FileSummary | None:
@@ -129,31 +127,32 @@ def ask_data(choices: Choices, use: Use, *, wide: bool = False) -> None:
     If `wide`, all columns and names are shown with their guesses. Other functions then offer a
     larger grid, ask about rows that do not fit, and draw the columns of tables of wells.
     """
-    choice, grid, points = choices.data, choices.grid, None
+    choice, volume, items = choices.data, choices.grid.nz is not None, list[Item]()
     write = writer(choice, use)
-    if choice.source == "file" and choice.tables is not None:
-        if not wide:
-            for table, preview in resolve.previews_of_wells(choice).items():
-                ask_columns_of_wells(choice, table, preview, use)
-        points = if_possible(lambda: resolve.points_in_files(choices))
-    elif choice.source == "file" and choice.upload is not None:
+    if choice.source == "file" and choice.tables is not None and not wide:
+        for table, preview in resolve.previews_of_wells(choice).items():
+            ask_columns_of_wells(choice, table, preview, use)
+    elif choice.source == "file" and choice.tables is None and choice.upload is not None:
         summary = summary_of(choice.upload)
         if summary is None:
             return
         if summary.is_table:
-            preview = resolve.preview_of(choice, grid)
-            if grid.nz is not None and not wide:
+            preview = resolve.preview_of(choice, choices.grid)
+            if volume and not wide:
                 st.caption(plain(taken_as(preview)))
-            _ask_columns(choice, preview, ROLES if grid.nz is None else ROLES_OF_VOLUME, use, wide)
-            _ask_coordinates(choice, preview, write)
+            items += _columns(choice, preview, ROLES_OF_VOLUME if volume else ROLES, wide)
+            items += _coordinates(choice, preview)
         else:
-            _ask_grid(summary, choice, grid.nz is not None, write)
+            items += _grid(summary, choice, volume)
+    points = None
+    if choice.source == "file":
         points = if_possible(lambda: resolve.points_in_files(choices))
     if points is not None and points.continuous:
-        _ask_threshold(points, dict(choice.answers).get("threshold"), write)
+        items += _threshold(points, dict(choice.answers).get("threshold"))
     placed = if_possible(lambda: resolve.placed_data(choices))
     if placed is not None:
-        _ask_names(choices, placed, write, wide)
+        items += _names(choices, placed, wide)
+    ask(items, write)
     if not wide:
         offer_fit(choices, use)
         ask_troubles(choices, use)
@@ -164,32 +163,27 @@ def writer(choice: DataChoice, use: Use) -> Write:
     return lambda **new: use(replace(choice, answers=answered(choice.answers, **new)))
 
 
-def _ask_grid(summary: FileSummary, choice: DataChoice, volume: bool, write: Write) -> None:
-    """Ask the open questions about a grid of data."""
-    known = dict(choice.answers)
+def _grid(summary: FileSummary, choice: DataChoice, volume: bool) -> list[Item]:
+    """Return the open questions about a grid of data."""
+    known, items = dict(choice.answers), list[Item]()
     if len(summary.variables) > 1:
-        ask_variable(summary, known.get("facies"), lambda name: write(facies=name))
-    if not volume:
-        index = known.get("slice_index")
-        ask_slice(summary.n_slices, index, lambda index: write(slice_index=index))
-    for name in ("up", "z_up") if volume else ("up",):
-        if summary.asks_up or name in known:
-            ask_way(name, known, write)
+        items.append(which_variable(summary, known.get("facies"), "facies"))
+    if not volume and summary.n_slices > 1:
+        items.append(which_slice(summary.n_slices, known.get("slice_index")))
+    ways = ("up", "z_up") if volume else ("up",)
+    return items + [way(name, known) for name in ways if summary.asks_up or name in known]
 
 
-def ask_variable(summary: FileSummary, value: str | None, write: Callable[[str], None]) -> None:
+def which_variable(summary: FileSummary, value: str | None, argument: str) -> Question:
     """Ask which of the variables in a file is the facies."""
-    names = [variable.name for variable in summary.variables]
-    chosen: dict[str, Any] = {"value": value, "write": write, "options": names}
-    field(st.selectbox, "Which variable is the facies?", key="ask_variable", **chosen, **OPEN)
+    names = same(variable.name for variable in summary.variables)
+    text = "Which variable is the facies?"
+    return Question("variable", text, value, names, lambda name: {argument: name})
 
 
-def ask_way(name: str, known: Mapping[str, Any], write: Write, label: str = "") -> None:
-    """Ask a question of `WAYS`; the answer None is possible, although no widget can return None."""
-    ways = list(WAYS[name])
-    chosen = {"value": ways.index(known.get(name)), "write": lambda k: write(**{name: ways[k]})}
-    chosen |= options_of(dict(enumerate(WAYS[name].values())))
-    field(st.selectbox, label or LABELS[name], key=f"ask_{name}", **chosen)
+def way(name: str, known: Mapping[str, Any], label: str = "") -> Question:
+    """Ask a question of `WAYS`."""
+    return Question(name, label or LABELS[name], known.get(name), WAYS[name])
 
 
 def ask_columns_of_wells(
@@ -206,7 +200,7 @@ def ask_columns_of_wells(
         return
     if not wide:
         st.caption(plain(f"{table.capitalize()}: {taken_as(preview)}"))
-    _ask_columns(choice, preview, ROLES_OF_WELLS[table], use, wide)
+    ask(_columns(choice, preview, ROLES_OF_WELLS[table], wide), writer(choice, use))
 
 
 def taken_as(preview: PointsPreview) -> str:
@@ -220,40 +214,42 @@ def role_of(role: str) -> str:
     return re.sub("^(collar|survey)_", "", role).replace("_", " ")
 
 
-def _ask_columns(
-    choice: DataChoice, preview: PointsPreview, roles: Sequence[str], use: Use, wide: bool
-) -> None:
-    """Ask for the roles of the columns of a table, and show the guesses."""
-    write = writer(choice, use)
+def _columns(
+    choice: DataChoice, preview: PointsPreview, roles: Sequence[str], wide: bool
+) -> list[Item]:
+    """Return the questions about the columns of a table, with the guesses."""
     known = {role: name for role, name in choice.answers if role in roles}
     taken = {role: known.get(role, preview.guess.get(role)) for role in roles}
     lack = _may_lack(roles)
-    asked = _open_alternatives(preview, roles)
+    asked = {role for role, name in known.items() if name or role not in lack}
+    asked |= {*_open_alternatives(preview, roles)} if not wide else {*roles}
+    unclear = preview.assignment.unclear
+    asked |= {r for r in roles if r not in lack and (r not in preview.guess or unclear)}
     many = wide and roles is not ROLES
-    places = st.container(horizontal=True) if many else nullcontext()
-    for role in roles:
+    items = tuple(
+        Question(
+            f"column_{role}",
+            "z of the collar" if role == "z" and "collar_well" in roles else LABELS[role],
+            taken[role] or (NO_COLUMN if role in lack else None),
+            ({NO_COLUMN: "none"} if role in lack else {})
+            | same(preview.columns if role in TEXT_ROLES else preview.numeric),
+            partial(_answers_of_column, taken, role),
+            look={"width": WIDTH} if many else {},
+        )
+        for role in roles
+        if role in asked
+    )
+    return [items] if many else [*items]
 
-        def choose(name: str, role: str = role) -> None:
-            new: dict[str, Any] = with_column(taken, role, name)
-            if new.get("facies") != taken.get("facies"):
-                new |= {"threshold": None, "facies_names": None}
-            write(**new)
 
-        if role in lack:
-            offer = wide or bool(known.get(role)) or role in asked
-        else:
-            offer = wide or role not in preview.guess or role in known or preview.assignment.unclear
-        if not offer:
-            continue
-        names = preview.columns if role in TEXT_ROLES else preview.numeric
-        options = {NO_COLUMN: "none"} if role in lack else {}
-        options |= {name: name for name in names}
-        value = taken[role] or (NO_COLUMN if role in lack else None)
-        chosen: dict[str, Any] = {"value": value, "write": choose, **options_of(options)}
-        chosen |= {"width": WIDTH} if many else {}
-        label = "z of the collar" if role == "z" and "collar_well" in roles else LABELS[role]
-        with places:
-            field(st.selectbox, label, key=f"ask_column_{role}", **chosen, **OPEN)
+def _answers_of_column(
+    taken: Mapping[str, str | None], role: str, column: str
+) -> Mapping[str, str | None]:
+    """Return the columns after a change of one role; another facies has other values and names."""
+    new = with_column(taken, role, column)
+    if new.get("facies") == taken.get("facies"):
+        return new
+    return new | {"threshold": None, "facies_names": None}
 
 
 def _may_lack(roles: Collection[str]) -> tuple[str, ...]:
@@ -290,68 +286,73 @@ def with_column(taken: Mapping[str, str | None], role: str, column: str) -> dict
     return new
 
 
-def _ask_coordinates(choice: DataChoice, preview: PointsPreview, write: Write) -> None:
+def _coordinates(choice: DataChoice, preview: PointsPreview) -> list[Item]:
     """Ask for the meaning of position columns if the column names do not show it."""
     known = dict(choice.answers)
+    if not preview.assignment.unclear and not {"x", "y", "coordinates"} & known.keys():
+        return []
+    no_depths = dict.fromkeys(DEPTHS)  # positions in cells have a layer and no depths
+    more = {"cells": no_depths}
+    question = way("coordinates", known)
+    return [replace(question, answers=lambda how: {"coordinates": how, **more.get(how, {})})]
 
-    def choose(coordinates: str | None) -> None:
-        cells = coordinates == "cells"  # positions in cells have a layer and no depths
-        write(coordinates=coordinates, **{role: None for role in DEPTHS if cells})
 
-    if preview.assignment.unclear or {"x", "y", "coordinates"} & known.keys():
-        ask_way("coordinates", known, choose)
-
-
-def ask_slice(n: int, index: int | None, write: Write, *, slider: bool = False) -> None:
-    """Ask which slice of a file to use; slice numbers start at 0 in code and at 1 on the page."""
-    chosen: dict[str, Any] = {"key": "ask_slice", "value": None if index is None else index + 1}
-    chosen["write"] = lambda number: write(number - 1)
-    label = f"Which of {n} slices, counted from the bottom?"
+def which_slice(n: int, index: int | None, *, slider: bool = False) -> Question:
+    """Ask which of n slices to use; slice numbers start at 0 in code and at 1 on the page."""
+    number = Question(
+        "slice",
+        f"Which of {n} slices, counted from the bottom?",
+        None if index is None else index + 1,
+        answers=lambda number: {"slice_index": number - 1},
+        look={"min_value": 1, "max_value": n},
+    )
     if n > MAX_LISTED:
-        field(st.number_input, label, **chosen, min_value=1, max_value=n, **OPEN)
-    elif slider:
-        field(st.slider, label, **chosen, min_value=1, max_value=n)
-    elif n > 1:
-        offered = options_of({k: f"{k} of {n}" for k in range(1, n + 1)})
-        field(st.selectbox, "Which slice, counted from the bottom?", **chosen, **offered, **OPEN)
+        return number
+    if slider:
+        return replace(number, widget=st.slider)
+    offered = {k: f"{k} of {n}" for k in range(1, n + 1)}
+    text = "Which slice, counted from the bottom?"
+    return replace(number, text=text, options=offered, look={})
 
 
-def _ask_threshold(points: ImportedPoints, known: float | None, write: Write) -> None:
+def _threshold(points: ImportedPoints, known: float | None) -> list[Item]:
     """Ask for a threshold for values that are not codes; the guess is the median."""
     guess = rounded(float(np.median(points.values)))
     low, high = points.values.min(), points.values.max()
+    text = f"{plain(points.variable)} is from {low:g} to {high:g}. Lowest value of facies 1?"
+    look = {"placeholder": f"such as {guess:g}", "format": "%g"}
+    label, key = f"Use the median, {guess:g}", "ask_median"
+    question = Question("threshold", text, known, look=look)
+    if known is not None:
+        return [question]
+    return [
+        question,
+        lambda write: button(label, key=key, on_click=partial(write, threshold=guess)),
+    ]
 
-    def cut(value: float) -> None:
-        write(threshold=float(value))
 
-    label = f"{plain(points.variable)} is from {low:g} to {high:g}. Lowest value of facies 1?"
-    value: dict[str, Any] = {"value": known, "write": cut, "placeholder": f"such as {guess:g}"}
-    field(st.number_input, label, key="ask_threshold", format="%g", **value)
-    if known is None:
-        button(f"Use the median, {guess:g}", key="ask_median", on_click=cut, args=(guess,))
-
-
-def _ask_names(choices: Choices, placed: PlacedPoints, write: Write, wide: bool) -> None:
+def _names(choices: Choices, placed: PlacedPoints, wide: bool) -> list[Item]:
     """Ask which facies of the image each name or unknown code in the file denotes."""
     image, points = resolve.image_of(choices.image), placed.points
     given = dict(dict(choices.data.answers).get("facies_names", ()))
-    unknown = {*placed.unknown_facies}
-    asked = [*(points.words if wide else ()), *given, *sorted(unknown)]
+    asked = [*(points.words if wide else ()), *given, *sorted({*placed.unknown_facies})]
     shown = {name.casefold(): name for name in reversed(asked)}
     shown = list(dict.fromkeys(shown[name.casefold()] for name in asked))
     labels = dict(zip(image.codes.tolist(), image.facies_names, strict=True))
+    items: list[Item] = []
     for k, name in enumerate(shown[:MAX_NAMES]):
-
-        def choose(code: int, name: str = name) -> None:
-            write(facies_names=tuple(sorted({**given, name: code}.items())))
-
         code = given.get(name, _code_of(placed, name))
-        value = code if code in labels else None
-        chosen: dict[str, Any] = {"value": value, "write": choose, **options_of(labels)}
-        label = f"{name} is" if points.words else f"Facies {name} is"
-        field(st.selectbox, plain(label), key=f"ask_name_{k}", **chosen, **OPEN)
+        text = plain(f"{name} is" if points.words else f"Facies {name} is")
+        value, answers = code if code in labels else None, partial(_answers_of_name, given, name)
+        items.append(Question(f"name_{k}", text, value, labels, answers))
     if len(shown) > MAX_NAMES:
-        st.caption(f"{len(shown)} different facies; the first {MAX_NAMES} are listed.")
+        note = f"{len(shown)} different facies; the first {MAX_NAMES} are listed."
+        items.append(lambda _: st.caption(note))
+    return items
+
+
+def _answers_of_name(given: Mapping[str, int], name: str, code: int) -> dict[str, Any]:
+    return {"facies_names": tuple(sorted({**given, name: code}.items()))}
 
 
 def _code_of(placed: PlacedPoints, name: str) -> int | None:
@@ -389,7 +390,7 @@ def ask_troubles(choices: Choices, use: Use, *, wide: bool = False) -> None:
     places = st.columns(2, gap="large") if wide and troubles else [st.container()]
     for place, (name, label) in zip(cycle(places), troubles.items(), strict=False):
         with place:
-            ask_way(name, known, write, label[:1].upper() + label[1:])
+            ask([way(name, known, label[:1].upper() + label[1:])], write)
             if name in kinds:
                 _list_rows(placed, kinds[name], wide)
             else:
