@@ -29,15 +29,11 @@ class Archive:
                 raise CCWSIMError(f"{self._name}: its compression is not supported; save it again")
         check(self._name, unpacked=sum(max(info.file_size, 0) for info in infos))
 
-    def start(self, member: str, n_bytes: int) -> bytes:
-        """Return the first bytes of a member."""
-        with self._archive.open(self.infos[member]) as file:
-            return file.read(n_bytes)
-
     def read(self, member: str) -> bytes:
         """Return a member's content, limited to the size stated in the zip's directory."""
         size = self.infos[member].file_size
-        content = self.start(member, size)
+        with self._archive.open(self.infos[member]) as file:
+            content = file.read(size)
         if len(content) < size:
             raise EOFError("a member ends early")
         return content

@@ -17,6 +17,30 @@ from ccwsim.model.grid import Grid, fault_of_crs
 from ccwsim.model.missing import known_values, unknown_note
 
 
+@dataclass(frozen=True)
+class Geometry:
+    """The geometry that a file states for its grids; numbers along x, y and perhaps z."""
+
+    cell_size: tuple[float, ...] = ()  # empty if the file does not state it
+    origin: tuple[float, ...] = ()  # outer corner of the first cell; empty if it is not stated
+    crs: str = ""  # coordinate system, such as "EPSG:32632" or a text in WKT
+
+    def grid(self, shape: tuple[int, ...]) -> Grid:
+        """Return a grid of the given shape; unknown cells have the size 1 and begin at 0."""
+        n, crs = len(shape), "" if fault_of_crs(self.crs) else self.crs
+        size, origin = self.cell_size[:n] or (1.0, 1.0), self.origin[:n] or (0.0, 0.0)
+        return replace(Grid.of(shape), cell_size=size, origin=origin, crs=crs)
+
+    def part(self, first: Sequence[int], every: int) -> Geometry:
+        """Return the geometry of a part that begins at (layer,) row and column `first`."""
+        origin = self.origin or (0.0,) * len(self.cell_size)
+        starts = zip(origin, self.cell_size, (*first[::-1], 0), strict=False)
+        sizes = [every * size for size in self.cell_size[:2]] + [*self.cell_size[2:]]
+        return replace(
+            self, cell_size=tuple(sizes), origin=tuple(o + size * k for o, size, k in starts)
+        )
+
+
 @dataclass(frozen=True, eq=False)
 class DataFile:
     """The unconverted variables of a file."""
@@ -33,11 +57,7 @@ class DataFile:
     asks_up: bool = False  # whether the user must check `south_first`
     # codes for missing values that the file states; `CUSTOMARY_CODES` and NaN count too
     missing: tuple[float, ...] = ()
-    # cell size and origin (outer corner of the first cell) along x and y, if the file has them
-    cell_size: tuple[float, float] | None = None
-    origin: tuple[float, float] | None = None
-    along_z: tuple[float, float] | None = None  # cell size and origin along z, if the file has them
-    crs: str = ""  # coordinate system, such as "EPSG:32632" or a text in WKT
+    geometry: Geometry = Geometry()
     # names of the values 0, 1, … of a variable, if the file contains names
     labels: dict[str, tuple[str, ...]] = field(default_factory=dict)
     # text columns of a table, such as names of wells and facies
@@ -48,8 +68,8 @@ class DataFile:
     def __post_init__(self) -> None:
         if not self.variables and not self.is_table:
             raise refused("no_grid", name=self.name)
-        places = [*zip("xy", self.cell_size or (), self.origin or (0.0, 0.0), strict=False)]
-        for axis, size, start in [*places, ("z", *self.along_z)] if self.along_z else places:
+        origin = self.geometry.origin or (0.0,) * 3
+        for axis, size, start in zip("xyz", self.geometry.cell_size, origin, strict=False):
             if not (0 < size < inf and abs(start) < inf):
                 raise refused("impossible_cells", name=self.name, size=size, axis=axis, start=start)
 
@@ -94,23 +114,10 @@ class DataFile:
 
     def at(self, cell_size: Sequence[float], corner: Sequence[float] = ()) -> DataFile:
         """Return the file with the given cell size and outer corner along x, y and perhaps z."""
-        if not cell_size:
+        if not len(cell_size):
             return self
-        starts = [*corner] or [0.0] * len(cell_size)
-        origin = (starts[0], starts[1]) if corner else None
-        along_z = (cell_size[2], starts[2]) if len(cell_size) > 2 else None
-        size = cell_size[0], cell_size[1]
-        return replace(self, cell_size=size, origin=origin, along_z=along_z)
-
-    def placed(self, shape: tuple[int, ...]) -> Grid:
-        """Return a grid of the given shape with the cell size and origin of the file."""
-        grid = Grid.of(shape)
-        size, origin = self.cell_size or (1.0, 1.0), self.origin or (0.0, 0.0)
-        if grid.nz is not None:
-            height, bottom = self.along_z or (1.0, 0.0)
-            size, origin = (*size, height), (*origin, bottom)
-        crs = "" if fault_of_crs(self.crs) else self.crs
-        return replace(grid, cell_size=size, origin=origin, crs=crs)
+        place = replace(self.geometry, cell_size=tuple(cell_size), origin=tuple(corner))
+        return replace(self, geometry=place)
 
     def oriented(
         self,

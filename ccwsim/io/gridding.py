@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.io.data_file import DataFile
+from ccwsim.io.data_file import DataFile, Geometry
 from ccwsim.io.formats.text_tables import numbered
 from ccwsim.io.hard_data import columns as of_data
 from ccwsim.io.limits import limits
@@ -164,15 +164,10 @@ def part_of_grid(
         piece = part.of(file.name, np.flip(grid, turned))
         grids[key] = np.ascontiguousarray(np.flip(piece, turned))  # a view would keep the grid
     made = replace(file, variables=grids, is_table=False, lines=None, words={}, columns=())
-    if file.cell_size is None or section:
-        return replace(made, cell_size=None, origin=None, along_z=None)
-    k, first = part.every, part.box(file.name, grid.shape)[0]
-    (sx, sy), (x, y) = file.cell_size, file.origin or (0.0, 0.0)
-    if file.along_z is not None:
-        height, bottom = file.along_z
-        made = replace(made, along_z=(height, bottom + first[0] * height))
-    place = (x + first[-1] * sx, y + first[-2] * sy)
-    return replace(made, cell_size=(k * sx, k * sy), origin=place)
+    if not file.geometry.cell_size or section:
+        return replace(made, geometry=Geometry(crs=file.geometry.crs))
+    first, _ = part.box(file.name, grid.shape)
+    return replace(made, geometry=file.geometry.part(first, part.every))
 
 
 def _of_rows(file: DataFile) -> DataFile:

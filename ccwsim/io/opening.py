@@ -282,7 +282,7 @@ def inspect(path_or_file: PathOrFile, part: FilePart | None = None) -> FileSumma
     if isinstance(file, pictures.PictureFile):
         return _of_picture(file)
     variables = tuple(_variable(file, key) for key in file.variables)
-    place = file.cell_size, file.origin
+    place = file.geometry.cell_size[:2] or None, file.geometry.origin[:2] or None
     return FileSummary(file.kind, file.name, variables, file.is_table, False, file.asks_up, *place)
 
 

@@ -182,7 +182,7 @@ def _of_grids(file: DataFile | PictureFile, image: TrainingImage | None) -> Ense
         for k, layer in zip(known, layers, strict=True)
     ]
     stack = np.stack(cells)[..., :: 1 if file.south_first else -1, :]
-    return _ensemble(stack, file.placed(stack.shape[1:]), image)
+    return _ensemble(stack, file.geometry.grid(stack.shape[1:]), image)
 
 
 def _ensemble(stack: NDArray, grid: Grid, image: TrainingImage | None) -> Ensemble:

@@ -244,9 +244,10 @@ def _maps(path_or_file: PathOrFile, grid: Grid) -> tuple[DataFile, dict[str, NDA
 def _check_geometry(file: DataFile, grid: Grid) -> None:
     """Raise an error if file and grid both have world coordinates, and these differ."""
     usual = Grid.of(grid.shape)
-    if file.cell_size is None or (grid.cell_size, grid.origin) == (usual.cell_size, usual.origin):
+    is_usual = (grid.cell_size, grid.origin) == (usual.cell_size, usual.origin)
+    if is_usual or not file.geometry.cell_size:
         return
-    both = file.placed(grid.shape), grid
+    both = file.geometry.grid(grid.shape), grid
     given, own = (np.array([one.cell_size[:2], one.origin[:2]]) for one in both)
     if (np.abs(given - own) > 0.01 * own[0]).any():
         raise CCWSIMError(

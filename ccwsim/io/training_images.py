@@ -157,10 +157,15 @@ def read_geometry(path_or_file: PathOrFile, **answers: Any) -> Grid | None:
     Grid(ny=1, nx=2, cell_size=(10.0, 10.0), origin=(500.0, 0.0))
     """
     file, key, values = _read(path_or_file, answers)
-    if isinstance(file, pictures.PictureFile) or file.cell_size is None or answers.get("transpose"):
+    if (
+        isinstance(file, pictures.PictureFile)
+        or not file.geometry.cell_size
+        or answers.get("transpose")
+    ):
         return None
     is_section = file.variables[key].shape[1:] != values.shape[-2:]
-    return None if is_section else file.placed(values.shape)
+    unplaced = is_section or not file.geometry.cell_size
+    return None if unplaced else file.geometry.grid(values.shape)
 
 
 def _read(

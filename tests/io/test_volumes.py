@@ -158,7 +158,7 @@ class TestMaps:
             np.testing.assert_allclose(found, own, atol=1e-6)
         if kind != "npz":
             file = open_file(BytesIO(content))
-            assert file.placed(CODES.shape) == PLACED
+            assert file.geometry.grid(CODES.shape) == PLACED
 
     def test_netcdf_has_z(self):
         xarray = pytest.importorskip("xarray")
@@ -216,7 +216,7 @@ class TestVtk:
         points = f'<PointData><DataArray type="Float32" Name="f">{text}</DataArray></PointData>'
         content = vtk(points, extent="0 4 0 3 0 2")
         np.testing.assert_array_equal(read(content), CODES)
-        placed = open_file(BytesIO(content)).placed(CODES.shape)
+        placed = open_file(BytesIO(content)).geometry.grid(CODES.shape)
         assert (placed.origin, placed.cell_size) == ((0.0, 1.0, 2.75), (2.0, 2.0, 0.5))
 
     @pytest.mark.parametrize(

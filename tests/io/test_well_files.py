@@ -254,7 +254,10 @@ def test_geojson_of_names_and_other_shapes():
 
 
 def test_a_large_geojson_is_refused_before_it_is_decoded():
-    with limited(upload_limits({})), pytest.raises(CCWSIMError, match="in JSON are more than 500000"):
+    with (
+        limited(upload_limits({})),
+        pytest.raises(CCWSIMError, match="in JSON are more than"),
+    ):
         points(b'{"features": [' + b"[]," * 600_000 + b"[]]}")
 
 
@@ -265,7 +268,10 @@ def test_geopackage_and_shapefile_read_alike(ending):
     content = sample.gis(ending)
     data = cio.read_hard_data(BytesIO(content), (3, 4))
     assert data.digest == cio.read_hard_data(BytesIO(sample.csv()), (3, 4)).digest
-    few, said = upload_limits({"CCWSIM_MAX_UPLOAD_POINTS": "3"}), "4 points or known cells are more than 3"
+    few, said = (
+        upload_limits({"CCWSIM_MAX_UPLOAD_POINTS": "3"}),
+        "4 points or known cells are more than 3",
+    )
     with limited(few), pytest.raises(CCWSIMError, match=said):
         cio.read_points(BytesIO(content))
     with pytest.raises(CCWSIMError, match="file"):

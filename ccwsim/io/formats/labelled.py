@@ -1,7 +1,6 @@
 """Read arrays with named axes from NetCDF and HDF5 files, and write NetCDF."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from io import BytesIO
 from math import prod
 from typing import Any
@@ -10,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim import CCWSIMError, Grid
-from ccwsim.io.data_file import DataFile, broken
+from ccwsim.io.data_file import DataFile, Geometry, broken
 from ccwsim.io.formats.rasters import code_and_wkt
 from ccwsim.io.limits import check, check_cells, limits
 from ccwsim.model.arrays import AXES, labelled_axes, oriented_values
@@ -35,7 +34,7 @@ def read_netcdf(content: bytes, name: str) -> DataFile:
             for key, array in _apart(dataset)
             if array.ndim >= 2 and array.dtype.kind in "iufb"
         }
-        return replace(_file_of(arrays, name), crs=_crs_of(dataset))
+        return _file_of(arrays, name, _crs_of(dataset))
 
 
 def _crs_of(dataset: Any) -> str:
@@ -57,7 +56,7 @@ def _apart(dataset: Any) -> Iterator[tuple[Any, Any]]:
             yield f"{key} ({k + 1})", array.isel({REALIZATION: k})
 
 
-def _file_of(arrays: dict[str, Any], name: str) -> DataFile:
+def _file_of(arrays: dict[str, Any], name: str, crs: str) -> DataFile:
     check(name, variables=len(arrays))
     check_cells(name, *(array.shape for array in arrays.values()))
     with broken(f"{name}: the NetCDF file cannot be read", remedy="save it again"):
@@ -65,7 +64,7 @@ def _file_of(arrays: dict[str, Any], name: str) -> DataFile:
     if too_many := next((key for key, grid in grids.items() if grid.ndim > 3), None):
         raise CCWSIMError(f"{name}: {too_many} has {grids[too_many].ndim} axes; save at most 3")
     grids = {key: grid if grid.ndim == 3 else grid[None] for key, grid in grids.items()}
-    file = DataFile("NetCDF file", name, grids)
+    file = DataFile("NetCDF file", name, grids, geometry=Geometry(crs=crs))
     sizes, origins = zip(*labelled_axes(next(iter(arrays.values()))), strict=True)
     return file.at(sizes, origins) if len(sizes) > 1 else file
 

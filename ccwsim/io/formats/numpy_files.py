@@ -13,9 +13,9 @@ from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from ccwsim.io.archive import Archive, opened_archive
-from ccwsim.io.data_file import DataFile, broken, distinct_names
+from ccwsim.io.data_file import DataFile, Geometry, broken, distinct_names
 from ccwsim.io.formats.tables import table_of
-from ccwsim.io.limits import TooManyCells, check, check_cells
+from ccwsim.io.limits import check, check_cells
 from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.grid import Grid
 
@@ -24,8 +24,11 @@ MAX_NPY_HEADER = 10_000  # maximum number of bytes of an array header, equal to 
 
 def read_npy(content: bytes, name: str, *, stacked: bool = False) -> DataFile:
     """Return an array (ny, nx) or (n, ny, nx); with `stacked`, also (n, nz, ny, nx)."""
-    grid = _grid(content, name, (2, 3, 4) if stacked else (2, 3))
-    return DataFile("NumPy array", name, {"array": grid}, asks_up=True)
+    array = _Array.of_numbers(content, name)
+    check_cells(name, array.shape or (1,))
+    if len(array.shape) not in ((2, 3, 4) if stacked else (2, 3)):
+        raise refused("not_a_grid", name=name, shape=shown(array.shape))
+    return DataFile("NumPy array", name, {"array": array.grid()}, asks_up=True)
 
 
 def read_npz(content: bytes, name: str) -> DataFile:
@@ -34,19 +37,15 @@ def read_npz(content: bytes, name: str) -> DataFile:
         table = _cells_and_facies(archive, name)
         if table is not None:
             return table
-        members, reasons = _grids(archive, name)
+        grids, reasons = _grids(archive, name)
     place = {}
     with suppress(CCWSIMError):  # members of other programs may have the same names
         place = npz_arrays(content, name, {"cell_size": "fiu", "origin": "fiu", "crs": "U"})
-    if not members:
+    if not grids:
         tail = f"; {reasons[0]}" if reasons else ""
         raise CCWSIMError(f"{name}: no array of the file has rows and columns{tail}")
-    names = distinct_names([key.removesuffix(".npy") for key in members])
-    grids: dict[str, NDArray] = {}
-    for key in names:
-        member = members.pop(next(iter(members)))  # free bytes after conversion
-        grids[key] = _grid(member, f"{name}, {key}")
-    file = DataFile("NumPy arrays", name, grids, asks_up=True, crs=str(place.get("crs", "")))
+    stated = Geometry(crs=str(place.get("crs", "")))
+    file = DataFile("NumPy arrays", name, grids, asks_up=True, geometry=stated)
     size, origin = (place.get(key, np.zeros(0)) for key in ("cell_size", "origin"))
     placed = size.shape == origin.shape and size.shape in ((2,), (3,))
     return file.at(size.tolist(), origin.tolist()) if placed else file
@@ -84,14 +83,6 @@ def one_value(arrays: Mapping[str, NDArray], name: str, default: Any) -> Any:
     return value.item()
 
 
-def _grid(content: bytes, name: str, dimensions: tuple[int, ...] = (2, 3)) -> NDArray:
-    array = _Array.of_numbers(content, name)
-    if len(array.shape) not in dimensions:
-        raise refused("not_a_grid", name=name, shape=shown(array.shape))
-    values = array.values()
-    return values[None] if values.ndim == 2 else values
-
-
 def _cells_and_facies(archive: Archive, name: str) -> DataFile | None:
     """Return the arrays `cells` (n, 2 or 3) and `facies` (n,) of an archive as a table."""
     keys = ("cells", "facies")
@@ -110,26 +101,23 @@ def _cells_and_facies(archive: Archive, name: str) -> DataFile | None:
     return table_of("NumPy arrays", name, [*places, "facies"], [*cells.T, facies], lines)
 
 
-def _grids(archive: Archive, name: str) -> tuple[dict[str, bytes], list[str]]:
-    """Return the members that can be grids, and the reasons that exclude the other members."""
-    arrays = [key for key in archive.infos if key.endswith(".npy")]
-    check(name, variables=len(arrays))
-    archive.check(arrays)
-    shapes, reasons = {}, []
-    for key, label in zip(arrays, distinct_names(arrays), strict=True):
+def _grids(archive: Archive, name: str) -> tuple[dict[str, NDArray], list[str]]:
+    """Return the arrays that are grids, and the reasons that exclude other arrays."""
+    keys = [key for key in archive.infos if key.endswith(".npy")]
+    check(name, variables=len(keys))
+    archive.check(keys)
+    arrays, reasons = dict[str, _Array](), list[str]()
+    labels = distinct_names([key.removesuffix(".npy") for key in keys])
+    for key, label in zip(keys, labels, strict=True):
         try:
-            start = archive.start(key, MAX_NPY_HEADER + 20)
-            shape = _Array.of_numbers(start, f"{name}, {label.removesuffix('.npy')}").shape
-        except TooManyCells as error:  # the sizes of all arrays are checked together below
-            shape = error.args[1]
+            array = _Array.of_numbers(archive.read(key), f"{name}, {label}")
         except CCWSIMError as error:
             reasons.append(str(error))
             continue
-        if len(shape) in (2, 3):
-            shapes[key] = shape
-    if shapes:
-        check_cells(name, *shapes.values())
-    return {key: archive.read(key) for key in shapes}, reasons
+        if len(array.shape) in (2, 3) and 0 not in array.shape:
+            arrays[label] = array
+    check_cells(name, *(array.shape for array in arrays.values()))
+    return {label: array.grid() for label, array in arrays.items()}, reasons
 
 
 class _Array(NamedTuple):
@@ -153,12 +141,16 @@ class _Array(NamedTuple):
 
     @classmethod
     def of_numbers(cls, content: bytes, name: str) -> _Array:
-        """Read the header; raise an error for too many values or a non-numeric type."""
+        """Read the header; raise an error for a non-numeric type."""
         array = cls.opened(content, name)
         if array.dtype.kind not in "buif" or array.dtype.itemsize > 16:
             raise refused("not_numbers", name=name, dtype=array.dtype)
-        check_cells(name, array.shape or (1,))
         return array
+
+    def grid(self) -> NDArray:
+        """Return the values as layers, rows and columns, or as a stack of volumes."""
+        values = self.values()
+        return values[None] if values.ndim == 2 else values
 
     def values(self) -> NDArray:
         """Return the values after the header."""

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim.io.data_file import DataFile, broken, distinct_names
+from ccwsim.io.data_file import DataFile, Geometry, broken, distinct_names
 from ccwsim.io.limits import check, check_cells
 from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.extras import needs
@@ -86,13 +86,12 @@ def _has_mask(page: Any) -> bool:
 
 def _geometry(page: Any) -> dict[str, Any]:
     """Return CRS, first row, cell size and origin; a rotated raster has no cell size."""
-    at, crs = page.transform, page.crs
-    where: dict[str, Any] = {"crs": "" if crs is None else _code_of(crs)}
-    where["south_first"] = not at.is_identity and at.e > 0
-    if at.is_identity or at.b or at.d or at.a <= 0 or not at.e:
-        return where
-    origin = at.c, min(at.f, at.f + page.height * at.e)
-    return {**where, "cell_size": (at.a, abs(at.e)), "origin": origin}
+    at = page.transform
+    place = Geometry(crs="" if page.crs is None else _code_of(page.crs))
+    if not (at.is_identity or at.b or at.d or at.a <= 0 or not at.e):
+        origin = at.c, min(at.f, at.f + page.height * at.e)
+        place = Geometry((at.a, abs(at.e)), origin, place.crs)
+    return {"geometry": place, "south_first": not at.is_identity and at.e > 0}
 
 
 def code_and_wkt(said: str) -> tuple[str, str]:

@@ -378,7 +378,7 @@ def _of_grid(file: DataFile, key: str, cells: NDArray, grid_shape: Shape | None)
         counted="cell",
         name=file.name,
         variable=key,
-        grid=file.placed(cells.shape),
+        grid=file.geometry.grid(cells.shape),
     ).known()
 
 

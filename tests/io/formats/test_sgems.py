@@ -57,7 +57,10 @@ def test_points_are_hard_data():
         (sgems(FLOATS).replace(b"Cgrid", b"Mgrid"), "an SGeMS Mgrid is not read; save it in SG"),
         (sgems(FLOATS).replace(b"\0\0\0\x08\0\0\0\x06", b"\xff" * 8), "more than|values"),
         (sgems(FLOATS).replace(b"\0\0\0\x08\0\0\0\x06", bytes(8)), "empty or impossible"),
-        (sgems(FLOATS).replace(b"\0\0\0\x01\0\0\0\x07facies", b"\xff" * 14), "more than 1000; save fewer"),
+        (
+            sgems(FLOATS).replace(b"\0\0\0\x01\0\0\0\x07facies", b"\xff" * 14),
+            "more than 1000; save fewer",
+        ),
     ],
 )
 def test_what_is_broken_or_not_read_is_named(content, said):
