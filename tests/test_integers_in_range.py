@@ -26,8 +26,7 @@ from ccwsim.io.realizations import _MEMBERS
 from ccwsim.model.arrays import MAX_INT, MIN_INT, as_integers
 from ccwsim.model.ensemble import concatenate
 from ccwsim.model.study import Study
-from ccwsim.sharing.project import DATA, project_as_bytes, read_project
-from ccwsim.sharing.project import IMAGE as IMAGE_FILE
+from ccwsim.sharing.project import project_as_bytes, read_project
 from tests.some import annotations_of
 
 BAD = {
@@ -250,7 +249,7 @@ OTHERS: dict[str, Act] = {
         f"npz of realizations, {name}": npz(name)
         for name in ("numbers", "hard_cells", "hard_facies", "realizations", "seed")
     },
-    "project, hard data": project(DATA),
+    "project, hard data": project("hard_cells.npy"),
     "table of rows, column": table("row,col,facies", "{},2,0"),
     "table of points, x": table("x,y,facies", "{},2,0"),
     "table of points, facies": table("x,y,facies", "1,2,{}"),
@@ -274,7 +273,7 @@ FREE: dict[str, Act] = {
     "transiograms.direction": lambda of: m.transiograms(SQUARES, None, tuple(of(2)), 2),
     "variogram.direction": lambda of: m.variogram(SQUARES, 1, tuple(of(2)), 2),
     "npz of realizations, met_by": npz("met_by"),
-    "project, training image": project(IMAGE_FILE),
+    "project, training image": project("training_image.npy"),
     "npy of a training image": npy(io.read_training_image, 5, 5),
 }
 """Arguments in which −1 is allowed."""

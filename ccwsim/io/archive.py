@@ -19,7 +19,6 @@ class Archive:
     def __init__(self, archive: zipfile.ZipFile, name: str) -> None:
         self._archive, self._name = archive, name
         self.infos = {info.filename: info for info in archive.infolist()}
-        self.n_members = len(archive.infolist())
 
     def check(self, members: list[str]) -> None:
         """Raise an error if members have an unknown compression or are too large when unpacked."""

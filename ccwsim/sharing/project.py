@@ -13,7 +13,7 @@ from ccwsim import CCWSIMError, Ensemble, Grid, HardData, Parameters, TrainingIm
 from ccwsim.io.archive import opened_archive
 from ccwsim.io.atomic import write_bytes
 from ccwsim.io.data_file import printable
-from ccwsim.io.formats.numpy_files import npz_arrays, read_npy
+from ccwsim.io.formats.numpy_files import npz_arrays
 from ccwsim.io.opening import PathOrFile, read_bytes
 from ccwsim.io.secondary import KINDS_OF_ARRAYS, arrays_of_secondary, secondary_of_arrays
 from ccwsim.model.arrays import check_int
@@ -23,10 +23,10 @@ from ccwsim.sharing.choices import Choices
 from ccwsim.sharing.link import KEYS, StudyReader, settings_of
 
 FORMAT, VERSION = "CCWSIM project", 1
-STUDY, IMAGE, DATA = "study.json", "training_image.npy", "hard_data.npy"
-SECONDARY = "secondary.npz"
+STUDY = "study.json"
+ARRAYS = {"training_image": "buif", "hard_cells": "ui", "hard_facies": "ui"}
+"""Arrays that every project has, and the NumPy kinds allowed for each."""
 MAX_STUDY_BYTES = 2**20
-MAX_PROJECT_MEMBERS = 16
 MAX_LINK_LETTERS = 10_000  # letters of a link's value; packed hard data are the longest values
 REQUIRED = ("grid", "realizations", "seed")  # other settings have default values
 MADE = (2020, 1, 1, 0, 0, 0)  # fixed date of all members: files of equal studies are equal
@@ -73,16 +73,15 @@ def save_project(path_or_file: Any, project: Project) -> None:
 
 def project_as_bytes(project: Project) -> bytes:
     """Return the bytes of a project file, for a download."""
-    study = project.study
-    data = np.column_stack([study.hard_data.cells, study.hard_data.facies])
+    study, data = project.study, project.study.hard_data
+    arrays = {"training_image": study.training_image.array}
+    arrays |= {"hard_cells": data.cells, "hard_facies": data.facies}
+    arrays |= arrays_of_secondary(study.secondary)
+    members = {STUDY: json.dumps(_as_json(project), indent=1, ensure_ascii=False).encode()}
+    members |= {f"{name}.npy": _npy(array) for name, array in arrays.items()}
     content = BytesIO()
     with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, member in (
-            (STUDY, json.dumps(_as_json(project), indent=1, ensure_ascii=False).encode()),
-            (IMAGE, _npy(study.training_image.array)),
-            (DATA, _npy(data.astype(np.int64))),
-            *([(SECONDARY, _npz(arrays_of_secondary(study.secondary)))] if study.secondary else []),
-        ):
+        for name, member in members.items():
             info = zipfile.ZipInfo(name, MADE)
             info.compress_type = zipfile.ZIP_DEFLATED
             archive.writestr(info, member)
@@ -96,18 +95,20 @@ def read_project(path_or_file: PathOrFile) -> Project:
     newer version.
     """
     content, name = read_bytes(path_or_file)
-    members = _members(content, name)
+    text = _study_json(content, name)
     try:
-        study = json.loads(members[STUDY].decode())
+        study = json.loads(text.decode())
     except (ValueError, RecursionError) as error:
         reason = " ".join(str(error).split())[:100]
         raise CCWSIMError(f"{name}: {STUDY} is not valid JSON ({reason}); save it again") from error
     _check_version(study, name)
+    arrays = npz_arrays(content, name, ARRAYS | KINDS_OF_ARRAYS)
+    if missing := next((key for key in ARRAYS if key not in arrays), None):
+        raise CCWSIMError(f"{name} is not a project of CCWSIM: {missing}.npy is missing")
     try:
-        return _project(study, members, name)
+        return _project(study, arrays)
     except CCWSIMError as error:
-        said = str(error)
-        raise CCWSIMError(said if said.startswith(name) else f"{name}: {said}") from error
+        raise CCWSIMError(f"{name}: {error}") from error
 
 
 def _check_version(given: Any, name: str) -> None:
@@ -120,7 +121,7 @@ def _check_version(given: Any, name: str) -> None:
         raise CCWSIMError(f"{name} was saved by a newer version of CCWSIM; update this version")
 
 
-def _project(given: dict[str, Any], members: Mapping[str, bytes], name: str) -> Project:
+def _project(given: dict[str, Any], arrays: Mapping[str, np.ndarray]) -> Project:
     """Build a project from JSON and arrays; most classes check their values themselves."""
     image = _take(given, "training_image", dict)
     facies_names = [printable(text) for text in _texts(image, "facies_names")]
@@ -135,23 +136,15 @@ def _project(given: dict[str, Any], members: Mapping[str, bytes], name: str) -> 
         raise refused("unknown_entry", unknown=shown(unknown[0]))
     grid, parameters = reader.part("grid", Grid(1, 1)), reader.part("parameters", Parameters())
     numbers = reader.part("study", Choices())
-    n_data, columns = check_int("n_hard_data", given.get("n_hard_data"), 0), grid.n_dimensions + 1
-    table = np.empty((0, columns), int)
-    if n_data:
-        table = _integers(members[DATA], f"{name}, {DATA}", 2)
-    array = _integers(members[IMAGE], f"{name}, {IMAGE}", grid.n_dimensions, may_have_gaps=True)
-    if table.shape != (n_data, columns):
-        raise refused("number_of_data", n=n_data, file=DATA)
     image_name = printable(_take(image, "name", str))
-    training_image = TrainingImage(array, name=image_name, facies_names=facies_names)
-    arrays = {}
-    if SECONDARY in members:
-        arrays = npz_arrays(members[SECONDARY], f"{name}, {SECONDARY}", KINDS_OF_ARRAYS)
+    training_image = TrainingImage(
+        arrays["training_image"], name=image_name, facies_names=facies_names
+    )
     study = Study(
         training_image,
         grid,
         parameters,
-        HardData(table[:, :-1], table[:, -1]),
+        HardData(arrays["hard_cells"], arrays["hard_facies"]),
         numbers.seed,
         secondary_of_arrays(arrays, grid, training_image),
     )
@@ -180,7 +173,6 @@ def _as_json(project: Project) -> dict[str, Any]:
             "name": study.training_image.name,
             "facies_names": list(study.training_image.facies_names),
         },
-        "n_hard_data": study.hard_data.n,
         "settings": {**project.settings, **own},
         "digest": project.digest,
     }
@@ -192,38 +184,17 @@ def _npy(array: np.ndarray) -> bytes:
     return content.getvalue()
 
 
-def _npz(arrays: Mapping[str, np.ndarray]) -> bytes:
-    content = BytesIO()
-    np.savez_compressed(content, allow_pickle=False, **arrays)
-    return content.getvalue()
-
-
-def _integers(
-    content: bytes, name: str, n_dimensions: int, may_have_gaps: bool = False
-) -> np.ndarray:
-    """Return integers, with NaN in the gaps of an image."""
-    array = read_npy(content, name).variables["array"]
-    gaps = may_have_gaps and array.dtype.kind == "f" and np.isnan(array).any()
-    if (n_dimensions == 2 and len(array) != 1) or not (gaps or array.dtype.kind in "bui"):
-        raise CCWSIMError(f"{name}: the array must have whole numbers in rows and columns")
-    return array[0] if n_dimensions == 2 else array
-
-
-def _members(content: bytes, name: str) -> dict[str, bytes]:
-    """Return the members of a project file, after checking the sizes of all members."""
+def _study_json(content: bytes, name: str) -> bytes:
+    """Return the text of a study in a project file, after checking its size."""
     if not content.startswith(b"PK"):
         raise CCWSIMError(f"{name} is not a project of CCWSIM; choose a saved project")
     with opened_archive(content, name) as archive:
-        wanted = [STUDY, IMAGE, DATA]
-        missing = [own for own in wanted if own not in archive.infos]
-        wanted += [own for own in archive.infos if own == SECONDARY]
-        if missing or archive.n_members > MAX_PROJECT_MEMBERS:
-            what = f"{missing[0]} is missing" if missing else "it contains too many files"
-            raise CCWSIMError(f"{name} is not a project of CCWSIM: {what}")
-        archive.check(wanted)
+        if STUDY not in archive.infos:
+            raise CCWSIMError(f"{name} is not a project of CCWSIM: {STUDY} is missing")
+        archive.check([STUDY])
         if archive.infos[STUDY].file_size > MAX_STUDY_BYTES:
             raise CCWSIMError(f"{name}: {STUDY} is too large for a study")
-        return {own: archive.read(own) for own in wanted}
+        return archive.read(STUDY)
 
 
 def _take(given: Mapping[str, Any], key: str, kind: type) -> Any:

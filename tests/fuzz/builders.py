@@ -218,7 +218,8 @@ def colliding_points(n: int) -> bytes:
 
 def project_of(settings: bytes, image: bytes = b"", data: bytes = b"") -> bytes:
     """Return a project file with the given members."""
-    members = [("study.json", settings), ("training_image.npy", image), ("hard_data.npy", data)]
+    members = [("study.json", settings), ("training_image.npy", image)]
+    members += [("hard_cells.npy", data), ("hard_facies.npy", data)]
     return zipped(members)
 
 

@@ -232,7 +232,7 @@ EVIL_OF: dict[str, dict[str, Callable[[], bytes]]] = {
             b'"name": ["\\ud800"], "ti": ["\\ud800"]}, "n_hard_data": 0, '
             b'"made_with": {"Program": "\\ud800"}, "digest": "\\ud800"}',
             sample.npy(np.zeros((40, 40), int)),
-            sample.npy(),
+            sample.npy(np.empty((0, 2), int)),
         ),
         "project of a large image": lambda: project_of(
             b"{}", npy_header("(9, 9)") + bytes(200 * MIB)

@@ -109,7 +109,7 @@ def test_a_project_and_its_parts_are_not_given_together(line, capsys):
     assert "leave this input out" in said or "give a training image (TI)" in said
 
 
-CLASHING = np.array([[1, 1, 0], [1, 1, 7], [0, 0, 0]])
+CLASHING = np.array([[1, 1], [1, 1]])
 BROKEN = {
     "no zip": (lambda: BytesIO(b"hello"), "is not a project"),
     "cut": (lambda: BytesIO(project_as_bytes(a_project())[:200]), "broken"),
@@ -131,10 +131,10 @@ BROKEN = {
     "template": (lambda: changed(study=settings(template="9")), "Template 9"),
     "unknown": (lambda: changed(study=settings(magic="9")), "'magic' is unknown"),
     "settings": (lambda: changed(study=study_json(settings=[3])), "settings is missing or broken"),
-    "promise": (lambda: changed(study=study_json(n_hard_data=7)), "7 hard data are expected"),
-    "clash": (lambda: changed(hard_data=npy(CLASHING)), "two facies"),
-    "pickle": (lambda: changed(training_image=npy(np.array([[{}]], object))), "are not numbers"),
-    "floats": (lambda: changed(training_image=npy(np.zeros((40, 40)))), "whole numbers"),
+    "no data": (lambda: changed(hard_facies=None), "hard_facies.npy is missing"),
+    "clash": (lambda: changed(hard_cells=npy(CLASHING), hard_facies=npy([0, 7])), "two facies"),
+    "pickle": (lambda: changed(training_image=npy(np.array([[{}]], object))), "of type object"),
+    "floats": (lambda: changed(training_image=npy(np.full((40, 40), 0.5))), "not a whole number"),
     "short": (lambda: changed(training_image=npy(np.zeros((40, 40), np.uint8))[:-9]), "ends"),
 }
 
@@ -187,7 +187,7 @@ def test_a_project_keeps_a_volume(layers):
 
 def test_the_file_of_a_map_says_nothing_of_layers():
     assert stored()["settings"]["grid"] == ["40x24"]
-    with pytest.raises(CCWSIMError, match="3 hard data are expected"):
+    with pytest.raises(CCWSIMError, match="is a map, but the grid is a volume"):
         read_project(changed(study=settings(grid="40x24x2", cell="5x2.5x1", origin="0x0x0")))
 
 
