@@ -14,6 +14,7 @@ import numpy as np
 
 from ccwsim import HardData, Parameters, Secondary, TrainingImage, metrics, simulate
 from ccwsim.engine.compilation import SOON, ask_for, await_all
+from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.realization import walk_through
 from ccwsim.engine.trace import Trace
 from ccwsim.experiments.warm_up import usual_work
@@ -51,7 +52,7 @@ OTHERS = (
 
 
 def search(one: Study) -> Callable[[], None]:
-    return lambda: walk_through(one, Watch(Event()))
+    return lambda: walk_through(PreparedImage(one), Watch(Event()))
 
 
 def follow(level: int) -> None:

@@ -20,7 +20,6 @@ from ccwsim.engine.stages.conditioning import PlacedData
 from ccwsim.engine.stages.path import Triple
 from ccwsim.engine.tiles import Simulated, box_of, cut_and_paste, make_placing
 from ccwsim.jobs.workers import Watch
-from ccwsim.model.study import Study
 
 CELLS_PER_CALL = 100_000_000  # number of cells compared between two reports of progress
 
@@ -39,16 +38,15 @@ class ScaleInputs(NamedTuple):
 
 
 def place_at_finer_scales(
-    study: Study,
-    plan: Plan,
     image: PreparedImage,
+    plan: Plan,
     simulated: Simulated,
     keep_sources: bool,
     watch: Watch,
 ) -> Simulated:
     """Place patches at each finer scale; return the grid of the finest scale."""
-    p, orientation, patches = study.parameters, plan.path.orientation, plan.inputs.patches
-    n = len(patches)
+    study, orientation, patches = image.study, plan.path.orientation, plan.inputs.patches
+    p, n = study.parameters, len(patches)
     at_once = min(max(CELLS_PER_CALL // prod(plan.lengths[0].template), 1), MAX_PATCHES_PER_CALL)
     for scale in range(p.scale - 1, -1, -1):
         lengths, coarser = plan.lengths[scale], plan.lengths[scale + 1]
@@ -59,7 +57,7 @@ def place_at_finer_scales(
         inputs = ScaleInputs(*known, plan.inputs.search.missed, p.refine)
         placing = make_placing(bits, lengths.template, lengths.overlap, data)
         locations = simulated.locations
-        simulated = empty_grid(study, plan, scale, keep_sources)._replace(locations=locations)
+        simulated = empty_grid(image, plan, scale, keep_sources)._replace(locations=locations)
         for first in reported_calls(study, p.scale - scale, n, at_once, watch):
             refine_patches(first, min(first + at_once, n), inputs, placing, simulated)
     return simulated

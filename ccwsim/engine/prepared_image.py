@@ -3,6 +3,7 @@
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from math import prod
@@ -369,9 +370,12 @@ def fresh_images() -> Iterator[None]:
 
 
 def prepared_image(study: Study) -> PreparedImage:
-    """Return the prepared image of a study, which may be kept from a study with another seed."""
+    """Return the prepared image of a study; parts may be those of a study with another seed."""
     image = PreparedImage(study)
-    return _images.get_or_make(image.key, lambda: image) if _keeps.get() else image
+    if _keeps.get():  # with the parts of a kept image, but the seed of this study
+        image = copy(_images.get_or_make(image.key, lambda: image))
+        image.study = study
+    return image
 
 
 def keep(image: PreparedImage) -> None:

@@ -95,14 +95,12 @@ class Plan(NamedTuple):
         return tiles.make_workspace(self.inputs, self.totals)
 
 
-def make_plan(
-    study: Study, template: Triple, image: PreparedImage, rng: np.random.Generator
-) -> Plan:
+def make_plan(image: PreparedImage, template: Triple, rng: np.random.Generator) -> Plan:
     """Draw a random origin and direction of the path (Algorithm 1, line 3); orient all inputs.
 
     Patches have the next smaller template if none of the size `template` fits into the image.
     """
-    p = study.parameters
+    study, p = image.study, image.study.parameters
     volume = len(study.grid.shape) == 3
     drawn = int(rng.integers(48 if volume else N_ORIENTATIONS)) if p.random_path else 0
     order, orientation = divmod(drawn, 2 * FROM_ABOVE)
@@ -113,7 +111,7 @@ def make_plan(
     offset = _offset(p, lengths, rng)
     sizes = lengths[0].template, lengths[0].overlap
     path = make_path(in_layers(study.grid.shape), orientation, *sizes, order, offset)
-    data = tuple(_data_at(study, image, path, lengths, k) for k in range(p.scale + 1))
+    data = tuple(_data_at(image, path, lengths, k) for k in range(p.scale + 1))
     n_places = int(oriented.n_places.min())
     search = _search(image, lengths, n_places)
     patches, before = _patches(image, path, lengths, oriented, n_places, data[0])
@@ -130,25 +128,25 @@ def make_plan(
 
 
 def simulate_tiles(
-    study: Study, plan: Plan, keep_sources: bool, rng: np.random.Generator, watch: Watch
+    image: PreparedImage, plan: Plan, keep_sources: bool, rng: np.random.Generator, watch: Watch
 ) -> tiles.Simulated:
     """Simulate all patches of a realization, at its coarsest scale."""
     inputs, work, n = plan.inputs, plan.workspace(), len(plan.inputs.patches)
-    simulated = empty_grid(study, plan, study.parameters.scale, keep_sources)
+    simulated = empty_grid(image, plan, image.study.parameters.scale, keep_sources)
     at_once = _patches_per_call(inputs.oriented, inputs.search)
-    for first in reported_calls(study, 0, n, at_once, watch):
+    for first in reported_calls(image.study, 0, n, at_once, watch):
         tiles.simulate_patches(first, min(first + at_once, n), inputs, work, simulated, rng)
     return simulated
 
 
-def empty_grid(study: Study, plan: Plan, scale: int, keep_sources: bool) -> tiles.Simulated:
+def empty_grid(image: PreparedImage, plan: Plan, scale: int, keep_sources: bool) -> tiles.Simulated:
     """Return the grid of a scale before its first patch."""
     shape, inputs = _scaled(plan.path.full, plan.lengths[scale]), plan.inputs
     counted = inputs.search.match or inputs.steering.is_on
     return tiles.Simulated(
         np.full(shape, UNKNOWN, np.uint8),
         np.zeros(shape if keep_sources and scale == 0 else (0, 0, 0), np.int32),
-        np.zeros(study.training_image.n_facies if counted else 0, np.int64),
+        np.zeros(image.study.training_image.n_facies if counted else 0, np.int64),
         np.zeros((len(inputs.patches), 3), np.int32),
     )
 
@@ -305,7 +303,6 @@ def totals_of(image: PreparedImage) -> type[np.signedinteger]:
 
 
 def _data_at(
-    study: Study,
     image: PreparedImage,
     path: RasterPath,
     lengths: tuple[ScaledLengths, ...],
@@ -316,7 +313,7 @@ def _data_at(
     If `exact_data` is off, only the coarsest scale uses data, and each datum is placed in the first
     cell of its block.
     """
-    p, shape = study.parameters, _scaled(path.full, lengths[scale])
+    study, p, shape = image.study, image.study.parameters, _scaled(path.full, lengths[scale])
     if not study.hard_data.n or (not p.exact_data and scale < p.scale):
         none = np.empty((0, 3), np.int64), np.empty(0, np.uint8), shape
         if prod(shape) > MAX_KEPT:
@@ -331,13 +328,13 @@ def _data_at(
 
 
 def to_grid(
-    simulated: tiles.Simulated, path: RasterPath, study: Study, image_shape: Triple
+    image: PreparedImage, simulated: tiles.Simulated, path: RasterPath
 ) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
     """Return facies and sources in grid coordinates.
 
-    Sources are flat indices in the image that is searched, of shape `image_shape`.
+    Sources are flat indices in the image that is searched, of shape `image.shape`.
     """
-    grid, sources, shape = simulated.grid, simulated.sources, image_shape
+    grid, sources, shape = simulated.grid, simulated.sources, image.shape
     if sources.size:
         numbers = np.arange(prod(shape), dtype=np.int32).reshape(shape)
         oriented = np.ascontiguousarray(to_path(numbers, path.orientation))
@@ -346,7 +343,7 @@ def to_grid(
     def turned(cells: NDArray) -> NDArray:
         part = tuple(slice(k, k + n) for k, n in zip(path.offset, path.shape, strict=True))
         volume = from_path(cells[part], path.orientation)
-        return np.ascontiguousarray(volume if len(study.grid.shape) == 3 else volume[0])
+        return np.ascontiguousarray(volume if len(image.study.grid.shape) == 3 else volume[0])
 
     return turned(grid), turned(sources) if sources.size else np.zeros((0, 0), np.int32)
 

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from math import prod
 
 import numpy as np
@@ -50,26 +51,26 @@ class Realization:
 
 
 def simulate_realization(
-    study: Study, number: int, image: PreparedImage, keep_sources: bool, watch: Watch
+    image: PreparedImage, number: int, keep_sources: bool, watch: Watch
 ) -> Realization:
     """Return realization `number` of a study: raster pass, local re-simulation, seam repair.
 
     The random numbers depend only on the seed of the study and on `number`.
     """
-    before = time.thread_time()
+    before, study = time.thread_time(), image.study
     rng = random_numbers(study.seed, number)
     template = raster.draw_template(study.parameters, study.training_image.shape, rng)
-    indices, sources = simulate_raster(study, template, image, keep_sources, rng, watch)
-    changed = study, image, template, indices, sources, rng
+    indices, sources = simulate_raster(image, template, keep_sources, rng, watch)
+    changed = image, template, indices, sources, rng
     data_status = honour_data(*changed, watch.report)
     repair(*changed, data_status, watch.report)
-    sources = finish(study, image, indices, sources)
+    sources = finish(image, indices, sources)
     watch.report(1.0)
     return Realization(indices, sources, data_status, time.thread_time() - before)
 
 
 def finish(
-    study: Study, image: PreparedImage, indices: NDArray[np.uint8], sources: NDArray[np.int32]
+    image: PreparedImage, indices: NDArray[np.uint8], sources: NDArray[np.int32]
 ) -> NDArray[np.int32]:
     """Make inactive cells unknown, in place; return sources as cells of the training images.
 
@@ -77,30 +78,29 @@ def finish(
     """
     if image.copies and sources.size:
         sources = np.where(sources < 0, sources, image.copies.origins.ravel()[sources])
-    if study.active is not None:
-        indices[~study.active] = UNKNOWN
+    active = image.study.active
+    if active is not None:
+        indices[~active] = UNKNOWN
         if sources.size:
-            sources[~study.active] = -1
+            sources[~active] = -1
     return sources
 
 
 def simulate_raster(
-    study: Study,
-    template: Triple,
     image: PreparedImage,
+    template: Triple,
     keep_sources: bool,
     rng: np.random.Generator,
     watch: Watch,
 ) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
     """Return a realization after the raster pass, and the sources of its cells."""
-    plan = raster.make_plan(study, template, image, rng)
-    simulated = raster.simulate_tiles(study, plan, keep_sources, rng, watch)
-    simulated = place_at_finer_scales(study, plan, image, simulated, keep_sources, watch)
-    return raster.to_grid(simulated, plan.path, study, image.shape)
+    plan = raster.make_plan(image, template, rng)
+    simulated = raster.simulate_tiles(image, plan, keep_sources, rng, watch)
+    simulated = place_at_finer_scales(image, plan, simulated, keep_sources, watch)
+    return raster.to_grid(image, simulated, plan.path)
 
 
 def honour_data(
-    study: Study,
     image: PreparedImage,
     template: Triple,
     indices: NDArray[np.uint8],
@@ -113,7 +113,7 @@ def honour_data(
 
     If `exact_data` is off, wrong data are only marked. `resimulate` calls `on_window`.
     """
-    cells = study.hard_data.cells
+    study, cells = image.study, image.study.hard_data.cells
     if not (study.parameters.exact_data and study.hard_data.n):
         missed = indices[tuple(cells.T)] != study.facies_of_data
         return np.where(missed, WRONG, 0).astype(np.int16)
@@ -121,7 +121,7 @@ def honour_data(
     def part(share: float) -> None:
         report(raster.RASTER_SHARE + (raster.REPAIR_SHARE - raster.RASTER_SHARE) * share)
 
-    target, thresholds = target_of(study, image, indices, sources), image.isolated_datum_thresholds
+    target, thresholds = target_of(image, indices, sources), image.isolated_datum_thresholds
     return resimulate(target, in_three(cells), template, rng, thresholds, part, on_window)
 
 
@@ -133,7 +133,6 @@ def repairs(study: Study) -> bool:
 
 
 def repair(
-    study: Study,
     image: PreparedImage,
     template: Triple,
     indices: NDArray[np.uint8],
@@ -148,9 +147,10 @@ def repair(
     with data have many unseen patterns; in these studies, single cells are also changed before the
     first step, so that fewer windows are re-simulated.
     """
+    study = image.study
     if not repairs(study):
         return
-    target = target_of(study, image, indices, sources)
+    target = target_of(image, indices, sources)
     shape, n_data = target.grid.shape, study.hard_data.n
     volume, most = shape[0] > 1, max(round(WINDOWS_A_CELL * target.grid.size), 1)
     if not volume:
@@ -178,10 +178,10 @@ def repair(
 
 
 def target_of(
-    study: Study, image: PreparedImage, indices: NDArray[np.uint8], sources: NDArray[np.int32]
+    image: PreparedImage, indices: NDArray[np.uint8], sources: NDArray[np.int32]
 ) -> Target:
     """Return the target of corrections, with views of a realization and its sources as volumes."""
-    shape = in_layers(study.grid.shape)
+    study, shape = image.study, in_layers(image.study.grid.shape)
     data = data_grid(in_three(study.hard_data.cells), study.facies_of_data, shape)
     sources = sources.reshape(shape if sources.size else (0, 0, 0))
     by_chance = study.parameters.published_draw
@@ -203,9 +203,9 @@ def random_numbers(seed: int, number: int) -> np.random.Generator:
 _compiled: set[tuple[object, ...]] = set()
 
 
-def is_compiled(study: Study, image: PreparedImage) -> bool:
+def is_compiled(image: PreparedImage) -> bool:
     """Return whether this process has run all kernels that a study needs."""
-    return _specialization(study, image) in _compiled
+    return _specialization(image) in _compiled
 
 
 def is_ready() -> bool:
@@ -213,29 +213,25 @@ def is_ready() -> bool:
     return bool(_compiled)
 
 
-def compile_kernels(study: Study, image: PreparedImage, watch: Watch) -> None:
+def compile_kernels(image: PreparedImage, watch: Watch) -> None:
     """Run all kernels of a study on a tiny grid, so that measured times exclude compilation."""
-    if is_compiled(study, image):
+    if is_compiled(image):
         return
-
-    def work() -> None:
-        walk_through(study, watch, image)
-
+    work = partial(walk_through, image, watch)
     await_all(ask_for(work, SOON), watch.check)
     work()
-    _compiled.add(_specialization(study, image))
+    _compiled.add(_specialization(image))
 
 
-def walk_through(study: Study, watch: Watch, image: PreparedImage | None = None) -> None:
-    """Simulate a tiny study that calls all kernels of `study`, with arguments of the same types.
+def walk_through(image: PreparedImage, watch: Watch) -> None:
+    """Simulate a tiny study that calls all kernels of a study, with arguments of the same types.
 
-    The tiny study shares no array with `study`: kernels do not check the bounds of arrays. Only
-    the integer type of scores depends on sizes; it is that of `study`, whose `image` may be given.
+    The tiny study shares no array with the study: kernels do not check the bounds of arrays. Only
+    the integer type of scores depends on sizes; it is that of the study.
     """
-    tiny = tiny_study(study)
-    prepared, totals = PreparedImage(tiny), raster.totals_of(image or PreparedImage(study))
-    prepared.part(("totals",), lambda: totals)
-    simulate_realization(tiny, 0, prepared, False, watch)
+    tiny, totals = PreparedImage(tiny_study(image.study)), raster.totals_of(image)
+    tiny.part(("totals",), lambda: totals)
+    simulate_realization(tiny, 0, False, watch)
 
 
 def tiny_study(study: Study) -> Study:
@@ -259,9 +255,9 @@ def tiny_study(study: Study) -> Study:
     return Study(image, grid, p, data, 0, secondary)
 
 
-def _specialization(study: Study, image: PreparedImage) -> tuple[object, ...]:
+def _specialization(image: PreparedImage) -> tuple[object, ...]:
     """Return the properties of a study that determine which kernels are run with which types."""
-    p, coarse = study.parameters, image.lengths[-1]
+    study, p, coarse = image.study, image.study.parameters, image.lengths[-1]
     sizes = coarse.level, coarse.template, coarse.overlap
     scores = score_type(*sizes, p.similarity == "correlation")
     types = block_sum_type(coarse.block), scores, raster.totals_of(image)

@@ -79,13 +79,13 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
         forced = data_status[number] == FORCED
         needs_changes = forced.any() or sources is not None
         changed = np.full(study.grid.shape if needs_changes else (0, 0), UNCHANGED, np.int32)
-        target = target_of(study, image, indices[number], changed)
+        target = target_of(image, indices[number], changed)
         thresholds = image.isolated_datum_thresholds
         status = resimulate(target, cells[wrong], template, rng, thresholds, watch.report)
         data_status[number, wrong] = status
         if forced.any():  # windows that replace forced cells honour their data
             data_status[number, forced & (changed[places] >= 0)] = status.max(initial=0)
-        changed = finish(study, image, indices[number], changed)
+        changed = finish(image, indices[number], changed)
         if sources is not None:
             sources[number] = np.where(changed == UNCHANGED, sources[number], changed)
         seconds[number] = time.thread_time() - before

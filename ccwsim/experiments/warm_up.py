@@ -9,6 +9,7 @@ import numpy as np
 
 from ccwsim import CCWSIMError, Grid, HardData, Parameters, TrainingImage
 from ccwsim.engine.compilation import LATER, SOON, ask_for
+from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.realization import walk_through
 from ccwsim.jobs.workers import Watch
 from ccwsim.metrics import connectivity, etype, variogram
@@ -49,7 +50,8 @@ def _simulation(shape: tuple[int, ...], parameters: Parameters) -> Callable[[], 
     image, grid = TrainingImage(rng.integers(0, 2, shape)), Grid.of(shape)
     cells = np.argwhere(rng.random(shape) < 0.05)
     data = HardData(cells, rng.integers(0, 2, len(cells)))
-    return lambda: walk_through(Study(image, grid, parameters, data), Watch(Event()))
+    study = Study(image, grid, parameters, data)
+    return lambda: walk_through(PreparedImage(study), Watch(Event()))
 
 
 def _measure() -> None:

@@ -131,7 +131,7 @@ def _warn_of_few_locations(
     shape = (maps if secondary.probabilities is None else secondary.probabilities)[0].shape
     study = Study(image, Grid.of(shape), parameters, secondary=secondary)
     template = parameters.along(shape).template
-    inputs = make_plan(study, template, PreparedImage(study), np.random.default_rng(0)).inputs
+    inputs = make_plan(PreparedImage(study), template, np.random.default_rng(0)).inputs
     guide, places = inputs.guide, inputs.oriented.places
     assert guide is not None
     patches = inputs.patches[:: -(-len(inputs.patches) // N_PATCHES)]

@@ -42,7 +42,7 @@ def footprint(
     bytes_a_cell = 5 if keep_sources else 1
     grids = GRIDS_AT_WORK * bytes_a_cell + (GRIDS_OF_DATA if study.hard_data.n else 0)
     per_datum = BYTES_A_DATUM + 2 * n
-    kernels = 0 if is_compiled(study, PreparedImage(study)) else KERNELS
+    kernels = 0 if is_compiled(PreparedImage(study)) else KERNELS
     return kernels + int(
         MARGIN
         * (

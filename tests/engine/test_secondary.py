@@ -80,7 +80,7 @@ def test_an_active_strip_costs_less_work_than_the_grid():
     for secondary in (None, Secondary(active=active)):
         study = Study(CHANNELS, Grid(512, 512), secondary=secondary)
         rng = np.random.default_rng(0)
-        plan = make_plan(study, (1, 32, 32), PreparedImage(study), rng)
+        plan = make_plan(PreparedImage(study), (1, 32, 32), rng)
         counts.append(len(plan.inputs.patches))
     assert counts[1] < counts[0] / 6
 
@@ -258,7 +258,7 @@ def test_costs_of_guides_are_within_the_bound_of_scores(shape):
     study = Study(image, Grid.of(shape), Parameters(location_weight=10.0), secondary=given)
     prepared, n_before = PreparedImage(study), 0
     for seed in range(20):
-        plan = make_plan(study, (1, 32, 32), prepared, np.random.default_rng(seed))
+        plan = make_plan(prepared, (1, 32, 32), np.random.default_rng(seed))
         guide, lengths = plan.inputs.guide, plan.lengths[-1]
         bound, (ny, nx) = (
             score_bound(study, lengths, 3),
@@ -288,7 +288,7 @@ def test_the_cost_of_the_first_part_comes_from_the_mean_of_its_cells_in_every_or
     study = Study(image, Grid.of(shape), p, secondary=given)
     prepared = PreparedImage(study)
     for seed in range(80):
-        plan = make_plan(study, template, prepared, np.random.default_rng(seed))
+        plan = make_plan(prepared, template, np.random.default_rng(seed))
         guide, path, patches = plan.inputs.guide, plan.path, plan.inputs.patches
         inside = ((patches[:, :3] >= path.offset) & (patches[:, 3:6] == template)).all(axis=1)
         patch = patches[inside][seed % inside.sum()]

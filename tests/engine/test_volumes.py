@@ -34,7 +34,7 @@ def volume(
 
 
 def realized(study: Study, number: int = 0) -> Realization:
-    return simulate_realization(study, number, PreparedImage(study), True, Watch(Event()))
+    return simulate_realization(PreparedImage(study), number, True, Watch(Event()))
 
 
 def with_data(study: Study, n: int, seed: int) -> Study:
@@ -131,7 +131,7 @@ def test_an_image_that_repeats_itself_is_continued_in_each_direction(level):
         first = np.array(np.unravel_index(realization.sources[0, 0, 0], image.shape))
         shifted = np.indices(study.grid.shape) + first[:, None, None, None]
         np.testing.assert_array_equal(own, pattern(*shifted))
-        plan = make_plan(study, (8, 8, 8), PreparedImage(study), random_numbers(3, number))
+        plan = make_plan(PreparedImage(study), (8, 8, 8), random_numbers(3, number))
         plans.add((plan.path.orientation, plan.path.order))
     assert len(plans) > 8
 
@@ -141,7 +141,7 @@ def test_all_48_ways_are_drawn_about_equally_often():
     image, counts = PreparedImage(study), np.zeros((3, 16), int)
     rng = np.random.default_rng(1)
     for _ in range(1200):
-        path = make_plan(study, (4, 4, 4), image, rng).path
+        path = make_plan(image, (4, 4, 4), rng).path
         counts[path.order, path.orientation] += 1
     assert counts.min() > 5
     assert counts.max() < 60

@@ -40,7 +40,7 @@ def test_the_raster_looks_up_again_and_again(monkeypatch):
     monkeypatch.setattr(raster_of_tiles, "TERMS_PER_CALL", 1)  # many calls, as in large grids
     study = Study(CHANNELS, Grid(200, 200))
     counting = After(10**9)
-    arguments = study, (1, 32, 32), PreparedImage(study), False
+    arguments = PreparedImage(study), (1, 32, 32), False
     realization.simulate_raster(*arguments, random_numbers(0, 0), Watch(counting))
     looks = 10**9 - counting.left
     assert looks > 50
@@ -57,7 +57,7 @@ def test_local_resimulation_looks_up_again_and_again(monkeypatch):
     data = HardData(cells, np.full(len(cells), CHANNELS.codes[1]))
     study = Study(CHANNELS, Grid(100, 100), hard_data=data)
     with pytest.raises(Cancelled):
-        realization.simulate_realization(study, 0, PreparedImage(study), False, Watch(After(20)))
+        realization.simulate_realization(PreparedImage(study), 0, False, Watch(After(20)))
 
 
 STATISTICS = {

@@ -37,7 +37,6 @@ class ResimulatedWindow(NamedTuple):
 
 
 def resimulated_windows(
-    study: Study,
     image: PreparedImage,
     template: Triple,
     grid: NDArray[np.uint8],
@@ -45,7 +44,7 @@ def resimulated_windows(
     rng: np.random.Generator,
 ) -> tuple[list[ResimulatedWindow], NDArray[np.int16]]:
     """Honour data like `honour_data`; return all tried windows and the data status."""
-    cells, last = study.hard_data.cells, grid.copy()
+    study, cells, last = image.study, image.study.hard_data.cells, grid.copy()
     windows: list[ResimulatedWindow] = []
 
     def note(datum: int, lengths: Triple, fits: bool) -> None:
@@ -62,7 +61,7 @@ def resimulated_windows(
         layer, row, column = (0, *first)[-3:]
         windows.append(ResimulatedWindow(datum, size[-1], row, column, *changed, layer))
 
-    data_status = honour_data(study, image, template, grid, sources, rng, on_window=note)
+    data_status = honour_data(image, template, grid, sources, rng, on_window=note)
     return windows, data_status
 
 
@@ -76,11 +75,11 @@ MIN_INTERVAL = 8  # minimum number of patches between two checkpoints
 class PatchStepper:
     """A realization that is simulated patch by patch."""
 
-    def __init__(self, study: Study, plan: Plan, rng: np.random.Generator) -> None:
+    def __init__(self, image: PreparedImage, plan: Plan, rng: np.random.Generator) -> None:
         self.plan, self.rng = plan, rng
         self.patches = _patches(plan)
         self.work = plan.workspace()
-        self.simulated = empty_grid(study, plan, 0, keep_sources=True)
+        self.simulated = empty_grid(image, plan, 0, keep_sources=True)
         self._next = 0
         n_kept = min(max(MAX_CHECKPOINT_BYTES // self.simulated.grid.size, 4), MAX_CHECKPOINTS)
         self._every = max(-(-len(self.patches) // n_kept), MIN_INTERVAL)
@@ -149,10 +148,10 @@ class Trace:
         self._template = draw_template(study.parameters, study.training_image.shape, rng)
         self.template = self._template[2]
         self._image = PreparedImage(study)
-        plan = make_plan(study, self._template, self._image, rng)
+        plan = make_plan(self._image, self._template, rng)
         self.path, self.oriented, self.search = plan.path, plan.inputs.oriented, plan.inputs.search
         self.data = plan.inputs.data
-        self._stepper = PatchStepper(study, plan, rng)
+        self._stepper = PatchStepper(self._image, plan, rng)
         self.patches = self._stepper.patches
         n, way = study.grid.n_dimensions, self.path.orientation
         self.grid_frame = Frame(way, self.path.shape[-n:], self.path.offset[-n:])
@@ -178,12 +177,11 @@ class Trace:
         """The realization, the windows of local re-simulation, and the cells before seam repair."""
         stepper = self._stepper
         stepper.go_to(len(self.patches))
-        shape = self._image.shape
-        indices, sources = to_grid(stepper.simulated, self.path, self.study, shape)
+        indices, sources = to_grid(self._image, stepper.simulated, self.path)
         indices, sources = indices.copy(), sources.copy()  # the stepper needs unchanged arrays
         rng = random_numbers(0, 0)
         rng.bit_generator.state = stepper.rng.bit_generator.state
-        changed = self.study, self._image, self._template, indices, sources, rng
+        changed = self._image, self._template, indices, sources, rng
         windows, data_status = resimulated_windows(*changed)
         before = indices.copy()
         repair(*changed, data_status)

@@ -42,22 +42,21 @@ class ThreadRunner:
 
     def prepare(self, progress: Progress | None, cancel: Cancel | None) -> bool:
         """Prepare the image and compile the kernels; return False if the run was cancelled."""
-        study, image = self._work.study, self._image
-        if is_compiled(study, image):
+        if is_compiled(self._image):
             return True
         waiting = (lambda *_: progress(0.0, 0)) if progress else None
         with without_cores():  # others wait for the same lock and kernels, and would keep theirs
             compiled = run_all(
-                lambda _, watch: compile_kernels(study, image, watch), 1, 1, waiting, cancel
+                lambda _, watch: compile_kernels(self._image, watch), 1, 1, waiting, cancel
             )
         return bool(compiled)
 
     def run(self, take: Take, progress: Progress | None, cancel: Cancel | None) -> list[int]:
         """Pass each realization to `take`; return the indices k of the finished realizations."""
-        study, first, n, keep_sources = self._work
+        _, first, n, keep_sources = self._work
 
         def task(k: int, watch: Watch) -> None:
-            take(k, simulate_realization(study, first + k, self._image, keep_sources, watch))
+            take(k, simulate_realization(self._image, first + k, keep_sources, watch))
 
         try:
             return run_all(task, n, self._n_workers, progress, cancel, self._pool)

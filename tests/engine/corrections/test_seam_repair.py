@@ -178,8 +178,8 @@ def realized(study: Study) -> tuple[Realization, Realization]:
     image = PreparedImage(study)
     off = replace(study, parameters=replace(study.parameters, repair_seams=False))
     watch = Watch(Event())
-    plain = simulate_realization(off, 0, PreparedImage(off), True, watch)
-    return plain, simulate_realization(study, 0, image, True, watch)
+    plain = simulate_realization(PreparedImage(off), 0, True, watch)
+    return plain, simulate_realization(image, 0, True, watch)
 
 
 @pytest.mark.parametrize("n_data", [0, 30, 300])
@@ -294,6 +294,6 @@ def test_the_target_is_the_realization_itself():
         TrainingImage(blobs((40, 40), 2)), Grid(20, 30), Parameters(16, 4, 1), HardData(), 0
     )
     indices = np.zeros((20, 30), np.uint8)
-    target = target_of(study, PreparedImage(study), indices, np.zeros((0, 0), np.int32))
+    target = target_of(PreparedImage(study), indices, np.zeros((0, 0), np.int32))
     target.grid[0, 3, 4] = 1
     assert indices[3, 4] == 1

@@ -63,7 +63,7 @@ def test_large_patches_of_thin_facies_are_tried(template, drawn, thickness):
     array[np.arange(120) % 24 < thickness] = 1
     study = Study(TrainingImage(array), Grid(120, 120), Parameters(template, template // 4, 1))
     size = 1, template, template
-    search = make_plan(study, size, PreparedImage(study), np.random.default_rng(0)).inputs.search
+    search = make_plan(PreparedImage(study), size, np.random.default_rng(0)).inputs.search
     tried = template == 64 and thickness == 2
     assert search.by_unseen == tried
     assert search.n_drawn == (drawn if tried else N_DRAWN)
