@@ -18,9 +18,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim import Ensemble, HardData, Parameters, TrainingImage, datasets, simulate
+from ccwsim import Ensemble, Parameters, TrainingImage, datasets, simulate
 from ccwsim.metrics import Check, check_ensemble
 from ccwsim.model.grid import Grid
+from ccwsim.model.study import Study
 from tools.datasets import generate, generate_volume
 
 MAPS = ("channels", "stone_wall", "lenses", "barchans")
@@ -56,8 +57,8 @@ def as_ensemble(image: TrainingImage, truths: Sequence[TrainingImage]) -> Ensemb
 def with_indices(image: TrainingImage, indices: NDArray[np.uint8]) -> Ensemble:
     """Return facies indices as the realizations of a training image."""
     n, shape = len(indices), indices.shape[1:]
-    study = image, Grid.of(shape), Parameters(), HardData(), 0
-    return Ensemble(*study, indices, np.ones(n), 1.0, np.zeros((n, 0), np.int16), np.arange(n))
+    study = Study(image, Grid.of(shape), checks_template=False)
+    return Ensemble(study, indices, np.ones(n), 1.0, np.zeros((n, 0), np.int16), np.arange(n))
 
 
 def differing(ensemble: Ensemble) -> list[Check]:

@@ -6,8 +6,9 @@ times are not stored, because they depend on the machine.
 
 import numpy as np
 
-from ccwsim import Ensemble, Grid, Parameters
+from ccwsim import Ensemble, Grid
 from ccwsim.datasets.catalogue import ASSETS, load, load_hard_data
+from ccwsim.model.study import Study
 
 STORED = ASSETS / "default_study.npz"
 IMAGE, HARD_DATA, SHAPE, N_REALIZATIONS = "channels", "channels_400_data", (512, 512), 12
@@ -21,11 +22,7 @@ def stored_ensemble() -> Ensemble:
         indices = np.unpackbits(stored["bits"], count=int(np.prod(shape))).reshape(shape)
         data_status = stored["data_status"]
     return Ensemble(
-        training_image=load(IMAGE),
-        grid=Grid(*SHAPE),
-        parameters=Parameters(),
-        hard_data=load_hard_data(HARD_DATA),
-        seed=0,
+        study=Study(load(IMAGE), Grid(*SHAPE), hard_data=load_hard_data(HARD_DATA)),
         indices=indices,
         cpu_seconds=np.full(N_REALIZATIONS, np.nan),
         wall_seconds=0.0,

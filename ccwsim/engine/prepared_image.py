@@ -184,9 +184,7 @@ class PreparedImage:
     @cached_property
     def key(self) -> tuple[Hashable, ...]:
         """Everything that determines the parts: equal for studies that differ in the seed."""
-        study, secondary = self.study, self.study.secondary
-        inputs = study.training_image, study.grid, study.parameters, study.hard_data
-        return *inputs, secondary and secondary.digest
+        return self.study.key("seed")
 
     def oriented(self, orientation: int, template: Triple) -> OrientedImage:
         """Return the prepared image in one orientation, at the coarsest scale.

@@ -15,7 +15,6 @@ from ccwsim.jobs.workers import Watch, run_all
 from ccwsim.model.arrays import check_int, readonly
 from ccwsim.model.ensemble import FORCED, WRONG, Ensemble
 from ccwsim.model.hard_data import HardData
-from ccwsim.model.study import Study
 from ccwsim.system.machine import n_cores
 
 UNCHANGED = -2  # source of a cell that no window has changed
@@ -53,10 +52,7 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
     [0, 0, 0]
     """
     hard_data = HardData.of(hard_data, ensemble.grid, ensemble.training_image)
-    study = Study(
-        *(ensemble.training_image, ensemble.grid, ensemble.parameters),
-        *(hard_data, ensemble.seed, ensemble.secondary),
-    )
+    study = replace(ensemble.study, hard_data=hard_data, checks_template=True)
     p, hard_data = study.parameters, study.hard_data
     workers = n_cores() if n_workers is None else check_int("n_workers", n_workers, 1)
     start = time.perf_counter()
@@ -94,7 +90,7 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
     run_all(task, ensemble.n, workers)
     return replace(
         ensemble,
-        hard_data=hard_data,
+        study=study,
         indices=readonly(indices),
         data_status=readonly(data_status),
         sources=sources,

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import ndtri
 
-from ccwsim import Ensemble, Grid, HardData, Parameters, TrainingImage
+from ccwsim import Ensemble, Grid, TrainingImage
 from ccwsim.model.arrays import Floats, Mask, Shape, check_int
+from ccwsim.model.study import Study
 
 
 def simulate_two_point(
@@ -51,7 +52,7 @@ def simulate_two_point(
             seconds[r] += time.process_time() - begin
         is_free &= ~is_facies
     return Ensemble(
-        *(image, grid, Parameters(), HardData(), seed),
+        study=Study(image, grid, seed=seed, checks_template=False),
         indices=indices,
         cpu_seconds=seconds,
         wall_seconds=time.perf_counter() - start,

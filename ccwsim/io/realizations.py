@@ -21,6 +21,7 @@ from ccwsim.io.secondary import KINDS_OF_ARRAYS, arrays_of_secondary, secondary_
 from ccwsim.model import arrays
 from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.missing import UNKNOWN
+from ccwsim.model.study import Study
 
 FORMATS = ("npz", "gslib", "sgems", "dat", "grdecl", "png", "vti", "tif", "nc")
 """Formats of realizations, named by file ending."""
@@ -151,17 +152,21 @@ def _of_npz(members: Mapping[str, NDArray], image: TrainingImage | None) -> Ense
     data = HardData(members.get("hard_cells", ()), members.get("hard_facies", ()))
     ensemble = _ensemble(stack, replace(Grid.of(shape), **place), image)
     data.check(ensemble.grid, ensemble.training_image)
-    return replace(
-        ensemble,
+    study = replace(
+        ensemble.study,
         hard_data=data,
         parameters=parameters_from_json(str(one_value(members, "parameters", "{}"))),
         seed=arrays.check_int("seed", one_value(members, "seed", 0), 0),
+        secondary=secondary_of_arrays(members, ensemble.grid, ensemble.training_image),
+    )
+    return replace(
+        ensemble,
+        study=study,
         cpu_seconds=_of_shape(members, "cpu_seconds", ensemble.cpu_seconds),
         wall_seconds=float(one_value(members, "wall_seconds", np.nan)),
         data_status=_of_shape(members, "met_by", np.zeros((n, data.n), np.int16)),
         numbers=_of_shape(members, "numbers", ensemble.numbers),
         revised=bool(one_value(members, "revised", "seed" not in members)),
-        secondary=secondary_of_arrays(members, ensemble.grid, ensemble.training_image),
     )
 
 
@@ -211,19 +216,15 @@ def _ensemble(stack: NDArray, grid: Grid, image: TrainingImage | None) -> Ensemb
     else:
         indices = np.full(stack.shape, UNKNOWN, np.uint8)
         indices[:, active] = np.searchsorted(image.codes, np.stack(integers))
+    secondary = None if active is None else Secondary(active=active)
     return Ensemble(
-        training_image=image,
-        grid=grid,
-        parameters=Parameters(),
-        hard_data=HardData(),
-        seed=0,
+        study=Study(image, grid, secondary=secondary, checks_template=False),
         indices=arrays.readonly(indices),
         cpu_seconds=arrays.readonly(np.full(n, np.nan)),
         wall_seconds=np.nan,
         data_status=arrays.readonly(np.zeros((n, 0), np.int16)),
         numbers=arrays.readonly(np.arange(n)),
         revised=True,
-        secondary=None if active is None else Secondary(active=active).fitted(grid, image),
     )
 
 

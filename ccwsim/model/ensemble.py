@@ -19,6 +19,7 @@ from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.secondary import Secondary
+from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
 
 if TYPE_CHECKING:
@@ -34,11 +35,8 @@ WRONG = -2  # value of `Ensemble.data_status` for a datum not honoured because `
 class Ensemble:
     """Equally likely realizations of one study; all arrays are read-only."""
 
-    training_image: TrainingImage
-    grid: Grid
-    parameters: Parameters
-    hard_data: HardData
-    seed: int
+    study: Study
+    """The inputs of the simulation."""
     indices: NDArray[np.uint8]
     """Indices of the facies in `training_image.codes`, shape (n, ny, nx) or (n, nz, ny, nx); 255 in
     inactive cells. Realizations that `simulate` wrote to disk are read on access."""
@@ -58,13 +56,41 @@ class Ensemble:
     training image. None if `simulate` was called without `keep_sources`."""
     revised: bool = False
     """Whether `revise` adapted the ensemble to edited data; the seed then cannot reproduce it."""
-    secondary: Secondary | None = None
-    """Secondary information, as arrays of the grid."""
 
     def __post_init__(self) -> None:
         for name in ("indices", "cpu_seconds", "data_status", "numbers", "sources"):
             if isinstance(array := getattr(self, name), np.ndarray):
                 object.__setattr__(self, name, readonly(array))
+
+    @property
+    def training_image(self) -> TrainingImage:
+        """The training image of the study."""
+        return self.study.training_image
+
+    @property
+    def grid(self) -> Grid:
+        """The grid of the study."""
+        return self.study.grid
+
+    @property
+    def parameters(self) -> Parameters:
+        """The parameters of the study."""
+        return self.study.parameters
+
+    @property
+    def hard_data(self) -> HardData:
+        """The hard data of the study in active cells."""
+        return self.study.hard_data
+
+    @property
+    def seed(self) -> int:
+        """The seed of the study."""
+        return self.study.seed
+
+    @property
+    def secondary(self) -> Secondary | None:
+        """The secondary information of the study, as arrays of the grid."""
+        return self.study.secondary
 
     @property
     def n(self) -> int:
@@ -119,7 +145,7 @@ class Ensemble:
     @property
     def active(self) -> NDArray[np.bool_] | None:
         """The active cells, shape of the grid; None if all cells are active."""
-        return self.secondary.active if self.secondary else None
+        return self.study.active
 
     @property
     def n_active(self) -> int:
@@ -297,7 +323,9 @@ def concatenate(ensembles: Iterable[Ensemble]) -> Ensemble:
         raise CCWSIMError("concatenate needs a list of ensembles, at least one")
     first = parts[0]
     for k, part in enumerate(parts):
-        different = [name for name, own in _study(part).items() if own != _study(first)[name]]
+        different = part.study.differs_from(first.study)
+        if part.revised != first.revised:
+            different.append("revision of data")
         if different:
             raise refused("ensembles_of_different_studies", k=k, different=listing(different))
     numbers = np.concatenate([part.numbers for part in parts])
@@ -324,16 +352,3 @@ def codes_with_nan(codes: NDArray[np.integer], has_unknown: bool) -> NDArray:
     table = np.full(256, np.nan)
     table[: len(codes)] = codes
     return table
-
-
-def _study(ensemble: Ensemble) -> dict[str, object]:
-    """Return everything that must be equal in parts of one ensemble, by name."""
-    return {
-        "training image": ensemble.training_image.digest,
-        "grid": ensemble.grid,
-        "parameters": ensemble.parameters,
-        "hard data": ensemble.hard_data,
-        "seed": ensemble.seed,
-        "secondary information": ensemble.secondary and ensemble.secondary.digest,
-        "revision of data": ensemble.revised,
-    }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -21,8 +22,8 @@ class Study:
     """Training image, grid, parameters, hard data, seed and secondary information of a simulation.
 
     Hard data in inactive cells are moved to `inactive_data`. Raises `CCWSIMError` for data outside
-    the grid or of an unknown facies, for a template larger than the training image, and for a map
-    combined with a volume. The message suggests a remedy.
+    the grid or of an unknown facies, for a template larger than the training image (if
+    `checks_template`), and for a map combined with a volume. The message suggests a remedy.
     """
 
     training_image: TrainingImage
@@ -31,6 +32,8 @@ class Study:
     hard_data: HardData = field(default_factory=HardData)
     seed: int = 0
     secondary: Secondary | None = None
+    checks_template: bool = field(default=True, kw_only=True)
+    """False for realizations from files and other methods, whose parameters may be unknown."""
     inactive_data: HardData = field(init=False, default_factory=HardData)
 
     def __post_init__(self) -> None:
@@ -41,8 +44,9 @@ class Study:
             check_type(name, getattr(self, name), kind)
         _check_dimensions(self.training_image, self.grid)
         self.hard_data.check(self.grid, self.training_image)
-        _check_template(self.training_image, self.parameters)
-        _check_gaps(self.training_image, self.parameters)
+        if self.checks_template:
+            _check_template(self.training_image, self.parameters)
+            _check_gaps(self.training_image, self.parameters)
         # Cells index the grid, so empty hard data get as many coordinates as the grid has axes.
         if self.hard_data.n_dimensions != self.grid.n_dimensions:
             none = HardData(np.empty((0, self.grid.n_dimensions)), ())
@@ -55,6 +59,29 @@ class Study:
             data, inside = self.hard_data, self.active[tuple(self.hard_data.cells.T)]
             for name, which in (("inactive_data", ~inside), ("hard_data", inside)):
                 object.__setattr__(self, name, HardData(data.cells[which], data.facies[which]))
+
+    @cached_property
+    def contents(self) -> dict[str, Hashable]:
+        """The inputs by name, as values that are equal for inputs that give equal realizations.
+
+        Names of images and of facies do not count.
+        """
+        return {
+            "training image": self.training_image.digest,
+            "grid": self.grid,
+            "parameters": self.parameters,
+            "hard data": self.hard_data.digest,
+            "seed": self.seed,
+            "secondary information": self.secondary and self.secondary.digest,
+        }
+
+    def differs_from(self, other: Study) -> list[str]:
+        """Return the names of the inputs that differ from those of another study."""
+        return [name for name, own in self.contents.items() if own != other.contents[name]]
+
+    def key(self, *without: str) -> tuple[Hashable, ...]:
+        """Return a key of all inputs but those named `without`."""
+        return tuple(own for name, own in self.contents.items() if name not in without)
 
     @property
     def active(self) -> Mask | None:

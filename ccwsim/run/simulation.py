@@ -134,14 +134,13 @@ def simulate(
         finished = runner.run(take, progress, cancel) if goes_on else []
         indices, sources = store.finish(finished)
     ensemble = Ensemble(
-        *(study.training_image, study.grid, study.parameters, study.hard_data, study.seed),
+        study=study,
         indices=indices,
         cpu_seconds=seconds[finished],
         wall_seconds=time.perf_counter() - start,
         data_status=data_status[finished],
         numbers=first + np.array(finished, int),
         sources=sources,
-        secondary=study.secondary,
     )
     if len(finished) < n:
         raise Cancelled(

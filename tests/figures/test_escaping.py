@@ -7,10 +7,11 @@ import re
 import numpy as np
 import pytest
 
-from ccwsim import Grid, HardData, Parameters, TrainingImage, figures
+from ccwsim import Grid, HardData, TrainingImage, figures
 from ccwsim.figures import LIGHT, Bundle, Group, Line, Strip, TimeSeries, notebook
 from ccwsim.figures.style import figure_json
 from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.study import Study
 from tests.some import annotations_of
 
 EVIL = '<a href="//e.vil">b</a> &lt; %{x}'
@@ -25,8 +26,8 @@ TITLES = {"x_title": EVIL, "y_title": EVIL}
 def ensemble() -> Ensemble:
     stack, data = np.zeros((1, 2, 2), np.uint8), HardData([[0, 0]], [0])
     status = np.zeros((1, 1), np.int16)
-    given = IMAGE, Grid(2, 2), Parameters(), data, 1
-    return Ensemble(*given, stack, ONE[:1], 0.5, status, np.array([0]))
+    study = Study(IMAGE, Grid(2, 2), hard_data=data, seed=1, checks_template=False)
+    return Ensemble(study, stack, ONE[:1], 0.5, status, np.array([0]))
 
 
 CHARTS = {

@@ -16,14 +16,13 @@ from ccwsim import (
     CCWSIMError,
     Ensemble,
     Grid,
-    HardData,
-    Parameters,
     Secondary,
     TrainingImage,
     flow,
 )
 from ccwsim.flow import answers, darcy, starts_at_inflow, tracks
 from ccwsim.flow.tracks import IN_WELL
+from ccwsim.model.study import Study
 
 LAYERS = 10.0 ** np.random.default_rng(0).uniform(-4, 0, 40)
 
@@ -33,7 +32,7 @@ def ensemble(n: int = 6, shape: tuple[int, ...] = (24, 30), grid: Grid | None = 
     indices = (np.random.default_rng(1).random((n, *shape)) < 0.4).astype(np.uint8)
     image = TrainingImage(indices[0], facies_names=["mud", "sand"])
     return Ensemble(
-        *(image, grid or Grid.of(shape), Parameters(), HardData(), 0),
+        Study(image, grid or Grid.of(shape), checks_template=False),
         indices=indices, cpu_seconds=np.zeros(n), wall_seconds=0.0,
         data_status=np.zeros((n, 0), np.int16), numbers=np.arange(n),
     )  # fmt: skip
@@ -247,9 +246,10 @@ def test_a_strip_of_active_cells_has_the_conductivity_of_its_rock():
     active[4:9] = True
     indices = np.where(active, e.indices, 255).astype(np.uint8)
     strip = flow.effective_k(
-        replace(e, indices=indices, secondary=Secondary(active=active)), values
+        replace(e, indices=indices, study=replace(e.study, secondary=Secondary(active=active))),
+        values,
     )
-    alone = replace(e, indices=e.indices[:, 4:9], grid=Grid(5, 30))
+    alone = replace(e, indices=e.indices[:, 4:9], study=replace(e.study, grid=Grid(5, 30)))
     for name in ("each", "harmonic", "arithmetic", "efficiency"):
         wanted = getattr(flow.effective_k(alone, values), name)
         np.testing.assert_allclose(getattr(strip, name), wanted, rtol=1e-6)

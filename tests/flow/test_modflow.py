@@ -45,7 +45,8 @@ def case(dimension: str, kind: str, shapes: dict) -> tuple[Ensemble, dict[str, A
         active = np.ones(shape, bool)
         active[..., shape[-2] // 2 + 1 :, shape[-1] // 2 :] = False
         indices = np.where(active, e.indices, UNKNOWN).astype(np.uint8)
-        e = replace(e, indices=indices, secondary=Secondary(active=active))
+        study = replace(e.study, secondary=Secondary(active=active))
+        e = replace(e, indices=indices, study=study)
     if kind == "all heads":
         across = np.linspace(1.5, 0.5, e.indices.shape[-1])
         across = across if dimension == "map" else np.tile(across, (shape[0], 1))

@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from ccwsim import Ensemble, Grid, HardData, Parameters, Secondary, TrainingImage, flow, io
+from ccwsim import Ensemble, Grid, Secondary, TrainingImage, flow, io
+from ccwsim.model.study import Study
 
 FUNCTIONS: tuple[Callable[..., Any], ...] = (
     flow.capture_probability, flow.darcy, flow.effective_k, flow.flow_efficiency, flow.over,
@@ -32,11 +33,11 @@ def random_ensemble(source: random.Random, shape: tuple[int, ...]) -> Ensemble:
     active = rng.random(shape) < source.choice((1.0, 0.9, 0.6))
     indices[:, ~active] = 255
     image = TrainingImage(CODES.reshape((2, 3, 4)[-len(shape) :] if len(shape) == 3 else (4, 6)))
+    secondary = None if active.all() else Secondary(active=active)
     return Ensemble(
-        *(image, grid, Parameters(), HardData(), 0),
+        Study(image, grid, secondary=secondary, checks_template=False),
         indices=indices, cpu_seconds=np.zeros(3), wall_seconds=0.0,
         data_status=np.zeros((3, 0), np.int16), numbers=np.arange(3),
-        secondary=None if active.all() else Secondary(active=active),
     )  # fmt: skip
 
 

@@ -16,6 +16,7 @@ from scipy.io import savemat
 
 import ccwsim.io as cio
 from ccwsim import Ensemble, Grid, HardData, Parameters, TrainingImage
+from ccwsim.model.study import Study
 
 FACIES = np.array([[0, 0, 1, 2], [0, 1, 1, 2], [2, 1, 0, 0]])
 """Shape (3, 4), row 0 in the south, without any symmetry."""
@@ -49,8 +50,9 @@ def ensemble() -> Ensemble:
     data = HardData(POINTS[:, :2], POINTS[:, 2])
     stack = np.stack([FACIES, (FACIES + 1) % 3]).astype(np.uint8)
     status = np.array([[0, 0, -1, 8], [-2, -2, -2, -2]], np.int16)
-    given = image, grid, Parameters(template_size=16, refine=False), data, 42
-    return Ensemble(*given, stack, np.array([0.1, 0.2]), 0.5, status, np.array([3, 5]))
+    p = Parameters(template_size=16, refine=False)
+    study = Study(image, grid, p, data, 42, checks_template=False)
+    return Ensemble(study, stack, np.array([0.1, 0.2]), 0.5, status, np.array([3, 5]))
 
 
 def realizations(kind: str) -> bytes:

@@ -15,6 +15,7 @@ from ccwsim.io import maps, realizations, training_images
 from ccwsim.io.data_file import printable
 from ccwsim.io.formats.rasters import code_and_wkt
 from ccwsim.io.hard_data.files import FORMATS as HARD_FORMATS
+from ccwsim.model.study import Study
 
 IMAGE = TrainingImage([[0, 5, -3], [5, 0, 0]], facies_names=["lime", "mud", "sand"])
 MAP = Grid(3, 4, (10.0, 20.0), (350000.0, 4505000.0), crs="EPSG:32632")
@@ -32,8 +33,8 @@ def ensemble_of(grid: Grid, n: int = 2) -> Ensemble:
     image = IMAGE if grid.nz is None else TrainingImage(IMAGE.array[None])
     indices = np.random.default_rng(3).integers(0, 3, (n, *grid.shape)).astype(np.uint8)
     status, cpu = np.zeros((n, 0), np.int16), np.ones(n)
-    given = image, grid, Parameters(), HardData(), 7
-    return Ensemble(*given, indices, cpu, 0.5, status, np.arange(n))
+    study = Study(image, grid, seed=7, checks_template=False)
+    return Ensemble(study, indices, cpu, 0.5, status, np.arange(n))
 
 
 def of_grid(grid: Grid, kind: str) -> Grid:

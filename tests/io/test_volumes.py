@@ -17,6 +17,7 @@ import ccwsim.io as cio
 from ccwsim import CCWSIMError, Ensemble, Grid, HardData, Parameters, TrainingImage
 from ccwsim.io.limits import UPLOAD_LIMITS, limited
 from ccwsim.io.opening import open_file
+from ccwsim.model.study import Study
 from tests.io import sample_files as sample
 from tests.small_images import noise
 
@@ -43,7 +44,9 @@ def read(content: bytes, **choices) -> np.ndarray:
 def an_ensemble(grid: Grid = PLACED) -> Ensemble:
     data = HardData([[0, 3, 4], [0, 0, 1]], [7, 0])
     return Ensemble(
-        *(IMAGE, grid, Parameters((2, 4, 4), (1, 2, 2), (0, 1, 1)), data, 5),
+        Study(
+            IMAGE, grid, Parameters((2, 4, 4), (1, 2, 2), (0, 1, 1)), data, 5, checks_template=False
+        ),
         indices=noise((2, *grid.shape), 3, seed=1),
         cpu_seconds=np.ones(2),
         wall_seconds=1.0,

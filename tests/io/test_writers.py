@@ -15,6 +15,7 @@ from PIL import Image
 
 import ccwsim.io as cio
 from ccwsim import CCWSIMError, Ensemble, Grid, HardData, Parameters, TrainingImage
+from ccwsim.model.study import Study
 
 
 def ensemble_of(indices: np.ndarray, codes=(0, 5, -3)) -> Ensemble:
@@ -24,9 +25,8 @@ def ensemble_of(indices: np.ndarray, codes=(0, 5, -3)) -> Ensemble:
     data_status = np.zeros((len(indices), 1), np.int16)
     cpu = np.linspace(0.1, 0.2, len(indices))
     numbers = np.arange(len(indices))
-    return Ensemble(
-        ti, grid, Parameters(refine=False), data, 42, indices, cpu, 0.5, data_status, numbers
-    )
+    study = Study(ti, grid, Parameters(refine=False), data, 42, checks_template=False)
+    return Ensemble(study, indices, cpu, 0.5, data_status, numbers)
 
 
 three_maps = arrays(np.uint8, (3, 4, 5), elements=st.integers(0, 2))

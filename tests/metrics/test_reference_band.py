@@ -29,7 +29,7 @@ from ccwsim.metrics.reference_band import (
 )
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
+from ccwsim.model.study import Study
 from tests.small_images import blobs, noise
 
 SEEN = ("channels", "levees", "stone_wall", "barchans")
@@ -51,8 +51,8 @@ def ensemble_of(image: TrainingImage, indices: NDArray[np.uint8]) -> Ensemble:
     """Return images as realizations of a training image."""
     n, grid = len(indices), Grid.of(indices.shape[1:])
     no_data = np.zeros((n, 0), np.int16)
-    study = image, grid, Parameters(), HardData(), 0
-    return Ensemble(*study, indices, np.ones(n), 1.0, no_data, np.arange(n))
+    study = Study(image, grid, checks_template=False)
+    return Ensemble(study, indices, np.ones(n), 1.0, no_data, np.arange(n))
 
 
 def facies_of(image: TrainingImage) -> range:

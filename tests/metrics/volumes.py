@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from ccwsim import Ensemble, Grid, HardData, Parameters
+from ccwsim import Ensemble, Grid
 from ccwsim.model.arrays import frozen
+from ccwsim.model.study import Study
 
 
 def a_volume(seed, shape=(7, 11, 13), codes=(0, 1), smooth=1.0):
@@ -21,11 +22,7 @@ def ensemble_of(training_image, volumes, sources=None):
     n, nz, ny, nx = volumes.shape
     indices = np.searchsorted(training_image.codes, volumes).astype(np.uint8)
     return Ensemble(
-        training_image,
-        Grid(ny, nx, nz=nz),
-        Parameters(),
-        HardData(np.empty((0, 3), int), []),
-        1,
+        Study(training_image, Grid(ny, nx, nz=nz), seed=1, checks_template=False),
         frozen(indices),
         np.ones(n),
         1.0,

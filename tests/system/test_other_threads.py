@@ -63,9 +63,8 @@ def ensemble(field) -> Ensemble:
     """Return an ensemble with a random realization of this size, without a simulation."""
     data = HardData([[5, 5]], [1])
     study = Study(TrainingImage(field[:200, :200]), Grid(SIDE, SIDE), Parameters(), data, 0)
-    parts = study.training_image, study.grid, study.parameters, study.hard_data, study.seed
     known = np.zeros(1), 0.0, np.zeros((1, 1), np.int16), np.zeros(1, np.int64)
-    return Ensemble(*parts, field[None], *known)
+    return Ensemble(study, field[None], *known)
 
 
 STEPS: dict[str, Callable] = {

@@ -183,15 +183,8 @@ def paint(state: State, axis: str, cells: Sequence[Cell], layers: range) -> None
 
 def fits(ensemble: Ensemble, choices: Choices) -> bool:
     """Return whether an ensemble belongs to the study if the hard data are ignored."""
-    study, given = if_possible(lambda: study_of(choices)), ensemble.secondary
-    return (
-        study is not None
-        and (study.secondary and study.secondary.digest) == (given and given.digest)
-        and ensemble.grid == choices.grid
-        and ensemble.parameters == choices.parameters
-        and ensemble.seed == choices.seed
-        and ensemble.training_image.digest == study.training_image.digest
-    )
+    study = if_possible(lambda: study_of(choices))
+    return study is not None and set(ensemble.study.differs_from(study)) <= {"hard data"}
 
 
 def answer(state: State) -> Ensemble | None:

@@ -19,7 +19,7 @@ from ccwsim.ui.frontend.cells import CellMap, draw_cells, facies_map, points_of,
 from ccwsim.ui.frontend.component import draw_tiles
 from ccwsim.ui.results.charts import e_type_of
 from ccwsim.ui.session.cached import cached
-from ccwsim.ui.session.resolve import data_of, image_of, wells_of, what_decides
+from ccwsim.ui.session.resolve import data_of, image_of, study_of, wells_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.errors import if_possible
 from ccwsim.ui.widgets.fields import button, field, options_of
@@ -125,7 +125,8 @@ def draw_e_type(
 
 def _answer(state: State) -> int:
     """Return a number that changes with the study of the results, to show those before it."""
-    return hash(what_decides(state.ensemble_choices or state.choices))
+    choices = state.ensemble_choices or state.choices
+    return hash((choices.n_realizations, study_of(choices, checks_template=False).key()))
 
 
 def e_type_field(

@@ -36,9 +36,7 @@ def kept_with(read: Callable[[Key], Value]) -> Callable[[Key], Value]:
 
 @kept_with
 def _of_ensemble(e: Ensemble) -> str:
-    guides = e.secondary and e.secondary.digest
-    run = guides, e.parameters.digest, e.hard_data.digest, e.seed, e.sources is None
-    return digest(e.digest, e.training_image.digest, e.grid, *run)
+    return digest(e.digest, *e.study.key(), e.sources is None)
 
 
 CONTENT: dict[str | type[Any], Callable[[Any], Any]] = {

@@ -69,11 +69,17 @@ USUAL_VOLUME = 100, 100
 """Default rows and columns of a volume's grid; the number of layers is that of the image."""
 
 
-def study_of(choices: Choices) -> Study:
+def study_of(choices: Choices, checks_template: bool = True) -> Study:
     """Return the study described by choices; raise `CCWSIMError` if parts do not fit together."""
-    image, secondary = image_of(choices.image), secondary_of(choices)
-    grid, parameters, data = choices.grid, choices.parameters, data_of(choices)
-    return Study(image, grid, parameters, data, choices.seed, secondary)
+    return Study(
+        image_of(choices.image),
+        choices.grid,
+        choices.parameters,
+        data_of(choices),
+        choices.seed,
+        secondary_of(choices),
+        checks_template=checks_template,
+    )
 
 
 def secondary_of(choices: Choices) -> Secondary | None:
@@ -489,17 +495,12 @@ def _sampled(
 def same_realizations(study: Choices, other: Choices) -> bool:
     """Return whether two studies give the same realizations; names and colours are ignored."""
     try:
-        return study == other or what_decides(study) == what_decides(other)
+        return study == other or (
+            study.n_realizations == other.n_realizations
+            and not study_of(study).differs_from(study_of(other))
+        )
     except CCWSIMError:  # one of the studies cannot be simulated
         return False
-
-
-def what_decides(choices: Choices) -> tuple[object, ...]:
-    """Return the values that determine the realizations of a study."""
-    image, data = image_of(choices.image), data_of(choices)
-    settings = choices.grid, choices.parameters, choices.n_realizations, choices.seed
-    secondary = secondary_of(choices)
-    return image.digest, data.digest, *settings, secondary and secondary.digest
 
 
 def template_sizes(level: int, shape: Shape, along_z: bool = False) -> list[int]:

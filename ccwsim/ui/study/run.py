@@ -225,7 +225,10 @@ def take_names(state: State) -> None:
     if state.ensemble is None or state.ensemble_choices == state.choices or not is_current(state):
         return
     state.ensemble_choices = state.choices
-    state.ensemble = replace(state.ensemble, training_image=resolve.image_of(state.choices.image))
+    image = resolve.image_of(state.choices.image)
+    state.ensemble = replace(
+        state.ensemble, study=replace(state.ensemble.study, training_image=image)
+    )
 
 
 def _begun(
@@ -235,7 +238,8 @@ def _begun(
     state.realization_to_restore, n = state.shown, choices.n_realizations
     waits_for_kernels = state.ensemble is None and not is_ready() and choices == Choices()
     runs, image = shared_runs(), resolve.image_of(choices.image)
-    key = *resolve.what_decides(choices), image.name, image.facies_names  # the page shows the names
+    names = image.name, image.facies_names  # the page shows the names
+    key = *resolve.study_of(choices).key(), n, *names
 
     if (kept := runs.kept(key)) is not None:
         return Job(lambda job: kept, choices, n=n)

@@ -19,7 +19,7 @@ from ccwsim.ui.results.maps import colours_of
 from ccwsim.ui.session.address import go_to
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.progress import compilation_to_come
-from ccwsim.ui.session.resolve import data_of, image_of, secondary_of, what_decides
+from ccwsim.ui.session.resolve import data_of, image_of, secondary_of, study_of
 from ccwsim.ui.session.state import PageRun, State
 from ccwsim.ui.study.run import draw_out_of_date, failed
 from ccwsim.ui.widgets.fields import button
@@ -125,8 +125,7 @@ def shown_in(state: State) -> dict[str, Any]:
 
 def study_key(choices: Choices) -> tuple:
     """Return a key of image, data, grid and guides; raise `CCWSIMError` if they do not fit."""
-    image, data, grid, *_, secondary = what_decides(choices)
-    return image, data, grid, secondary
+    return study_of(choices, checks_template=False).key("parameters", "seed")
 
 
 def describe_work(n_trials: int, n_realizations: int, seconds: float) -> str:

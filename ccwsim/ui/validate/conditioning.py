@@ -18,7 +18,6 @@ from ccwsim.metrics.data_fit import MIN_PLACES, winner
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.ensemble import FORCED, WRONG
 from ccwsim.model.numbers import minus, three_digits
-from ccwsim.model.study import Study
 from ccwsim.report.verdicts import Verdict
 from ccwsim.ui.frontend.cells import CellMap, draw_cells, facies_map, points_of, share_map
 from ccwsim.ui.results.charts import titled_chart
@@ -344,8 +343,7 @@ def ranks(
 @as_task
 def left_out(progress: Fraction, ensemble: Ensemble, by_well: bool) -> metrics.LeaveOut:
     """Predict each fifth of the hard data, or of the wells, from the other data."""
-    e = ensemble
-    study = Study(e.training_image, e.grid, e.parameters, e.hard_data, e.seed, e.secondary)
+    study = replace(ensemble.study, checks_template=True)
     return metrics.leave_out(study, by="well" if by_well else "datum", progress=progress)
 
 

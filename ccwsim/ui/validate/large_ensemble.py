@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -142,9 +142,9 @@ def draw_large_ensemble(state: State, ensemble: Ensemble, colours: Sequence[str]
 
 def start(state: State) -> None:
     """Start a large ensemble with the study of the present realizations."""
-    page_state, e = state.page(LargeEnsembleState), state.ensemble
-    assert e is not None
-    study = Study(e.training_image, e.grid, e.parameters, e.hard_data, e.seed, e.secondary)
+    page_state = state.page(LargeEnsembleState)
+    assert state.ensemble is not None
+    study = replace(state.ensemble.study, checks_template=True)
     n, facies = page_state.n, state.facies
     page_state.start(lambda: LargeEnsembleRun(study, n, facies))
 

@@ -268,14 +268,13 @@ def sources_of(ensemble: Ensemble, r: int) -> NDArray[np.int32]:
     """Return the flat source index of each cell; raise an error if r was edited after the run."""
     if ensemble.sources is not None:
         return ensemble.sources[r]
-    study = (ensemble.training_image, ensemble.grid, ensemble.parameters, ensemble.hard_data)
+    study = ensemble.study
     again = simulate(
-        *study,
-        1,
-        ensemble.seed,
-        secondary=ensemble.secondary,
+        *(study.training_image, study.grid, study.parameters, study.hard_data),
+        seed=study.seed,
         first_realization=int(ensemble.numbers[r]),
         keep_sources=True,
+        secondary=study.secondary,
     )
     if again.sources is None or not np.array_equal(again.indices[0], ensemble.indices[r]):
         raise CCWSIMError(

@@ -435,9 +435,11 @@ def test_proportions_have_a_sign_and_the_data_beside_them():
     assert not said.good
     assert advice.words == "“Match proportions” is off and would bring sand nearer to the TI"
     assert facts_of(bad)[-2:] == [said.words, advice.words]
-    mud = replace(bad, hard_data=HardData(data.cells, [0, 0, 0, 0]))
+    mud = replace(bad, study=replace(bad.study, hard_data=HardData(data.cells, [0, 0, 0, 0])))
     assert len(of_proportions(mud, fit_proportions(mud))) == 1  # no advice against the data
-    matched = replace(bad, parameters=replace(OWN, match_proportions=True))
+    matched = replace(
+        bad, study=replace(bad.study, parameters=replace(OWN, match_proportions=True))
+    )
     assert len(of_proportions(matched, fit_proportions(matched))) == 1
     good = np.zeros_like(some.indices)
     good[:, :10] = 1
