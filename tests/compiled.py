@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from threading import Event
 
 import numpy as np
 
@@ -18,9 +17,9 @@ from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.realization import walk_through
 from ccwsim.engine.trace import Trace
 from ccwsim.experiments.warm_up import usual_work
-from ccwsim.jobs.workers import Watch
 from ccwsim.model.grid import Grid
 from ccwsim.model.study import Study
+from ccwsim.model.watch import Watch
 
 MAP, VOLUME = (64, 64), (32, 32, 32)
 BASE = Parameters(16, 4, 2)
@@ -52,7 +51,7 @@ OTHERS = (
 
 
 def search(one: Study) -> Callable[[], None]:
-    return lambda: walk_through(PreparedImage(one), Watch(Event()))
+    return lambda: walk_through(PreparedImage(one), Watch())
 
 
 def follow(level: int) -> None:

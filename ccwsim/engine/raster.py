@@ -41,9 +41,9 @@ from ccwsim.engine.stages.path import (
 )
 from ccwsim.engine.stages.pyramid import upgrid_data
 from ccwsim.engine.stages.similarity import summed_up
-from ccwsim.jobs.workers import Watch
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
+from ccwsim.model.watch import Watch
 
 TERMS_PER_CALL = 500_000_000  # number of terms of scores computed between two reports of progress
 MAX_PATCHES_PER_CALL = 512
@@ -163,7 +163,7 @@ def reported_calls(
     """Report progress, then yield the number of the first patch, for each call of the kernel."""
     share = (RASTER_SHARE if study.hard_data.n else REPAIR_SHARE) / (study.parameters.scale + 1)
     for first in range(0, n, at_once):
-        watch.report(share * (n_scales_done + first / n))
+        watch.tell(share * (n_scales_done + first / n))
         yield first
 
 

@@ -1,7 +1,6 @@
 """Simulate one realization of a study by Algorithm 1, then apply corrections."""
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from math import prod
@@ -20,12 +19,12 @@ from ccwsim.engine.stages.conditioning import data_grid
 from ccwsim.engine.stages.path import UNKNOWN, Triple, in_layers, in_three
 from ccwsim.engine.stages.pyramid import block_sum_type
 from ccwsim.engine.stages.similarity import score_type
-from ccwsim.jobs.workers import Watch
 from ccwsim.model.ensemble import FORCED, WRONG
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.model.watch import UNWATCHED, Watch
 
 TRIALS_A_CELL, TRIALS_A_CELL_DATA = 40, 400
 """Maximum number of changes of single cells that are tried per cell in a pass of seam repair,
@@ -36,8 +35,6 @@ WINDOWS_A_CELL = 0.02
 more."""
 NO_KINDS = np.zeros((0, 2), np.int64), np.zeros((0, 0, 0), np.uint8)
 """Layers and kinds of `Target` without copies of the training image."""
-Report = Callable[[float], None]
-"""Function called with the finished share of the work, 0 … 1; it may raise an error to stop."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,10 +59,10 @@ def simulate_realization(
     template = raster.draw_template(study.parameters, study.training_image.shape, rng)
     indices, sources = simulate_raster(image, template, keep_sources, rng, watch)
     changed = image, template, indices, sources, rng
-    data_status = honour_data(*changed, watch.report)
-    repair(*changed, data_status, watch.report)
+    data_status = honour_data(*changed, watch)
+    repair(*changed, data_status, watch)
     sources = finish(image, indices, sources)
-    watch.report(1.0)
+    watch.tell(1.0)
     return Realization(indices, sources, data_status, time.thread_time() - before)
 
 
@@ -106,7 +103,7 @@ def honour_data(
     indices: NDArray[np.uint8],
     sources: NDArray[np.int32],
     rng: np.random.Generator,
-    report: Report = lambda share: None,
+    watch: Watch = UNWATCHED,
     on_window: OnWindow | None = None,
 ) -> NDArray[np.int16]:
     """Re-simulate around data that a realization does not honour, in place; return the data status.
@@ -117,10 +114,7 @@ def honour_data(
     if not (study.parameters.exact_data and study.hard_data.n):
         missed = indices[tuple(cells.T)] != study.facies_of_data
         return np.where(missed, WRONG, 0).astype(np.int16)
-
-    def part(share: float) -> None:
-        report(raster.RASTER_SHARE + (raster.REPAIR_SHARE - raster.RASTER_SHARE) * share)
-
+    part = watch.part(raster.RASTER_SHARE, raster.REPAIR_SHARE)
     target, thresholds = target_of(image, indices, sources), image.isolated_datum_thresholds
     return resimulate(target, in_three(cells), template, rng, thresholds, part, on_window)
 
@@ -139,7 +133,7 @@ def repair(
     sources: NDArray[np.int32],
     rng: np.random.Generator,
     data_status: NDArray[np.int16],
-    report: Report = lambda share: None,
+    watch: Watch = UNWATCHED,
 ) -> None:
     """If `repairs(study)`, repair the seams of a realization whose data are honoured, in place.
 
@@ -163,18 +157,13 @@ def repair(
         most = max(round(most * (np.count_nonzero(study.active) / study.active.size)), 1)
     forced = in_three(study.hard_data.cells[data_status == FORCED])
     active = None if study.active is None else study.active.reshape(shape)
-    inputs = image.repair(template)
-
-    def part(first: float, last: float) -> Report:
-        low = raster.REPAIR_SHARE + (1 - raster.REPAIR_SHARE) * first
-        return lambda share: report(low + (1 - raster.REPAIR_SHARE) * (last - first) * share)
-
+    inputs, whole = image.repair(template), watch.part(raster.REPAIR_SHARE, 1.0)
     cells = target, inputs.side_by_side, rng
     n_trials = TRIALS_A_CELL_DATA if n_data else TRIALS_A_CELL
     if volume or n_data:
-        repair_cells(*cells, False, part(0.0, 0.1), n_trials, active)
-    repair_seams(target, inputs, most, forced, rng, part(0.1, 0.9), active)
-    repair_cells(*cells, True, part(0.9, 1.0), n_trials, active)
+        repair_cells(*cells, False, whole.part(0.0, 0.1), n_trials, active)
+    repair_seams(target, inputs, most, forced, rng, whole.part(0.1, 0.9), active)
+    repair_cells(*cells, True, whole.part(0.9, 1.0), n_trials, active)
 
 
 def target_of(

@@ -11,10 +11,11 @@ from ccwsim.engine.corrections.resimulation import resimulate
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.realization import finish, target_of
 from ccwsim.engine.stages.path import in_three
-from ccwsim.jobs.workers import Watch, run_all
+from ccwsim.jobs.workers import run_all
 from ccwsim.model.arrays import check_int, readonly
 from ccwsim.model.ensemble import FORCED, WRONG, Ensemble
 from ccwsim.model.hard_data import HardData
+from ccwsim.model.watch import Watch
 from ccwsim.system.machine import n_cores
 
 UNCHANGED = -2  # source of a cell that no window has changed
@@ -77,7 +78,7 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
         changed = np.full(study.grid.shape if needs_changes else (0, 0), UNCHANGED, np.int32)
         target = target_of(image, indices[number], changed)
         thresholds = image.isolated_datum_thresholds
-        status = resimulate(target, cells[wrong], template, rng, thresholds, watch.report)
+        status = resimulate(target, cells[wrong], template, rng, thresholds, watch)
         data_status[number, wrong] = status
         if forced.any():  # windows that replace forced cells honour their data
             data_status[number, forced & (changed[places] >= 0)] = status.max(initial=0)
@@ -85,7 +86,7 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
         if sources is not None:
             sources[number] = np.where(changed == UNCHANGED, sources[number], changed)
         seconds[number] = time.thread_time() - before
-        watch.report(1.0)
+        watch.tell(1.0)
 
     run_all(task, ensemble.n, workers)
     return replace(

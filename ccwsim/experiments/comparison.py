@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.experiments.trials import Trial, run_trials
-from ccwsim.jobs.workers import Cancel, Progress, progress_of_part
 from ccwsim.metrics import Anodi, Band, Fit, Scaling, anodi, band, fit_curve
 from ccwsim.metrics.bands import STATISTICS, curves_of
 from ccwsim.metrics.lags import axes_of, max_lag
@@ -21,6 +20,7 @@ from ccwsim.model.grid import Grid
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.secondary import Secondary
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.model.watch import Cancel, Progress, Watch
 
 MIN_SETTINGS, MAX_SETTINGS = 2, 4
 SIMULATED, CURVES_DONE = 0.7, 0.85  # finished work after the simulation, and after the curves
@@ -39,7 +39,7 @@ class ComparedCurves:
 
 
 def _compared_curves(
-    ensembles: Sequence[Ensemble], facies: int, progress: Callable[..., None]
+    ensembles: Sequence[Ensemble], facies: int, watch: Watch
 ) -> dict[tuple[int, str, str], ComparedCurves]:
     """Return the curves of a facies by (facies code, statistic, direction)."""
     image, shape = ensembles[0].training_image, ensembles[0].grid.shape
@@ -51,8 +51,8 @@ def _compared_curves(
         lags = np.arange(max_lag(way, image.shape, shape) + 1)
         bands, fits = [], []
         for ensemble in ensembles:
-            report = progress_of_part(progress, *next(ends))
-            each = curves_of(statistic, ensemble, code, way, lags, report)
+            low, high = next(ends)
+            each = curves_of(statistic, ensemble, code, way, lags, watch.part(low, high).tell)
             bands.append(band(each, LOW, HIGH))
             fits.append(fit_curve(ensemble, statistic, code, way))
         reference = curves_of(statistic, image, code, way, lags)[0]
@@ -184,30 +184,28 @@ def compare(
         raise refused("number_of_settings", n=len(settings), low=MIN_SETTINGS, high=MAX_SETTINGS)
     trials = [_checked(base, name, setting) for name, setting in settings.items()]
 
-    def simulated(trial: Trial | Ensemble, report: Callable[..., None]) -> Ensemble:
+    def simulated(trial: Trial | Ensemble, part: Watch) -> Ensemble:
         if isinstance(trial, Ensemble):
             return trial
-        return trial.simulate(n_realizations, progress=report, cancel=cancel)
+        return trial.simulate(n_realizations, progress=part.progress, cancel=part.cancel)
 
     report, n_done = on_partial or (lambda _: None), len(settings) * n_realizations
+    watch = Watch(progress, cancel)
     found = Comparison((), ())
     ensembles = run_trials(
         trials,
         simulated,
         seconds=[1.0] * len(settings),
-        progress=progress_of_part(progress, 0.0, SIMULATED),
-        cancel=cancel,
+        watch=watch.part(0.0, SIMULATED),
         n_pieces=n_realizations,
     )
     for name, ensemble in zip(settings, ensembles, strict=True):
         found = Comparison((*found.names, name), (*found.ensembles, ensemble))
         report(found)
     code = int(image.codes[-1]) if facies is None else facies
-    found = _with_curves(
-        found, code, progress_of_part(progress, SIMULATED, CURVES_DONE, n_done, cancel)
-    )
+    found = _with_curves(found, code, watch.part(SIMULATED, CURVES_DONE, n_done))
     report(found)
-    found = _with_patterns(found, progress_of_part(progress, CURVES_DONE, 1.0, n_done, cancel))
+    found = _with_patterns(found, watch.part(CURVES_DONE, 1.0, n_done))
     report(found)
     return found
 
@@ -220,7 +218,7 @@ def add_curves(
 ) -> Comparison:
     """Return a comparison that also has the curves of another facies, given by its code."""
     n = sum(e.n for e in comparison.ensembles)
-    return _with_curves(comparison, facies, progress_of_part(progress, 0.0, 1.0, n, cancel))
+    return _with_curves(comparison, facies, Watch(progress, cancel).part(0.0, 1.0, n))
 
 
 def _checked(base: Trial, name: str, setting: Parameters | Ensemble) -> Trial | Ensemble:
@@ -235,15 +233,15 @@ def _checked(base: Trial, name: str, setting: Parameters | Ensemble) -> Trial | 
     return trial
 
 
-def _with_curves(found: Comparison, facies: int, report: Callable[..., None]) -> Comparison:
-    more = _compared_curves(found.ensembles, facies, report)
+def _with_curves(found: Comparison, facies: int, watch: Watch) -> Comparison:
+    more = _compared_curves(found.ensembles, facies, watch)
     return replace(found, curves={**found.curves, **more})
 
 
-def _with_patterns(found: Comparison, report: Callable[..., None]) -> Comparison:
+def _with_patterns(found: Comparison, watch: Watch) -> Comparison:
     stacks = dict(zip(found.names, found.ensembles, strict=True))
     try:
-        patterns = anodi(stacks, found.ensembles[0].training_image, progress=report)
+        patterns = anodi(stacks, found.ensembles[0].training_image, progress=watch.tell)
     except Cancelled:
         raise
     except CCWSIMError as error:  # images are too small for patterns; other results are valid

@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike, NDArray
 from ccwsim.experiments.plan import label, varied
 from ccwsim.experiments.timing import typical
 from ccwsim.experiments.trials import Trial, TrialResult, run_trials
-from ccwsim.jobs.workers import Cancel, Progress
 from ccwsim.metrics import Quality, judge
 from ccwsim.metrics.diagnosis import MIN_ACROSS, templates_that_fit
 from ccwsim.model.arrays import Shape, check_int, frozen
@@ -24,6 +23,7 @@ from ccwsim.model.numbers import duration
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.secondary import Secondary
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.model.watch import Cancel, Progress, Watch
 
 _SAID: dict[str, str] = tomllib.loads(Path(__file__).with_name("sweep.toml").read_text("utf-8"))
 ERRORS = {
@@ -136,15 +136,15 @@ def sweep(
     if facies is not None:
         base.training_image.index_of(facies)
 
-    def tried(trial: Trial, report: Callable[..., None]) -> SweepRow | str:
+    def tried(trial: Trial, part: Watch) -> SweepRow | str:
         """Return the result of a setting, or the reason why it has none."""
         try:
             ensemble = trial.simulate(
                 n,
                 n_workers=1,
                 keep_sources=True,
-                progress=lambda share, _: report(share),
-                cancel=cancel,
+                progress=part.progress,
+                cancel=part.cancel,
             )
             return SweepRow(
                 trial,
@@ -162,7 +162,7 @@ def sweep(
     rows: list[SweepRow] = []
     failed: list[tuple[Parameters, str]] = []
     with suppress(Cancelled):
-        outcomes = run_trials(trials, tried, seconds, progress, cancel)
+        outcomes = run_trials(trials, tried, seconds, Watch(progress, cancel))
         for parameters, outcome in zip(settings, outcomes, strict=True):
             if isinstance(outcome, str):
                 failed.append((parameters, outcome))

@@ -1,6 +1,6 @@
 """Estimate and measure the CPU time of a realization by grid size and number of data."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import prod
 
@@ -12,9 +12,9 @@ from ccwsim.datasets.sampling import sample_random
 from ccwsim.engine.corrections.resimulation import MAX_COMPARED
 from ccwsim.engine.stages.conditioning import MAX_DATA
 from ccwsim.experiments.trials import Trial, TrialResult, run_trials
-from ccwsim.jobs.workers import Cancel, Progress, progress_of_part
 from ccwsim.model.arrays import Shape, check_int, frozen
 from ccwsim.model.errors import refused
+from ccwsim.model.watch import Cancel, Progress, Watch
 
 CELLS_AT_ONCE = 32_000_000  # cells of realizations in memory at a time; a cell takes one byte
 LINEAR = (0.9, 1.1)  # growth is called linear if the exponent of the cells is in this range
@@ -79,9 +79,13 @@ def time_trial(
     seconds, wrong = [], []
     for first in range(0, n, batch):
         size = min(batch, n - first)
-        report = progress_of_part(progress, first / n, (first + size) / n, first)
+        part = Watch(progress, cancel).part(first / n, (first + size) / n, first)
         ensemble = trial.simulate(
-            size, n_workers=1, progress=report, cancel=cancel, first_realization=first
+            size,
+            n_workers=1,
+            progress=part.progress,
+            cancel=part.cancel,
+            first_realization=first,
         )
         seconds.append(ensemble.cpu_seconds)
         wrong.append(ensemble.n_mismatched)
@@ -102,16 +106,16 @@ def time_trials(
     """
     fields: dict[Shape, NDArray[np.integer]] = {}
 
-    def timed(trial: Trial, report: Callable[..., None]) -> TrialResult:
+    def timed(trial: Trial, part: Watch) -> TrialResult:
         if n_data := trial.n_sampled:
             shape = trial.grid.shape
             if shape not in fields:
                 fields[shape] = _field_to_sample(trial)
             data = sample_random(fields[shape], n_data, trial.seed)
             trial = replace(trial, hard_data=data)
-        return time_trial(trial, n_realizations, lambda share, _: report(share), cancel)
+        return time_trial(trial, n_realizations, part.progress, part.cancel)
 
-    yield from run_trials(trials, timed, [*map(typical, trials)], progress, cancel)
+    yield from run_trials(trials, timed, [*map(typical, trials)], Watch(progress, cancel))
 
 
 def _field_to_sample(trial: Trial) -> NDArray[np.integer]:

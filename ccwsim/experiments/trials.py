@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.engine.prepared_image import fresh_images
-from ccwsim.jobs.workers import Cancel, Progress, progress_of_part
 from ccwsim.model.arrays import Shape
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled
@@ -20,6 +19,7 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.model.secondary import Secondary
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.model.watch import UNWATCHED, Watch
 from ccwsim.run.simulation import simulate
 
 Item = TypeVar("Item")
@@ -115,34 +115,30 @@ class TrialResult:
 
 def run_trials(
     trials: Sequence[Item],
-    run: Callable[[Item, Callable[..., None]], Result],
+    run: Callable[[Item, Watch], Result],
     seconds: Sequence[float],
-    progress: Progress | None = None,
-    cancel: Cancel | None = None,
+    watch: Watch = UNWATCHED,
     n_pieces: int = 1,
 ) -> Iterator[Result]:
-    """Yield the results of run(trial, report) in the order of `trials`.
+    """Yield the results of run(trial, its watch) in the order of `trials`.
 
-    `run` reports the finished share of its trial as report(share) or, if a trial counts as more
-    than one piece of work, as report(share, n_done). `progress` is called with the finished share
-    of the expected `seconds` of all trials, and the number of finished pieces, `n_pieces` for each
-    trial. Raises `Cancelled` before a trial if `cancel` returns True.
+    `watch` gets the finished share of the expected `seconds` of all trials, and the number of
+    finished pieces, `n_pieces` for each trial; pieces of an unfinished trial are counted if it has
+    more than one. Raises `Cancelled` before a trial if `watch` asks to stop.
 
     Examples
     --------
     >>> shares = []
     >>> progress = lambda share, n_done: shares.append((share, n_done))
-    >>> list(run_trials([2, 3], lambda k, report: k * k, [1.0, 3.0], progress))
+    >>> list(run_trials([2, 3], lambda k, watch: k * k, [1.0, 3.0], Watch(progress)))
     [4, 9]
     >>> shares
     [(0.25, 1), (1.0, 2)]
     """
     ends = list(accumulate(seconds, initial=0.0))
     for k, trial in enumerate(trials):
-        if cancel and cancel():
+        if watch.cancel():
             raise Cancelled(f"stopped after {k} of {len(trials)} settings")
-        report = progress_of_part(
-            progress, ends[k] / ends[-1], ends[k + 1] / ends[-1], k * n_pieces
-        )
-        yield run(trial, report)
-        report(1.0, n_pieces)
+        low, high = ends[k] / ends[-1], ends[k + 1] / ends[-1]
+        yield run(trial, watch.part(low, high, k * n_pieces, counts=n_pieces > 1))
+        watch.progress(high, (k + 1) * n_pieces)

@@ -3,7 +3,6 @@
 import threading
 from collections.abc import Callable
 from contextlib import suppress
-from threading import Event
 
 import numpy as np
 
@@ -11,9 +10,9 @@ from ccwsim import CCWSIMError, Grid, HardData, Parameters, TrainingImage
 from ccwsim.engine.compilation import LATER, SOON, ask_for
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.realization import walk_through
-from ccwsim.jobs.workers import Watch
 from ccwsim.metrics import connectivity, etype, variogram
 from ccwsim.model.study import Study
+from ccwsim.model.watch import Watch
 
 MAP, VOLUME = (64, 64), (32, 32, 32)  # shapes of the training images and grids
 STUDIES = {
@@ -51,7 +50,7 @@ def _simulation(shape: tuple[int, ...], parameters: Parameters) -> Callable[[], 
     cells = np.argwhere(rng.random(shape) < 0.05)
     data = HardData(cells, rng.integers(0, 2, len(cells)))
     study = Study(image, grid, parameters, data)
-    return lambda: walk_through(PreparedImage(study), Watch(Event()))
+    return lambda: walk_through(PreparedImage(study), Watch())
 
 
 def _measure() -> None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ccwsim.flow.darcy import Ends, Floats, Flow, _cell, array_axis, checked_cell, darcy
 from ccwsim.flow.tracks import IN_WELL, LEFT, MAX_PARTICLES, starts_at_inflow, tracks
-from ccwsim.jobs.workers import Cancel, Progress, Watch, run_all
+from ccwsim.jobs.workers import run_all
 from ccwsim.model.arrays import (
     Shape,
     as_array,
@@ -25,6 +25,7 @@ from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled, CCWSIMError, refused, shown
 from ccwsim.model.facies_property import FaciesValues, cell_values, values_by_facies
 from ccwsim.model.grid import Grid
+from ccwsim.model.watch import Cancel, Progress, Watch
 from ccwsim.system.machine import n_cores
 
 HEADS_ALONG = {"x": "west_east", "y": "south_north", "z": "bottom_top"}
@@ -380,10 +381,10 @@ def over(
         watch.check()
         own = np.asarray(ensemble.indices[r])
         found[r] = function(own) if executor is None else executor.submit(function, own).result()
-        watch.report(1.0)
+        watch.tell(1.0)
 
     workers = n_cores() if n_workers is None else check_int("n_workers", n_workers, 1)
-    done = run_all(task, ensemble.n, workers, progress, cancel)
+    done = run_all(task, ensemble.n, workers, Watch(progress, cancel))
     if len(done) < ensemble.n:
         raise Cancelled(f"stopped after {len(done)} of {ensemble.n} realizations")
     return found

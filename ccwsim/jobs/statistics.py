@@ -9,11 +9,12 @@ from typing import Any, Generic, TypeVar
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.scheduler import PAGE_TURNS
 from ccwsim.model.errors import Cancelled, CCWSIMError
+from ccwsim.model.watch import Fraction as Fraction
+from ccwsim.model.watch import Watch
 from ccwsim.system.log import reason
 from ccwsim.system.lru_cache import LruCache
 
 Value = TypeVar("Value")
-Fraction = Callable[[float], None]
 
 
 @dataclass(frozen=True)
@@ -108,14 +109,13 @@ class StatisticsWorker:
                     self.cache.put(self._current.key, value)
                 self._changed.notify_all()
 
-    def _computed(self, task: Task, job: Job) -> Any:
-        def progress(share: float) -> None:
-            self._share = share
-            if job.is_cancelled():
-                raise Cancelled("stopped")
+    def _show(self, share: float) -> None:
+        self._share = share
 
+    def _computed(self, task: Task, job: Job) -> Any:
+        watch = Watch.of_share(self._show, job.is_cancelled)
         try:
-            return task.work(progress)
+            return task.work(watch.tell)
         except Cancelled:
             return None
         except CCWSIMError as error:

@@ -6,40 +6,14 @@ from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar, copy_context
 from functools import partial
 from threading import Event
-from typing import Protocol
 
 from ccwsim.jobs.scheduler import Cores, Lease, Usage
 from ccwsim.model.errors import Cancelled, CCWSIMError
+from ccwsim.model.watch import UNWATCHED, Cancel
+from ccwsim.model.watch import Watch as Watch
 from ccwsim.system.machine import n_cores
 
 POLL_SECONDS = 0.05  # seconds between two checks of progress and cancel
-
-Progress = Callable[[float, int], None]  # called with the finished share and the finished tasks
-Cancel = Callable[[], bool]  # returns True if the work should stop
-
-
-def progress_of_part(
-    progress: Progress | None,
-    low: float,
-    high: float,
-    n_before: int = 0,
-    cancel: Cancel | None = None,
-) -> Callable[..., None]:
-    """Return a function report(share, n_done=0) for a part of the work, from `low` to `high`.
-
-    `progress` is called with the finished share of the whole work, and with the number of finished
-    tasks, which includes the `n_before` tasks of earlier parts. The function raises `Cancelled` if
-    `cancel` returns True.
-    """
-
-    def report(share: float, n_done: int = 0) -> None:
-        if cancel and cancel():
-            raise Cancelled("stopped")
-        if progress:
-            progress((1 - share) * low + share * high, n_before + n_done)
-
-    return report
-
 
 _shared_cores: Cores | None = None
 
@@ -86,63 +60,40 @@ def check_stop() -> None:
         raise Cancelled("stopped")
 
 
-class StopFlag(Protocol):
-    """A flag that is set if work should stop, such as a `threading.Event`."""
-
-    def is_set(self) -> bool: ...
-
-
-class Watch:
-    """The progress, the stop flag and the core of a running task."""
-
-    def __init__(self, stop: StopFlag) -> None:
-        self.share = 0.0
-        """Finished share of the task, from 0 to 1."""
-        self.yield_core: Callable[[], None] | None = None
-        """Yields the core if that is due; None if the task does not share cores with other runs."""
-        self._stop = stop
-
-    def report(self, share: float) -> None:
-        """Store the finished share; raise `Cancelled` if the task was asked to stop."""
-        self.share = share
-        self.check()
-
-    def check(self) -> None:
-        """Raise `Cancelled` if the task was asked to stop; yield the core if that is due."""
-        if self.yield_core is not None and not self._stop.is_set():
-            self.yield_core()
-        if self._stop.is_set():
-            raise Cancelled("the simulation was stopped")
-
-
 def run_all(
     task: Callable[[int, Watch], None],
     n: int,
     n_workers: int,
-    progress: Progress | None = None,
-    cancel: Cancel | None = None,
+    watch: Watch = UNWATCHED,
     pool: ThreadPoolExecutor | None = None,
 ) -> list[int]:
-    """Run task(number, watch) for numbers 0 … n − 1 and return the numbers that finished.
+    """Run task(number, its watch) for numbers 0 … n − 1 and return the numbers that finished.
 
-    Fewer than n tasks finish only if `cancel` returned True. The first error of a task stops the
-    other tasks and is raised. `progress` and `cancel` are called in the thread of the caller. A
+    Fewer than n tasks finish only if `watch` asks to stop. The first error of a task stops the
+    other tasks and is raised. The functions of `watch` are called in the thread of the caller. A
     given `pool` stays open.
     """
     stop = Event()
     cores, usage = None if _needs_no_core.get() else _shared_cores, _usage.get() or Usage()
-    watches = [Watch(stop) for _ in range(n)]
-    numbers, finished = iter(range(n)), []
+    shares, numbers, finished = [0.0] * n, iter(range(n)), []
+
+    def set_share(number: int, share: float, n_done: int) -> None:
+        shares[number] = share
 
     def work() -> None:
         """Run the next tasks, and keep a core between them as long as its slice lasts."""
         lease = Lease(usage, stop)
+
+        def asked_to_stop() -> bool:
+            if cores and not stop.is_set():
+                cores.yield_if_due(lease)
+            return stop.is_set()
+
         with cores.held(lease) if cores else nullcontext():
             for number in numbers:
-                watch = watches[number]
-                watch.yield_core = partial(cores.yield_if_due, lease) if cores else None
-                watch.check()
-                task(number, watch)
+                own = Watch(partial(set_share, number), asked_to_stop)
+                own.check()
+                task(number, own)
                 finished.append(number)
 
     n_threads = min(n, n_workers if pool is None else pool._max_workers)
@@ -155,9 +106,8 @@ def run_all(
                 ended, pending = wait(pending, POLL_SECONDS)
                 for future in ended:
                     future.result()
-                if progress:
-                    progress(sum(watch.share for watch in watches) / n, len(finished))
-                if pending and cancel and cancel():
+                watch.progress(sum(shares) / n, len(finished))
+                if pending and watch.cancel():
                     break
         finally:
             stop.set()

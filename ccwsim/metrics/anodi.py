@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.distance import pdist, squareform
 
 from ccwsim.metrics.patterns import FACTORS, divergences, layers_of, pyramid_histograms, size_of
-from ccwsim.metrics.stack import Codes, Fraction, Images, as_image, as_stack
+from ccwsim.metrics.stack import Codes, Fraction, Images, Watch, as_image, as_stack
 from ccwsim.model.arrays import as_floats, check_int, ratio
 from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.training_image import TrainingImage
@@ -234,13 +234,14 @@ def anodi(
         raise CCWSIMError("ANODI needs at least one ensemble")
     side, layers = size_of(own, size), layers_of(own, *stacks.values())
     rows = pyramid_histograms(own, None, side, factors, layers=layers)
+    watch = Watch.of_share(progress)
     step = HISTOGRAM_SHARE / sum(len(stack) for stack in stacks.values())
     for stack in stacks.values():
         done = len(rows) - 1
-        part = _part(progress, done * step, (done + len(stack)) * step)
-        rows += pyramid_histograms(stack, None, side, factors, part, layers)
+        part = watch.part(done * step, (done + len(stack)) * step)
+        rows += pyramid_histograms(stack, None, side, factors, part.tell, layers)
     owner = np.concatenate([[-1], np.repeat(range(len(stacks)), [len(s) for s in stacks.values()])])
-    divergence = divergences(rows, _part(progress, HISTOGRAM_SHARE, 1.0))
+    divergence = divergences(rows, watch.part(HISTOGRAM_SHARE, 1.0).tell)
     between, within = _means(divergence, owner, len(stacks))
     return Anodi(tuple(stacks), tuple(factors), weight, side, divergence, owner, between, within)
 
@@ -262,10 +263,3 @@ def _weights(given: Sequence[float] | None, n: int) -> NDArray[np.float64]:
     if not fits or weights.min() < 0 or not weights.sum() > 0:
         raise refused("factor_weights", given=shown(given), n=n)
     return weights / weights.sum()
-
-
-def _part(progress: Fraction | None, begin: float, end: float) -> Fraction | None:
-    """Return a function that maps the progress of one step to the range from `begin` to `end`."""
-    if progress is None:
-        return None
-    return lambda share: progress(begin + (end - begin) * share)

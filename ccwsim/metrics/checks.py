@@ -9,7 +9,7 @@ from ccwsim.metrics import reference_band
 from ccwsim.metrics.bands import STATISTICS
 from ccwsim.metrics.lags import DirectionName, axes_of
 from ccwsim.metrics.measures import fit_measures, measures_of
-from ccwsim.metrics.stack import Fraction
+from ccwsim.metrics.stack import Fraction, Watch
 from ccwsim.model.ensemble import Ensemble
 
 MAX_CHECKED = 8  # maximum number of checked facies; of more, those with the largest shares
@@ -52,6 +52,7 @@ def check_ensemble(ensemble: Ensemble, progress: Fraction | None = None) -> list
         ("patterns", None, None, reference_band.fit_patterns(ensemble)),
         ("measures", None, None, fit_measures(ensemble, int(image.codes[0]), of_image)),
     ]
+    watch = Watch.of_share(progress)
     for done, k in enumerate(facies):
         code = int(image.codes[k])
         for statistic, way in product(STATISTICS, ways):
@@ -62,8 +63,7 @@ def check_ensemble(ensemble: Ensemble, progress: Fraction | None = None) -> list
             )
         found.append(("geobodies", k, None, reference_band.fit_geobodies(ensemble, code)))
         found.append(("measures", k, None, fit_measures(ensemble, code, of_facies)))
-        if progress:
-            progress((done + 1) / len(facies))
+        watch.tell((done + 1) / len(facies))
     return [
         Check(kind, k, way, fit) for kind, k, way, fit in found if fit is not None and fit.judged
     ]

@@ -18,13 +18,14 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from ccwsim import CCWSIMError, Grid, HardData, TrainingImage, simulate
-from ccwsim.jobs.workers import Cancel, check_stop
+from ccwsim.jobs.workers import check_stop
 from ccwsim.metrics.etype import proportions
-from ccwsim.metrics.stack import N_AXES, Fraction, Stack
+from ccwsim.metrics.stack import N_AXES, Stack
 from ccwsim.model.arrays import Bytes, Floats, Ints, check_int, ratio
 from ccwsim.model.errors import refused
 from ccwsim.model.parameters import PER_AXIS, Parameters
 from ccwsim.model.study import Study
+from ccwsim.model.watch import Cancel, Fraction, Watch
 
 MAX_NEIGHBOURS = 5  # maximum number of data in the event of a datum
 MAX_EVENT_TABLE = 2**18  # facies combinations of an event; more facies leave fewer neighbours
@@ -133,8 +134,8 @@ def fit_data(
     null = simulate(
         image, study.grid, study.parameters, None, n_null, seed, keep_sources=True, cancel=cancel
     )
-    if progress:
-        progress(0.5)
+    watch = Watch.of_share(progress)
+    watch.tell(0.5)
     at_data = (slice(None), *data.cells.T)
     rank = np.argsort(np.argsort(-image.proportions, kind="stable"), kind="stable")
     labels = np.minimum(rank, MAX_LABELS - 1).astype(np.uint8)  # the rarest facies share a label
@@ -144,8 +145,7 @@ def fit_data(
     assert null.sources is not None
     halves = _Events(indices, n_labels, data.cells, rng.permutation(data.n)[:MAX_EVENTS])
     logs, expected = halves.log_probabilities(sets, null.sources[at_data])
-    if progress:
-        progress(0.9)
+    watch.tell(0.9)
     families = {
         "proportions": _proportions(indices, n_labels, sets),
         "data events": _Family((logs - expected).mean(axis=1)[:, None]),
@@ -204,7 +204,7 @@ def rank_images(
     reach = np.min([_reach(image.shape) for image in images], axis=0)
     most = max(image.n_facies + (image.known is not None) for image in images)
     targets = np.random.default_rng(0).permutation(data.n)[:MAX_EVENTS]
-    logs = []
+    logs, watch = [], Watch.of_share(progress)
     for number, image in enumerate(images):
         if image.n_dimensions != data.n_dimensions:
             raise CCWSIMError(
@@ -218,8 +218,7 @@ def rank_images(
             logs.append(events.log_probabilities_of(places))
         else:
             logs.append(np.full(len(targets), -np.inf))
-        if progress:
-            progress((number + 1) / len(images))
+        watch.tell((number + 1) / len(images))
     order = np.argsort([-each.mean() for each in logs], kind="stable")
     best = logs[order[0]]
     return tuple(

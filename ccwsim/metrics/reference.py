@@ -7,22 +7,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim import Grid, HardData, TrainingImage, simulate
-from ccwsim.jobs.workers import Cancel
 from ccwsim.metrics.data_fit import MIN_Z, paired_z, wells_of
 from ccwsim.metrics.etype import EType
-from ccwsim.metrics.stack import (
-    Codes,
-    Fraction,
-    Images,
-    as_image,
-    as_values,
-    codes_or_places,
-    index_of,
-)
+from ccwsim.metrics.stack import Codes, Images, as_image, as_values, codes_or_places, index_of
 from ccwsim.model.arrays import Floats, Ints, Mask, as_floats, check_int, check_type, ratio
 from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.missing import UNKNOWN
 from ccwsim.model.study import Study
+from ccwsim.model.watch import Cancel, Fraction, Watch
 
 
 @dataclass(frozen=True, eq=False)
@@ -270,8 +262,9 @@ def leave_out(
     fold = (np.random.default_rng(study.seed).permutation(len(units)) % folds)[groups]
     facies = study.facies_of_data.astype(np.int64)
     p, shares = np.empty((data.n, n_facies)), np.empty((data.n, n_facies))
+    watch = Watch.of_share(progress)
     for k in range(folds):
-        out = fold == k
+        out, part = fold == k, watch.part(k / folds, (k + 1) / folds)
         ensemble = simulate(
             study.training_image,
             study.grid,
@@ -279,7 +272,7 @@ def leave_out(
             HardData(data.cells[~out], data.facies[~out]),
             n,
             (study.seed + k) % 2**31,
-            progress=progress and (lambda share, _, k=k: progress((k + share) / folds)),
+            progress=part.progress,
             cancel=cancel,
             secondary=study.secondary,
         )

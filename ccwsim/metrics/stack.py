@@ -7,20 +7,21 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.jobs.workers import Watch, check_stop, run_all
+from ccwsim.jobs.workers import check_stop, run_all
 from ccwsim.model.arrays import as_array, as_integers, codes_of, is_whole
 from ccwsim.model.bounds import MAX_FACIES
 from ccwsim.model.ensemble import Ensemble, codes_with_nan
 from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.missing import UNKNOWN
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.model.watch import Fraction as Fraction
+from ccwsim.model.watch import Watch as Watch
 from ccwsim.system.machine import n_cores
 
 N_AXES = 3  # axes of a volume: layers from the bottom, rows from the south, columns from the west
 CELLS_A_PIECE = 200_000_000
 """Number of cells compared between two checks for cancellation (some tenths of a second)."""
 Result = TypeVar("Result")
-Fraction = Callable[[float], None]  # progress function, called as progress(fraction)
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,18 +209,15 @@ def map_parallel(
     function: Callable[[int], Result], n: int, progress: Fraction | None = None
 ) -> list[Result]:
     """Return function(0) … function(n − 1), computed in threads on all cores."""
-    if n == 1:  # no threads for a single image
-        only = [function(0)]
-        if progress:
-            progress(1.0)
-        return only
     results: list = [None] * n
+    whole = Watch.of_share(progress)
 
     def task(k: int, watch: Watch) -> None:
         results[k] = function(k)
-        watch.report(1.0)
+        watch.tell(1.0)
 
-    if n:
-        report = (lambda fraction, _: progress(fraction)) if progress else None
-        run_all(task, n, n_cores(), report)
+    if n == 1:  # no threads for a single image
+        task(0, whole)
+    elif n:
+        run_all(task, n, n_cores(), whole)
     return results

@@ -16,6 +16,7 @@ from ccwsim.figures import LIGHT, Group, mds_chart, mds_title
 from ccwsim.metrics import Anodi, anodi
 from ccwsim.metrics.stack import Stack
 from ccwsim.model.numbers import duration
+from ccwsim.model.watch import Watch
 from ccwsim.paper import methods, verdicts
 from ccwsim.paper.experiment import IMAGES, TEXTS, ExperimentRun, Outcome, said
 from ccwsim.paper.methods import DEFAULT, SETTINGS, TITLES
@@ -136,7 +137,7 @@ def data_of(run: ExperimentRun, image: TrainingImage, shape: tuple[int, int]) ->
     """Return the authors' data, or data of equal density from our own realization."""
     if run.inputs.is_own("channel"):
         return run.inputs.data("channel", N_DATA, shape)
-    other = ExperimentRun(run.inputs, run.extent, run.seed + 1, cancel=run.cancel)
+    other = ExperimentRun(run.inputs, run.extent, run.seed + 1, Watch(cancel=run.watch.cancel))
     field = other.simulate(image, shape, methods.paper_parameters("ccwsim", 1)).realizations[0]
     return sample_random(field, max(round(N_DATA * field.size / 512**2), 1), run.seed)
 

@@ -15,11 +15,12 @@ from ccwsim.datasets.sampling import sample_random
 from ccwsim.experiments.trials import Trial
 from ccwsim.io import read_hard_data, read_training_image
 from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.errors import Cancelled, CCWSIMError, refused
+from ccwsim.model.errors import CCWSIMError, refused
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.model.watch import UNWATCHED, Watch
 from ccwsim.report.document import Block, Judgement
 
 TEXTS = tomllib.loads(files("ccwsim.paper").joinpath("texts.toml").read_text("utf-8"))
@@ -149,13 +150,12 @@ QUICK = Extent("quick", 6, 3, 4, 2, 144, (64, 128, 192), 40)
 
 @dataclass
 class ExperimentRun:
-    """Inputs, extent, seed and callbacks of an experiment; `cancel` returns True to stop it."""
+    """Inputs, extent, seed and watch of an experiment."""
 
     inputs: PaperInputs
     extent: Extent
     seed: int
-    progress: Callable[[float], None] = lambda share: None
-    cancel: Callable[[], bool] = lambda: False
+    watch: Watch = UNWATCHED
     _steps: int = field(default=1, init=False)
     _done: int = field(default=0, init=False)
 
@@ -164,15 +164,9 @@ class ExperimentRun:
         self._steps, self._done = max(steps, 1), 0
 
     def step(self) -> None:
-        """Count a step as done; raise `Cancelled` if `cancel` returns True."""
+        """Count a step as done; raise `Cancelled` if the experiment should stop."""
         self._done += 1
-        self.progress(min(self._done / self._steps, 1.0))
-        if self.cancel():
-            raise Cancelled("stopped")
-
-    def report(self, share: float, n_done: int) -> None:
-        """Report the finished share of an experiment that does not count steps."""
-        self.progress(share)
+        self.watch.tell(min(self._done / self._steps, 1.0))
 
     def simulate(
         self,
@@ -184,12 +178,10 @@ class ExperimentRun:
         workers: int | None = None,
     ) -> Ensemble:
         """Simulate realizations and count the simulation as one step of the experiment."""
-
-        def inside(fraction: float, n_done: int) -> None:
-            self.progress(min((self._done + fraction) / self._steps, 1.0))
-
+        low, high = (min(done / self._steps, 1.0) for done in (self._done, self._done + 1))
+        part = self.watch.part(low, high)
         trial = Trial.of(image, shape, parameters, data, seed=self.seed)
-        ensemble = trial.simulate(n, n_workers=workers, progress=inside, cancel=self.cancel)
+        ensemble = trial.simulate(n, n_workers=workers, progress=part.progress, cancel=part.cancel)
         self.step()
         return ensemble
 

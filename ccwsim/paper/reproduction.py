@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from ccwsim.experiments.trials import run_trials
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.numbers import duration
+from ccwsim.model.watch import Watch
 from ccwsim.paper.comparison import sampled_data, stone_wall, variability
 from ccwsim.paper.experiment import (
     FULL,
@@ -82,15 +83,13 @@ def reproduce(
 ) -> Reproduction:
     """Run experiments of the paper; a stopped run has the experiments that are finished."""
     start, finished, stopped = time.perf_counter(), [], False
-    cancelled = cancel or (lambda: False)
 
-    def tried(experiment: Experiment, report: Callable[..., None]) -> Finished:
-        run = ExperimentRun(inputs or PaperInputs(), extent, seed, report, cancelled)
-        return _tried(experiment, run)
+    def tried(experiment: Experiment, watch: Watch) -> Finished:
+        return _tried(experiment, ExperimentRun(inputs or PaperInputs(), extent, seed, watch))
 
     weights = [experiment.weight for experiment in experiments]
     try:
-        for result in run_trials(experiments, tried, weights, progress, cancel):
+        for result in run_trials(experiments, tried, weights, Watch(progress, cancel)):
             finished.append(result)
             if on_finished:
                 on_finished(result)

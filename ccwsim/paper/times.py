@@ -43,7 +43,7 @@ def grid_size(run: ExperimentRun) -> Outcome:
     parameters = [methods.paper_parameters("ccwsim", level) for level in LEVELS]
     n = min(N_TIMED, run.extent.n_timed)
     trials = grid_trials(image, [(side, side) for side in sides], parameters, run.seed)
-    times = list(time_trials(trials, n, run.report, run.cancel))
+    times = list(time_trials(trials, n, run.watch.progress, run.watch.cancel))
     by_level = {level: [t for t in times if t.parameters.level == level] for level in LEVELS}
     paper = {p.level: p.cpu_seconds for p in FIGURE_13}
     rows = []
@@ -137,7 +137,7 @@ def times_with_data(run: ExperimentRun) -> Outcome:
     ]
     n = run.extent.n_timed
     trials = data_trials(image, (side, side), numbers, settings, run.seed)
-    measured = time_trials(trials, n, run.report, run.cancel)
+    measured = time_trials(trials, n, run.watch.progress, run.watch.cancel)
     times: Times = {(*_key(t.parameters), numbers.index(t.trial.n_data)): t for t in measured}
     ours = (column for n_data in numbers for column in (f"{n_data} data", "wrong"))
     others = (f"{source}, {n_data}" for source in ("paper", "Octave") for n_data in TABLE_2_DATA)

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.engine.realization import Realization
-from ccwsim.jobs.workers import Cancel, Progress
 from ccwsim.model.arrays import MAX_INT, check_callable, check_int
 from ccwsim.model.bounds import MAX_SEED
 from ccwsim.model.ensemble import Ensemble
@@ -24,6 +23,7 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.model.secondary import Secondary
 from ccwsim.model.study import Study
 from ccwsim.model.training_image import TrainingImage
+from ccwsim.model.watch import Cancel, Progress, Watch
 from ccwsim.run.executors import Work, runner_of
 from ccwsim.run.output import store_of
 
@@ -117,6 +117,7 @@ def simulate(
     first = check_int("first_realization", first_realization, 0, MAX_INT - n)
     check_callable("progress", progress)
     check_callable("cancel", cancel)
+    watch = Watch(progress, cancel)
     inner, part = study.around_active()
     runner = runner_of(Work(inner, first, n, keep_sources), executor, n_workers)
     try:
@@ -129,9 +130,9 @@ def simulate(
             store.put(k, *expanded(study, part, r.indices, r.sources))
             data_status[k], seconds[k] = r.data_status, r.cpu_seconds
 
-        goes_on = runner.prepare(progress, cancel)
+        goes_on = runner.prepare(watch)
         start = time.perf_counter()
-        finished = runner.run(take, progress, cancel) if goes_on else []
+        finished = runner.run(take, watch) if goes_on else []
         indices, sources = store.finish(finished)
     ensemble = Ensemble(
         study=study,

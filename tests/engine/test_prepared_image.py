@@ -2,7 +2,6 @@
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from threading import Event
 from typing import Any
 
 import numpy as np
@@ -13,9 +12,9 @@ from ccwsim.engine import prepared_image
 from ccwsim.engine.prepared_image import PreparedImage, fresh_images, keep
 from ccwsim.engine.realization import simulate_realization
 from ccwsim.experiments.trials import Trial
-from ccwsim.jobs.workers import Watch
 from ccwsim.model.grid import Grid
 from ccwsim.model.study import Study
+from ccwsim.model.watch import Watch
 from ccwsim.run.executors import threads
 from ccwsim.system.lru_cache import LruCache, n_bytes
 from tests.small_images import blobs
@@ -127,7 +126,7 @@ def test_runs_in_threads_share_an_image(images, monkeypatch):
 def test_an_image_is_kept_as_far_as_the_bytes_go(monkeypatch):
     shapes = [(60, n) for n in (50, 54, 58, 62)]
     one = PreparedImage(Study(BASE["training_image"], Grid.of(shapes[-1]), P))
-    watch = Watch(Event())
+    watch = Watch()
     for number in range(3):
         simulate_realization(one, number, False, watch)
     monkeypatch.setattr(prepared_image, "_images", LruCache(16, int(2.5 * n_bytes(one)), 0))

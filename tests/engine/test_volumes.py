@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from threading import Event
 from typing import Any
 
 import numpy as np
@@ -17,9 +16,9 @@ from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.raster import make_plan
 from ccwsim.engine.realization import Realization, random_numbers, simulate_realization
 from ccwsim.engine.trace import Trace, fates
-from ccwsim.jobs.workers import Watch
 from ccwsim.model.ensemble import FORCED
 from ccwsim.model.study import Study
+from ccwsim.model.watch import Watch
 from tests.small_images import blobs, noise
 from tests.some import some
 
@@ -34,7 +33,7 @@ def volume(
 
 
 def realized(study: Study, number: int = 0) -> Realization:
-    return simulate_realization(PreparedImage(study), number, True, Watch(Event()))
+    return simulate_realization(PreparedImage(study), number, True, Watch())
 
 
 def with_data(study: Study, n: int, seed: int) -> Study:

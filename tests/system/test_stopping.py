@@ -12,10 +12,11 @@ from ccwsim.engine.corrections import resimulation
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.realization import random_numbers
 from ccwsim.jobs.job import Job
-from ccwsim.jobs.workers import Watch, check_stop, run_all, stoppable
+from ccwsim.jobs.workers import check_stop, run_all, stoppable
 from ccwsim.metrics import RunningStatistics, connectivity, pattern_codes, stack, variogram
 from ccwsim.metrics.patterns import pattern_histogram
 from ccwsim.model.study import Study
+from ccwsim.model.watch import Watch
 from ccwsim.ui.validate.large_ensemble import LargeEnsembleRun
 
 CHANNELS = datasets.load("channels")
@@ -29,11 +30,9 @@ class After:
     def __init__(self, n: int) -> None:
         self.left = n
 
-    def is_set(self) -> bool:
+    def __call__(self) -> bool:
         self.left -= 1
         return self.left < 0
-
-    __call__ = is_set
 
 
 def test_the_raster_looks_up_again_and_again(monkeypatch):
@@ -41,12 +40,12 @@ def test_the_raster_looks_up_again_and_again(monkeypatch):
     study = Study(CHANNELS, Grid(200, 200))
     counting = After(10**9)
     arguments = PreparedImage(study), (1, 32, 32), False
-    realization.simulate_raster(*arguments, random_numbers(0, 0), Watch(counting))
+    realization.simulate_raster(*arguments, random_numbers(0, 0), Watch(cancel=counting))
     looks = 10**9 - counting.left
     assert looks > 50
     for n in (0, 1, looks // 2, looks - 1):
         with pytest.raises(Cancelled):
-            realization.simulate_raster(*arguments, random_numbers(0, 0), Watch(After(n)))
+            realization.simulate_raster(*arguments, random_numbers(0, 0), Watch(cancel=After(n)))
 
 
 def test_local_resimulation_looks_up_again_and_again(monkeypatch):
@@ -57,7 +56,7 @@ def test_local_resimulation_looks_up_again_and_again(monkeypatch):
     data = HardData(cells, np.full(len(cells), CHANNELS.codes[1]))
     study = Study(CHANNELS, Grid(100, 100), hard_data=data)
     with pytest.raises(Cancelled):
-        realization.simulate_realization(PreparedImage(study), 0, False, Watch(After(20)))
+        realization.simulate_realization(PreparedImage(study), 0, False, Watch(cancel=After(20)))
 
 
 STATISTICS = {

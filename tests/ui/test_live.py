@@ -47,11 +47,11 @@ class Gates:
         self.some = part_of(choices)
         self.open = Event()
 
-    def __call__(self, first, n, progress, cancel):
+    def __call__(self, first, n, watch):
         while first and not self.open.wait(0.01):
-            if cancel():
+            if watch.cancel():
                 raise Cancelled("stopped", None)
-        return self.some(first, n, progress, cancel)
+        return self.some(first, n, watch)
 
 
 def in_parts_of(some, choices: Choices = SIX, n_first: int = 2) -> Job:
@@ -89,10 +89,10 @@ def test_a_stopped_live_run_gives_what_was_finished():
 
 
 def test_a_live_run_that_fails_leaves_the_part_that_came():
-    def broken(first, n, progress, cancel):
+    def broken(first, n, watch):
         if first:
             raise MemoryError
-        return part_of(SIX)(first, n, progress, cancel)
+        return part_of(SIX)(first, n, watch)
 
     state = State(choices=SIX, live=True)
     state.job = in_parts_of(broken)

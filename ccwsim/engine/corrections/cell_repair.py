@@ -7,7 +7,6 @@ cell that leaves the fewest unseen patterns is chosen. If no single change helps
 The changes up to the best state are retained. Cells with data do not change.
 """
 
-from collections.abc import Callable
 from itertools import product
 from math import prod
 from typing import NamedTuple
@@ -21,6 +20,7 @@ from ccwsim.engine.corrections.unseen_patterns import Patterns, is_known, number
 from ccwsim.engine.kernels import kernel, part_of_kernel
 from ccwsim.engine.stages.candidates import draw_index, place_of
 from ccwsim.engine.stages.path import UNKNOWN, Box, Triple
+from ccwsim.model.watch import UNWATCHED, Watch
 
 PART, PART_VOLUME = (1, 64, 512), (16, 32, 128)
 """Layers, rows and columns of a part of a grid. A part fits into the processor's cache."""
@@ -74,7 +74,7 @@ def repair_cells(
     patterns: Patterns,
     rng: np.random.Generator,
     walks: bool,
-    report: Callable[[float], None] = lambda share: None,
+    watch: Watch = UNWATCHED,
     trials_a_cell: int = 1 << 20,
     active: NDArray[np.bool_] | None = None,
 ) -> int:
@@ -106,7 +106,7 @@ def repair_cells(
         firsts = [first for first, own in zip(firsts, parts, strict=True) if active[own].any()]
     part, n_changed = make_part(patterns, lengths), 0  # type: ignore[arg-type]
     for k in range(0, len(firsts), PARTS_PER_CALL):
-        report(k / len(firsts))
+        watch.tell(k / len(firsts))
         some = np.array(firsts[k : k + PARTS_PER_CALL])
         limits = walks, ends, ends_at_data, trials_a_cell * prod(lengths)
         n_changed += change_cells(target, patterns, some, lengths, part, rng, *limits)

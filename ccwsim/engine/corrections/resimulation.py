@@ -35,6 +35,7 @@ from ccwsim.engine.stages.path import (
     inside_overlap,
 )
 from ccwsim.model.ensemble import FORCED
+from ccwsim.model.watch import UNWATCHED, Watch
 
 MIN_SIZE = 4  # side, in cells, of the smallest re-simulated window
 MIN_SIZE_ISOLATED = 8  # side, in cells, of the smallest window around an isolated datum
@@ -117,7 +118,7 @@ def resimulate(
     template: Triple,
     rng: np.random.Generator,
     isolated_below: NDArray[np.float64] | None = None,
-    report: Callable[[float], None] = lambda share: None,
+    watch: Watch = UNWATCHED,
     on_window: OnWindow | None = None,
 ) -> NDArray[np.int16]:
     """Honour the data of a realization, in place; return the data status, shape (n,).
@@ -155,7 +156,7 @@ def resimulate(
         chosen = rng.permutation(np.flatnonzero(which))
         at_once = 1 if on_window else max(LOCATIONS_PER_CALL // image.size, 1)
         for first in range(0, len(chosen), at_once):
-            report((step + first / len(chosen)) / n_steps)
+            watch.tell((step + first / len(chosen)) / n_steps)
             some = chosen[first : first + at_once]
             fits = np.zeros(len(some), np.bool_)
             resimulate_windows(target, cells[some], size, tolerance, anyway, most, rng, work, fits)

@@ -6,7 +6,6 @@ surroundings, if this patch reduces the number of unseen patterns. The patch is 
 all sides. If the grid honours a datum in the window, the patch also honours the datum.
 """
 
-from collections.abc import Callable
 from math import prod
 from typing import Any, NamedTuple
 
@@ -51,6 +50,7 @@ from ccwsim.engine.stages.similarity import (
     summed_squares,
 )
 from ccwsim.model.arrays import Bytes, Floats, Ints, Mask
+from ccwsim.model.watch import UNWATCHED, Watch
 
 N_BEST = 2  # number of best locations that are tried for a window
 N_BEST_DATA = 8  # number of best locations that are tried for a window in a volume with data
@@ -194,7 +194,7 @@ def repair_seams(
     most: int,
     forced: Ints,
     rng: np.random.Generator,
-    report: Callable[[float], None] = lambda share: None,
+    watch: Watch = UNWATCHED,
     active: Mask | None = None,
 ) -> int:
     """Repair at most `most` windows in place; return the number of replaced windows.
@@ -204,13 +204,13 @@ def repair_seams(
     share of the windows and may raise an error to stop.
     """
     patterns, window = repair.patterns, repair.window
-    places = unseen_places(target.grid, patterns, window, repair.least, report, active)[:most]
+    places = unseen_places(target.grid, patterns, window, repair.least, watch, active)[:most]
     n_changed = 0
     if any(n > m for n, m in zip(window, target.grid.shape, strict=True)):
         places = places[:0]  # the grid is smaller than a window
     work = make_workspace(repair, target)
     for first in range(0, max(len(places), 1), WINDOWS_PER_CALL):  # one call even without windows
-        report(first / max(len(places), 1))
+        watch.tell(first / max(len(places), 1))
         some = places[first : first + WINDOWS_PER_CALL]
         n_changed += repair_windows(target, repair, some, forced, rng, work)
     return n_changed

@@ -4,7 +4,6 @@ Each pattern has a number, and a table of bits marks the numbers of the image's 
 search of a realization is therefore a single pass, and the search of a window takes a microsecond.
 """
 
-from collections.abc import Callable
 from math import prod
 from typing import NamedTuple
 
@@ -15,6 +14,7 @@ from ccwsim.engine.kernels import kernel, part_of_kernel
 from ccwsim.engine.stages.cut import paste
 from ccwsim.engine.stages.path import LEFT, TOP, Box, Triple
 from ccwsim.engine.stages.similarity import box_sums
+from ccwsim.model.watch import UNWATCHED, Watch
 
 SIDE, SPACING = 4, 2  # side of a pattern in a map, and spacing of the cells in a pattern
 SIDE_VOLUME, SPACING_VOLUME = 3, 1
@@ -135,7 +135,7 @@ def unseen_places(
     patterns: Patterns,
     window: Triple,
     least: int,
-    report: Callable[[float], None] = lambda share: None,
+    watch: Watch = UNWATCHED,
     active: NDArray[np.bool_] | None = None,
 ) -> NDArray[np.int64]:
     """Return the mean position of the unseen patterns in each part of a grid, shape (n, 3).
@@ -157,7 +157,7 @@ def unseen_places(
         low, high = max(used[0] - middle[1], 0) // part[1], min(used[-1] // part[1] + 1, high)
     every = EVERY if grid.shape[0] == 1 else 1
     for first in range(low, high, STRIPS_PER_CALL):
-        report(0.0)
+        watch.tell(0.0)
         last = min(first + STRIPS_PER_CALL, high)
         find_unseen(grid, patterns, part, n_parts, every, first, last, rows, numbers, sums)
     bad = sums[every * sums[:, 0] >= least]

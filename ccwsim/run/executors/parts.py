@@ -19,8 +19,9 @@ from typing import Any
 from ccwsim.engine.kernel_cache import SOURCE
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.realization import Realization
-from ccwsim.jobs.workers import POLL_SECONDS, Cancel, Progress
+from ccwsim.jobs.workers import POLL_SECONDS
 from ccwsim.model.errors import CCWSIMError, refused
+from ccwsim.model.watch import Watch
 from ccwsim.run.executors.threads import Take, ThreadRunner, Work
 
 PART_SECONDS = 0.25
@@ -90,8 +91,9 @@ def simulate_part(
 
     image = _image_of(content)
     runner = ThreadRunner(Work(image.study, first, len(numbers), keep_sources), 1, image=image)
-    if not cancel() and runner.prepare(None, cancel):
-        runner.run(lambda k, r: reply.update({numbers[k]: r}), progress, cancel)
+    watch = Watch(progress, cancel)
+    if not cancel() and runner.prepare(Watch(cancel=cancel)):
+        runner.run(lambda k, r: reply.update({numbers[k]: r}), watch)
     return reply
 
 
@@ -113,10 +115,9 @@ class PartRunner:
         self._finished: list[int] = []
         self._seconds = 0.0
 
-    def prepare(self, progress: Progress | None, cancel: Cancel | None) -> bool:
+    def prepare(self, watch: Watch) -> bool:
         """Prepare to send parts, and return True."""
-        if progress:
-            progress(0.0, 0)
+        watch.progress(0.0, 0)
         self._content, self._channel = self._send(pickle.dumps(self._work.study))
         return True
 
@@ -128,7 +129,7 @@ class PartRunner:
         """Return the number of parts that run at a time."""
         return self._n_workers
 
-    def run(self, take: Take, progress: Progress | None, cancel: Cancel | None) -> list[int]:
+    def run(self, take: Take, watch: Watch) -> list[int]:
         """Run the realizations as `ThreadRunner.run` does; parts finish in any order."""
         n, channel = self._work.n, self._channel
         left = range(self._work.first, self._work.first + n)
@@ -143,10 +144,9 @@ class PartRunner:
                     del sent[future]
                     self._keep(take, future)
                 n_done = len(self._finished)
-                if progress:
-                    begun = sum(len(part) * channel.share(part[0]) for part in sent.values())
-                    progress((n_done + begun) / n, n_done)
-                if n_done < n and cancel and cancel():
+                begun = sum(len(part) * channel.share(part[0]) for part in sent.values())
+                watch.progress((n_done + begun) / n, n_done)
+                if n_done < n and watch.cancel():
                     break
         finally:
             channel.stop()

@@ -11,8 +11,9 @@ from ccwsim.engine.realization import (
     is_compiled,
     simulate_realization,
 )
-from ccwsim.jobs.workers import Cancel, Progress, Watch, run_all, without_cores
+from ccwsim.jobs.workers import run_all, without_cores
 from ccwsim.model.study import Study
+from ccwsim.model.watch import Watch
 
 Take = Callable[[int, Realization], None]
 """Callback take(k, realization), called in any order; k counts from 0 within the run."""
@@ -40,25 +41,27 @@ class ThreadRunner:
         self._work, self._n_workers, self._pool = work, n_workers, pool
         self._image = image or prepared_image(work.study)
 
-    def prepare(self, progress: Progress | None, cancel: Cancel | None) -> bool:
+    def prepare(self, watch: Watch) -> bool:
         """Prepare the image and compile the kernels; return False if the run was cancelled."""
         if is_compiled(self._image):
             return True
-        waiting = (lambda *_: progress(0.0, 0)) if progress else None
         with without_cores():  # others wait for the same lock and kernels, and would keep theirs
             compiled = run_all(
-                lambda _, watch: compile_kernels(self._image, watch), 1, 1, waiting, cancel
+                lambda _, own: compile_kernels(self._image, own),
+                n=1,
+                n_workers=1,
+                watch=watch.part(0.0, 0.0, counts=False),
             )
         return bool(compiled)
 
-    def run(self, take: Take, progress: Progress | None, cancel: Cancel | None) -> list[int]:
+    def run(self, take: Take, watch: Watch) -> list[int]:
         """Pass each realization to `take`; return the indices k of the finished realizations."""
         _, first, n, keep_sources = self._work
 
-        def task(k: int, watch: Watch) -> None:
-            take(k, simulate_realization(self._image, first + k, keep_sources, watch))
+        def task(k: int, own: Watch) -> None:
+            take(k, simulate_realization(self._image, first + k, keep_sources, own))
 
         try:
-            return run_all(task, n, self._n_workers, progress, cancel, self._pool)
+            return run_all(task, n, self._n_workers, watch, self._pool)
         finally:
             keep(self._image)

@@ -9,8 +9,9 @@ from weakref import WeakKeyDictionary
 import streamlit as st
 
 from ccwsim import Ensemble, Grid, HardData, Parameters, Secondary, TrainingImage
-from ccwsim.jobs.statistics import Fraction, Task
+from ccwsim.jobs.statistics import Task
 from ccwsim.model.arrays import digest
+from ccwsim.model.watch import Fraction
 from ccwsim.sharing.choices import DataChoice, GuideChoice, ImageChoice, Upload, WellTables
 from ccwsim.system.lru_cache import LruCache
 

@@ -15,9 +15,9 @@ from ccwsim.engine.realization import is_ready
 from ccwsim.experiments.timing import typical_seconds
 from ccwsim.jobs.job import PATIENCE, Job, server_queue
 from ccwsim.jobs.limits import Demand, limits_of_environment, needs_consent
-from ccwsim.jobs.workers import Cancel, Progress, progress_of_part
 from ccwsim.model.bounds import MAX_REALIZATIONS, MAX_SEED
 from ccwsim.model.numbers import duration, format_bytes
+from ccwsim.model.watch import Watch
 from ccwsim.run.executors import executor_of_environment
 from ccwsim.run.footprint import demand_of
 from ccwsim.run.shared import SharedRun, SharedRuns
@@ -53,8 +53,8 @@ PATIENCE_VOLUME = 0.7
 """Seconds to wait for the first new volume, because drawing the old volume takes longer."""
 WAIT_SECONDS = 0.05
 """Seconds between checks whether the user has changed the study; a change ends the waiting."""
-SimulateRange = Callable[[int, int, Progress, Cancel], Ensemble]
-"""A function f(first, n, progress, cancel) that simulates realizations first … first + n − 1."""
+SimulateRange = Callable[[int, int, Watch], Ensemble]
+"""A function f(first, n, watch) that simulates realizations first … first + n − 1."""
 
 
 def run_step(state: State) -> None:
@@ -290,13 +290,14 @@ def _with_part(
     before: Ensemble | None,
     size: int,
 ) -> Ensemble:
+    watch = Watch(job.report, job.is_cancelled)
     if size == job.n:
-        return simulate_range(0, size, job.report, job.is_cancelled)
+        return simulate_range(0, size, watch)
     done = before.n if before else 0
-    report = progress_of_part(job.report, done / job.n, (done + size) / job.n, done)
+    part = watch.part(done / job.n, (done + size) / job.n, done)
     parts = [before] if before else []
     try:
-        return concatenate([*parts, simulate_range(done, size, report, job.is_cancelled)])
+        return concatenate([*parts, simulate_range(done, size, part)])
     except Cancelled as stopped:
         parts += [stopped.ensemble] if stopped.ensemble else []
         ended = concatenate(parts) if parts else None
@@ -332,14 +333,18 @@ def stop_run(state: State) -> None:
 
 
 def part_of(choices: Choices) -> SimulateRange:
-    """Return a function f(first, n, progress, cancel) that simulates realizations of a study."""
+    """Return a function f(first, n, watch) that simulates realizations of a study."""
     image, data = resolve.image_of(choices.image), resolve.data_of(choices)
     secondary = resolve.secondary_of(choices)
 
-    def simulate_range(first: int, n: int, progress: Progress, cancel: Cancel) -> Ensemble:
+    def simulate_range(first: int, n: int, watch: Watch) -> Ensemble:
         executor = executor_of_environment()
         settings = choices.grid, choices.parameters, data, n, choices.seed
-        options: Any = {"progress": progress, "cancel": cancel, "first_realization": first}
+        options: Any = {
+            "progress": watch.progress,
+            "cancel": watch.cancel,
+            "first_realization": first,
+        }
         options["secondary"] = secondary
         return simulate(image, *settings, executor=executor, **options)
 

@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 
 from ccwsim import CCWSIMError, Ensemble, HardData, TrainingImage, datasets, metrics
 from ccwsim.figures import ENTROPY, calibration_chart, data_status_chart, facies_colours, ramp
-from ccwsim.jobs.statistics import Fraction, Task
+from ccwsim.jobs.statistics import Task
 from ccwsim.metrics.data_fit import MIN_PLACES, winner
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.ensemble import FORCED, WRONG
 from ccwsim.model.numbers import minus, three_digits
+from ccwsim.model.watch import Fraction
 from ccwsim.report.verdicts import Verdict
 from ccwsim.ui.frontend.cells import CellMap, draw_cells, facies_map, points_of, share_map
 from ccwsim.ui.results.charts import titled_chart

@@ -12,13 +12,13 @@ from ccwsim import Cancelled, Ensemble, simulate
 from ccwsim.figures import Bundle, convergence_chart
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import Demand
-from ccwsim.jobs.workers import Cancel
 from ccwsim.metrics import RunningStatistics, RunningSummary
 from ccwsim.metrics.bands import Statistic, curves_of
 from ccwsim.metrics.lags import DirectionName, axes_of, max_lag
 from ccwsim.model.bounds import MAX_LARGE_ENSEMBLE
 from ccwsim.model.numbers import format_bytes, three_digits
 from ccwsim.model.study import Study
+from ccwsim.model.watch import Cancel
 from ccwsim.run.footprint import demand_of
 from ccwsim.system.machine import n_cores
 from ccwsim.ui.results.charts import draw_statistic, titled_chart

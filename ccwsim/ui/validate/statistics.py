@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ccwsim import CCWSIMError, Ensemble, TrainingImage, metrics, simulate
 from ccwsim.figures import Bundle
 from ccwsim.jobs.job import PATIENCE
-from ccwsim.jobs.statistics import Failure, Fraction, StatisticsWorker, Task
+from ccwsim.jobs.statistics import Failure, StatisticsWorker, Task
 from ccwsim.metrics.bands import Statistic
 from ccwsim.metrics.lags import Direction, distinct_lags, max_lag
 from ccwsim.metrics.patterns import layers_of
@@ -20,6 +20,7 @@ from ccwsim.metrics.reference_band import PATTERN_SIZES
 from ccwsim.metrics.stack import Stack, as_image
 from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.missing import UNKNOWN
+from ccwsim.model.watch import Fraction
 from ccwsim.report.pictures import bundle_of, bundle_of_curves, layers_bundle
 from ccwsim.ui.results.charts import e_type_of
 from ccwsim.ui.session.cached import as_task, shared_values

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from threading import Event
 
 import numpy as np
 import pytest
@@ -27,8 +26,8 @@ from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.realization import Realization, simulate_realization, target_of
 from ccwsim.engine.stages.bits import to_bits, to_square_bits
 from ccwsim.engine.stages.path import ABOVE, BELOW, BOTTOM, LEFT, RIGHT, TOP, UNKNOWN, Box, Triple
-from ccwsim.jobs.workers import Watch
 from ccwsim.model.study import Study
+from ccwsim.model.watch import Watch
 from tests.small_images import blobs, noise
 
 MAP, VOLUME = (1, 70, 83), (12, 30, 33)
@@ -177,7 +176,7 @@ def realized(study: Study) -> tuple[Realization, Realization]:
     """Return a realization without and with seam repair, after the same raster pass."""
     image = PreparedImage(study)
     off = replace(study, parameters=replace(study.parameters, repair_seams=False))
-    watch = Watch(Event())
+    watch = Watch()
     plain = simulate_realization(PreparedImage(off), 0, True, watch)
     return plain, simulate_realization(image, 0, True, watch)
 
