@@ -7,7 +7,8 @@ from typing import NamedTuple
 from ccwsim.engine.stages.conditioning import MAX_DATA
 from ccwsim.engine.stages.path import Triple, along_path, overlap_cells
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
-from ccwsim.model.parameters import Parameters, legal_sizes
+from ccwsim.model.parameters import Parameters
+from ccwsim.model.sizes import largest_sides, legal_sizes
 
 USUAL_OVERLAP = 448
 """Number of overlap cells of a patch with T = 32 and OR = 8, for which the weights of data hold."""
@@ -94,9 +95,8 @@ def templates(p: Parameters, shape: tuple[int, ...]) -> list[Triple]:
     MIN_TEMPLATE layers does not change.
     """
     usual, overlap, level = p.along(shape)
-    largest = shape if len(shape) == 3 else (1, min(shape), min(shape))  # templates are square
     legal = []
-    for t, o, j, most in zip(usual, overlap, level, largest, strict=True):
+    for t, o, j, most in zip(usual, overlap, level, largest_sides(shape), strict=True):
         low = max(round(t * (1 - p.template_variation)), 2 * o, MIN_TEMPLATE)
         high = min(round(t * (1 + p.template_variation)), most, MAX_TEMPLATE)
         legal.append(legal_sizes(j, low, high) if t >= MIN_TEMPLATE else [t])

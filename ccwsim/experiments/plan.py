@@ -8,6 +8,7 @@ from typing import Any
 from ccwsim.model.arrays import Shape, describe_shape
 from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.parameters import PER_AXIS, Parameters
+from ccwsim.model.sizes import largest_sides, per_axis
 
 RANGED = {
     "method": "",
@@ -121,8 +122,8 @@ def _changed(base: Parameters, changes: Mapping[str, Any]) -> Parameters:
 def _check_fits(p: Parameters, image_shape: Shape | None) -> None:
     if image_shape is None:
         return
-    own, volume = p.along(image_shape).template, len(image_shape) == len(PER_AXIS)
-    sides = image_shape if volume else (1, min(image_shape), min(image_shape))
-    if any(t > n for t, n in zip(own, sides, strict=True)):
-        size = describe_shape(own) if volume else own[-1]
+    own = p.along(image_shape).template
+    if any(t > n for t, n in zip(own, largest_sides(image_shape), strict=True)):
+        size = per_axis(own, image_shape)
+        size = describe_shape(size) if isinstance(size, tuple) else size
         raise refused("template_too_large", size=size, image=describe_shape(image_shape))

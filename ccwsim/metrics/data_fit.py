@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from functools import reduce
 from itertools import product
 from math import log
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,8 @@ from ccwsim.metrics.etype import proportions
 from ccwsim.metrics.stack import N_AXES, Stack
 from ccwsim.model.arrays import Bytes, Floats, Ints, check_int, ratio
 from ccwsim.model.errors import refused
-from ccwsim.model.parameters import PER_AXIS, Parameters
+from ccwsim.model.parameters import Parameters
+from ccwsim.model.sizes import largest_sides, per_axis
 from ccwsim.model.study import Study
 from ccwsim.model.watch import Cancel, Fraction, Watch
 
@@ -241,11 +242,13 @@ def winner(ranks: Sequence[ImageRank]) -> TrainingImage | None:
 
 def _fitting(image: TrainingImage) -> Parameters:
     """Return parameters with a template of at most half of the image along each axis."""
-    sides = image.shape if image.n_dimensions == N_AXES else (min(image.shape),)
-    fitting = [next((t for t in (32, 16, 8) if t <= n // 2), 4) for n in sides]
-    sizes = zip(*((t, t // 4, min(t // 8, 2)) for t in fitting), strict=True)
-    along: dict[str, Any] = dict(zip(PER_AXIS, sizes, strict=True))
-    return Parameters(**{name: n if len(n) > 1 else n[0] for name, n in along.items()})
+    sides = largest_sides(image.shape)
+    z, y, x = (next((t for t in (32, 16, 8) if t <= n // 2), 4) for n in sides)
+    return Parameters(
+        template_size=per_axis((z, y, x), image.shape),
+        overlap_size=per_axis((z // 4, y // 4, x // 4), image.shape),
+        wavelet_level=per_axis((min(z // 8, 2), min(y // 8, 2), min(x // 8, 2)), image.shape),
+    )
 
 
 def wells_of(cells: Ints) -> Ints:

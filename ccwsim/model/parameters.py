@@ -12,21 +12,21 @@ import numpy as np
 
 from ccwsim.model.arrays import (
     AXES,
+    Shape,
     check_choice,
     check_int,
     check_number,
     digest,
     listing,
 )
-from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE, PARAMETERS
+from ccwsim.model.bounds import PARAMETERS
 from ccwsim.model.errors import CCWSIMError, refused, shown
+from ccwsim.model.sizes import PerAxis, Triple, check_sizes, fitted_sizes, per_axis, triple
 
 Method = Literal["ccwsim", "ccsim", "ms-ccsim"]
 Similarity = Literal["ssd", "correlation"]
 METHODS: tuple[Method, ...] = get_args(Method)
 SIMILARITIES: tuple[Similarity, ...] = get_args(Similarity)
-PerAxis = int | tuple[int, int, int]
-"""One whole number for all axes or, in a volume, three along z, y and x."""
 Weight = float | tuple[float, float, float]
 """One number for all axes or, in a volume, three along z, y and x."""
 CHOICES = {"method": METHODS, "similarity": SIMILARITIES}
@@ -41,9 +41,9 @@ _ABOUT = tomllib.loads(_FILE.read_text("utf-8"))
 class Lengths(NamedTuple):
     """Template, overlap and wavelet level along z, y and x; in maps 1, 0 and 0 along z."""
 
-    template: tuple[int, int, int]
-    overlap: tuple[int, int, int]
-    level: tuple[int, int, int]
+    template: Triple
+    overlap: Triple
+    level: Triple
 
 
 def describe_weight(weight: Weight) -> str:
@@ -78,7 +78,7 @@ class Parameters:
         for each in fields(self):
             value = _checked(each.name, getattr(self, each.name), each.default)
             object.__setattr__(self, each.name, value)
-        _check_sizes(self)
+        check_sizes(self.template_size, self.overlap_size, self.level)
 
     @property
     def level(self) -> PerAxis:
@@ -88,7 +88,7 @@ class Parameters:
     @property
     def scale(self) -> int:
         """Number of times that "ms-ccsim" coarsens images (largest level); 0 for other methods."""
-        return max(_triple(self.level)) if self.method == "ms-ccsim" else 0
+        return max(triple(self.level)) if self.method == "ms-ccsim" else 0
 
     @property
     def location_weights(self) -> tuple[float, float, float]:
@@ -101,7 +101,7 @@ class Parameters:
         """Distance from one patch to the next in cells, T − OR."""
         if isinstance(self.template_size, int) and isinstance(self.overlap_size, int):
             return self.template_size - self.overlap_size
-        (tz, ty, tx), (oz, oy, ox) = _triple(self.template_size), _triple(self.overlap_size)
+        (tz, ty, tx), (oz, oy, ox) = triple(self.template_size), triple(self.overlap_size)
         return tz - oz, ty - oy, tx - ox
 
     def along(self, shape: Sequence[int]) -> Lengths:
@@ -117,7 +117,7 @@ class Parameters:
         (1, 2, 2)
         """
         template, overlap, level = (
-            _triple(size) for size in (self.template_size, self.overlap_size, self.level)
+            triple(size) for size in (self.template_size, self.overlap_size, self.level)
         )
         if len(shape) == 3:
             return Lengths(template, overlap, level)
@@ -141,10 +141,32 @@ def parameter_table() -> list[dict[str, str]]:
     ]
 
 
-def legal_sizes(level: int, smallest: int, largest: int) -> list[int]:
-    """Return the template or overlap sizes that a level allows: multiples of 2^level."""
-    block = 2**level
-    return list(range(-(-smallest // block) * block, largest + 1, block))
+def fitted(parameters: Parameters, shape: Shape, **changes: Any) -> Parameters:
+    """Return parameters with `changes`; sizes become the nearest ones that an image allows.
+
+    For a volume, numbers become triples; along z, the size is halved, and the level is lower by
+    one. For a map, a triple is replaced by the number along x.
+    """
+    values = vars(parameters) | changes
+    is_ccsim, volume = values["method"] == "ccsim", len(shape) == 3
+    asked = zip(*(_along_axes(name, values[name]) for name in PER_AXIS), strict=True)
+    z, y, x = (
+        fitted_sizes(*sizes, shape, along_z=volume and axis == "z", is_ccsim=is_ccsim)
+        for axis, sizes in zip(AXES[::-1], asked, strict=True)
+    )
+    for name, *sizes in zip(PER_AXIS, z, y, x, strict=True):
+        values[name] = per_axis((sizes[0], sizes[1], sizes[2]), shape)
+    if not volume and isinstance(weight := values["location_weight"], tuple):
+        values["location_weight"] = max(weight[1:])  # a map has no weight along z
+    return Parameters(**values)
+
+
+def _along_axes(name: str, size: PerAxis) -> Triple:
+    """Return a size or level along z, y and x; a single number is reduced along z."""
+    if isinstance(size, tuple):
+        return size
+    along_z = max(size - 1, 0) if name == "wavelet_level" else max(size // 2, 1)
+    return along_z, size, size
 
 
 def _checked(name: str, value: Any, default: Any) -> Any:
@@ -171,45 +193,6 @@ def _checked_number(name: str, value: Any, low: float, high: float) -> Any:
     if isinstance(low, int) and isinstance(high, int):
         return check_int(name, value, low, high)
     return check_number(name, value, low, high, open_below=name == "search_fraction")
-
-
-def _triple(size: PerAxis) -> tuple[int, int, int]:
-    """Return a size along z, y and x."""
-    return (size, size, size) if isinstance(size, int) else size
-
-
-def _check_sizes(p: Parameters) -> None:
-    sizes = p.template_size, p.overlap_size, p.level
-    whole = [size for size in sizes if isinstance(size, int)]
-    if len(whole) == len(sizes):
-        _check_axis("", *whole)
-        return
-    for axis, *lengths in zip(AXES[::-1], *map(_triple, sizes), strict=True):
-        _check_axis(f" along {axis}", *lengths)
-
-
-def _check_axis(where: str, template: int, overlap: int, level: int) -> None:
-    """Check the sizes along one axis or all axes at once; sizes along z may be smaller."""
-    thin = where == " along z"
-    _check_size("Template", where, template, level, 1 if thin else MIN_TEMPLATE, MAX_TEMPLATE)
-    least = 0 if thin and template < MIN_TEMPLATE else 1
-    _check_size("Overlap", where, overlap, level, least, template // 2)
-
-
-def _check_size(what: str, where: str, size: int, level: int, low: int, high: int) -> None:
-    """If the level does not allow a size, raise an error that names the nearest allowed sizes."""
-    block = 2**level
-    if size % block == 0 and low <= size <= high:
-        return
-    legal = legal_sizes(level, low, high)
-    near = sorted(legal, key=lambda other: (abs(other - size), other))[:2]
-    rule = f"a multiple of {block}"
-    if size > high:
-        rule = "at most half the template"
-    elif size < low:
-        rule = f"at least {low}"
-    tail = f"try {' or '.join(map(str, sorted(near)))}" if near else "choose a lower level"
-    raise CCWSIMError(f"{what} {size}{where} must be {rule} at level {level}: {tail}")
 
 
 def _documented() -> str:

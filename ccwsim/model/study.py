@@ -9,11 +9,13 @@ from functools import cached_property
 import numpy as np
 
 from ccwsim.model.arrays import AXES, Bytes, Mask, check_int, check_type, describe_shape
+from ccwsim.model.bounds import MIN_TEMPLATE
 from ccwsim.model.errors import refused
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
-from ccwsim.model.parameters import PER_AXIS, Lengths, Parameters, legal_sizes
+from ccwsim.model.parameters import PER_AXIS, Lengths, Parameters
 from ccwsim.model.secondary import Secondary
+from ccwsim.model.sizes import in_layers, largest_sides, legal_sizes
 from ccwsim.model.training_image import TrainingImage
 
 
@@ -133,7 +135,7 @@ def _check_dimensions(training_image: TrainingImage, grid: Grid) -> None:
 def _check_template(training_image: TrainingImage, p: Parameters) -> None:
     shape = training_image.shape
     lengths = p.along(shape)
-    sides = list(zip(AXES[::-1], lengths.template, (1, *shape)[-3:], strict=True))
+    sides = list(zip(AXES[::-1], lengths.template, in_layers(shape), strict=True))
     large = [(axis, size) for axis, size, n in sides if size > n]
     if not large:
         return
@@ -142,7 +144,9 @@ def _check_template(training_image: TrainingImage, p: Parameters) -> None:
         what, advice = f"Template {template} along {axis}", _smaller(p, lengths, shape)
     else:
         what = f"Template {template}"
-        legal = legal_sizes(lengths.level[-1], max(4, 2 * lengths.overlap[-1]), min(shape))
+        legal = legal_sizes(
+            lengths.level[-1], max(MIN_TEMPLATE, 2 * lengths.overlap[-1]), largest_sides(shape)[-1]
+        )
         advice = f"at most {legal[-1]}" if legal else "a larger image or a smaller overlap"
     raise refused("patch_too_large", what=what, shape=describe_shape(shape), advice=advice)
 

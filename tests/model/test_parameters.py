@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from ccwsim import CCWSIMError, Parameters
-from ccwsim.model.parameters import METHODS, SIMILARITIES, legal_sizes, parameter_table
+from ccwsim.model.parameters import METHODS, SIMILARITIES, parameter_table
+from ccwsim.model.sizes import legal_sizes
 
 NAMES = [f.name for f in fields(Parameters)]
 

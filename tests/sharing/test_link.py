@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 
 from ccwsim import CCWSIMError, Grid, HardData, Parameters, datasets
 from ccwsim.model.bounds import MAX_LINK_DATA, MAX_LINK_VALUES
-from ccwsim.model.parameters import METHODS, SIMILARITIES, legal_sizes
+from ccwsim.model.parameters import METHODS, SIMILARITIES
+from ccwsim.model.sizes import legal_sizes
 from ccwsim.sharing import link
 from ccwsim.sharing.choices import (
     Choices,

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.model.arrays import Ints
 from ccwsim.model.missing import UNKNOWN as UNKNOWN
+from ccwsim.model.sizes import Triple as Triple
+from ccwsim.model.sizes import in_layers as in_layers
 
 T = TypeVar("T")
-Triple = tuple[int, int, int]
-"""Type of lengths or coordinates along z, y and x."""
 LEFT, TOP, BELOW, RIGHT, BOTTOM, ABOVE = 1, 2, 4, 8, 16, 32
 """Bits of the sides along which a box overlaps simulated cells."""
 N_ORIENTATIONS = 8
@@ -59,12 +59,6 @@ def inside_overlap(box):
         box.ox if box.sides & LEFT else 0,
         box.nx - box.ox if box.sides & RIGHT else box.nx,
     )
-
-
-def in_layers(shape: tuple[int, ...]) -> Triple:
-    """Return the shape of a map or volume with three axes; a map has one layer."""
-    nz, ny, nx = (1, *shape)[-3:]
-    return nz, ny, nx
 
 
 def in_three(cells: Ints) -> Ints:

@@ -30,11 +30,14 @@ from ccwsim.jobs.job import result_in_turn
 from ccwsim.jobs.limits import UNASKED_SECONDS, free_bytes, limits_of_environment
 from ccwsim.metrics import default_parameters
 from ccwsim.model.arrays import Shape
-from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED, MAX_LEVEL, MAX_TEMPLATE, MIN_TEMPLATE
+from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED
 from ccwsim.model.errors import refused
 from ccwsim.model.numbers import duration, format_bytes
-from ccwsim.model.parameters import PER_AXIS, legal_sizes
+from ccwsim.model.parameters import PER_AXIS, fitted
 from ccwsim.model.secondary import cells_in_polygon
+from ccwsim.model.sizes import levels as levels
+from ccwsim.model.sizes import overlap_sizes as overlap_sizes
+from ccwsim.model.sizes import template_sizes as template_sizes
 from ccwsim.model.study import Study
 from ccwsim.run.footprint import demand_of
 from ccwsim.sharing.choices import (
@@ -503,67 +506,6 @@ def same_realizations(study: Choices, other: Choices) -> bool:
         return False
 
 
-def template_sizes(level: int, shape: Shape, along_z: bool = False) -> list[int]:
-    """Return the template sizes that a level and a training image allow, along z if `along_z`."""
-    if along_z:
-        sizes = legal_sizes(level, 1, min(shape[0], MAX_TEMPLATE))
-        return [size for size in sizes if overlap_sizes(level, size, along_z=True)]
-    smallest = max(MIN_TEMPLATE, 2 * 2**level)
-    return legal_sizes(level, smallest, min(*shape[-2:], MAX_TEMPLATE))
-
-
-def overlap_sizes(level: int, template_size: int, along_z: bool = False) -> list[int]:
-    """Return the overlap sizes for a level and a template; a thin template needs no overlap."""
-    thin = along_z and template_size < MIN_TEMPLATE
-    return legal_sizes(level, 0 if thin else 1, template_size // 2)
-
-
-def levels(shape: Shape, along_z: bool = False) -> list[int]:
-    """Return the levels at which a training image allows at least one template size."""
-    return [level for level in range(MAX_LEVEL + 1) if template_sizes(level, shape, along_z)]
-
-
-def fitted(parameters: Parameters, shape: Shape, **changes: Any) -> Parameters:
-    """Return parameters with `changes`; sizes become the nearest allowed values.
-
-    For a volume, numbers become triples; along z, the size is halved, and the level is lower by
-    one. For a map, a triple is replaced by the number along x.
-    """
-    values = vars(parameters) | changes
-    is_ccsim = values["method"] == "ccsim"
-    asked = zip(*(_along_axes(name, values[name]) for name in PER_AXIS), strict=True)
-    z, y, x = (
-        _fitted_axis(sizes, is_ccsim, shape, along_z)
-        for sizes, along_z in zip(asked, (True, False, False), strict=True)
-    )
-    values |= zip(PER_AXIS, zip(z, y, x, strict=True) if len(shape) == 3 else x, strict=True)
-    if len(shape) == 2 and isinstance(weight := values["location_weight"], tuple):
-        values["location_weight"] = max(weight[1:])  # a map has no weight along z
-    return Parameters(**values)
-
-
-def _along_axes(name: str, size: Any) -> tuple[int, int, int]:
-    """Return a size or level along z, y and x; a single number is reduced along z."""
-    if isinstance(size, tuple):
-        return size
-    along_z = max(size - 1, 0) if name == "wavelet_level" else max(size // 2, 1)
-    return along_z, size, size
-
-
-def _fitted_axis(
-    sizes: tuple[int, ...], is_ccsim: bool, shape: Shape, along_z: bool
-) -> tuple[int, int, int]:
-    """Return the nearest allowed values of template, overlap and level along an axis."""
-    template, overlap, level = sizes
-    along_z = along_z and len(shape) == 3
-    possible = levels(shape, along_z)
-    used = 0 if is_ccsim else level
-    if possible and used not in possible:
-        used = level = max(possible)
-    template = _nearest(template_sizes(used, shape, along_z), template)
-    return template, _nearest(overlap_sizes(used, template, along_z), overlap), level
-
-
 def refitted(p: Parameters, image: TrainingImage, moved: Moved) -> tuple[Parameters, Moved]:
     """Return parameters fitted to another image, and the values that were changed to fit.
 
@@ -596,7 +538,3 @@ def fitted_grid(grid: Grid, shape: Shape) -> Grid:
     if grid.n_dimensions == len(shape):
         return grid
     return Grid(*USUAL_VOLUME, nz=shape[0]) if len(shape) == 3 else Choices().grid
-
-
-def _nearest(sizes: list[int], wanted: int) -> int:
-    return min(sizes, key=lambda size: (abs(size - wanted), size), default=wanted)

@@ -17,6 +17,7 @@ from ccwsim.jobs.job import PATIENCE, Job, server_queue
 from ccwsim.jobs.limits import Demand, limits_of_environment, needs_consent
 from ccwsim.model.bounds import MAX_REALIZATIONS, MAX_SEED
 from ccwsim.model.numbers import duration, format_bytes
+from ccwsim.model.sizes import per_axis
 from ccwsim.model.watch import Watch
 from ccwsim.run.executors import executor_of_environment
 from ccwsim.run.footprint import demand_of
@@ -203,8 +204,8 @@ def describe_levels(choices: Choices) -> str:
     shape, now = resolve.image_of(choices.image).shape, choices.parameters
     z, _, level = now.along(shape).level
     near = [k for k in resolve.levels(shape) if abs(k - level) == 1 and now.method != "ccsim"]
-    levels = [(k, (z, k, k) if len(shape) == 3 else k) for k in near]
-    prices = [f"Level {k}: {describe_price(choices, wavelet_level=one)}" for k, one in levels]
+    tried = [(k, per_axis((z, k, k), shape)) for k in near]
+    prices = [f"Level {k}: {describe_price(choices, wavelet_level=one)}" for k, one in tried]
     return "\n".join(prices)
 
 

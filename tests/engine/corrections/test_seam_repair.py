@@ -25,7 +25,8 @@ from ccwsim.engine.corrections.unseen_patterns import EVERY, n_unseen, unseen_pl
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.realization import Realization, simulate_realization, target_of
 from ccwsim.engine.stages.bits import to_bits, to_square_bits
-from ccwsim.engine.stages.path import ABOVE, BELOW, BOTTOM, LEFT, RIGHT, TOP, UNKNOWN, Box, Triple
+from ccwsim.engine.stages.path import ABOVE, BELOW, BOTTOM, LEFT, RIGHT, TOP, UNKNOWN, Box
+from ccwsim.model.sizes import Triple
 from ccwsim.model.study import Study
 from ccwsim.model.watch import Watch
 from tests.small_images import blobs, noise
