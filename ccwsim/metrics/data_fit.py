@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from ccwsim import CCWSIMError, Grid, HardData, TrainingImage, simulate
+from ccwsim import CCWSIMError, Grid, HardData, TrainingImage
 from ccwsim.jobs.workers import check_stop
 from ccwsim.metrics.etype import proportions
 from ccwsim.metrics.stack import N_AXES, Stack
@@ -27,6 +27,7 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.model.sizes import largest_sides, per_axis
 from ccwsim.model.study import Study
 from ccwsim.model.watch import Cancel, Fraction, Watch
+from ccwsim.run.simulation import simulate_study
 
 MAX_NEIGHBOURS = 5  # maximum number of data in the event of a datum
 MAX_EVENT_TABLE = 2**18  # facies combinations of an event; more facies leave fewer neighbours
@@ -132,9 +133,8 @@ def fit_data(
         study = replace(study, hard_data=data)
     if data.n < MIN_PLACES:
         raise refused("too_few_data_to_judge", n=data.n, least=MIN_PLACES)
-    null = simulate(
-        image, study.grid, study.parameters, None, n_null, seed, keep_sources=True, cancel=cancel
-    )
+    unconditional = replace(study, hard_data=HardData())
+    null = simulate_study(unconditional, n_null, keep_sources=True, cancel=cancel)
     watch = Watch.of_share(progress)
     watch.tell(0.5)
     at_data = (slice(None), *data.cells.T)

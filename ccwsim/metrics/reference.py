@@ -1,12 +1,12 @@
 """Comparison of realizations with hard data, given or left out, and with a reference field."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim import Grid, HardData, TrainingImage, simulate
+from ccwsim import Grid, HardData, TrainingImage
 from ccwsim.metrics.data_fit import MIN_Z, paired_z, wells_of
 from ccwsim.metrics.etype import EType
 from ccwsim.metrics.stack import Codes, Images, as_image, as_values, codes_or_places, index_of
@@ -15,6 +15,7 @@ from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.missing import UNKNOWN
 from ccwsim.model.study import Study
 from ccwsim.model.watch import Cancel, Fraction, Watch
+from ccwsim.run.simulation import simulate_study
 
 
 @dataclass(frozen=True, eq=False)
@@ -265,17 +266,9 @@ def leave_out(
     watch = Watch.of_share(progress)
     for k in range(folds):
         out, part = fold == k, watch.part(k / folds, (k + 1) / folds)
-        ensemble = simulate(
-            study.training_image,
-            study.grid,
-            study.parameters,
-            HardData(data.cells[~out], data.facies[~out]),
-            n,
-            (study.seed + k) % 2**31,
-            progress=part.progress,
-            cancel=cancel,
-            secondary=study.secondary,
-        )
+        known = HardData(data.cells[~out], data.facies[~out])
+        without = replace(study, hard_data=known, seed=(study.seed + k) % 2**31)
+        ensemble = simulate_study(without, n, progress=part.progress, cancel=cancel)
         found = ensemble.indices[(slice(None), *data.cells[out].T)]
         p[out] = np.stack([(found == f).mean(axis=0) for f in range(n_facies)], axis=1)
         shares[out] = np.bincount(facies[~out], minlength=n_facies) / (~out).sum()

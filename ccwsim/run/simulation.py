@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import time
 from concurrent.futures import Executor
+from dataclasses import replace
 from secrets import randbelow
 from typing import TYPE_CHECKING, Any
 
@@ -113,6 +114,32 @@ def simulate(
         randbelow(MAX_SEED + 1) if seed is None else seed,
         secondary,
     )
+    return simulate_study(
+        study,
+        n_realizations=n_realizations,
+        n_workers=n_workers,
+        progress=progress,
+        cancel=cancel,
+        first_realization=first_realization,
+        keep_sources=keep_sources,
+        executor=executor,
+        out=out,
+    )
+
+
+def simulate_study(
+    study: Study,
+    n_realizations: int = 1,
+    n_workers: int | None = None,
+    progress: Progress | None = None,
+    cancel: Cancel | None = None,
+    first_realization: int = 0,
+    keep_sources: bool = False,
+    executor: Executor | Client | None = None,
+    out: str | os.PathLike[str] | None = None,
+) -> Ensemble:
+    """Simulate realizations of a study, with the options and errors of `simulate`."""
+    study = study if study.checks_template else replace(study, checks_template=True)
     n = check_int("n_realizations", n_realizations, 1)
     first = check_int("first_realization", first_realization, 0, MAX_INT - n)
     check_callable("progress", progress)

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 import streamlit as st
 
-from ccwsim import Cancelled, Ensemble, simulate
+from ccwsim import Cancelled, Ensemble
 from ccwsim.figures import Bundle, convergence_chart
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import Demand
@@ -20,6 +20,7 @@ from ccwsim.model.numbers import format_bytes, three_digits
 from ccwsim.model.study import Study
 from ccwsim.model.watch import Cancel
 from ccwsim.run.footprint import demand_of
+from ccwsim.run.simulation import simulate_study
 from ccwsim.system.machine import n_cores
 from ccwsim.ui.results.charts import draw_statistic, titled_chart
 from ccwsim.ui.session.fragments import follow
@@ -87,12 +88,8 @@ class LargeEnsembleRun(PageRun[None]):
                 summed_at = time.monotonic()
 
     def _add_batch(self, running: RunningStatistics, n: int, cancel: Cancel) -> None:
-        s = self.study
-        study = (s.training_image, s.grid, s.parameters, s.hard_data)
         try:
-            ensemble = simulate(
-                *study, n, s.seed, cancel=cancel, first_realization=running.n, secondary=s.secondary
-            )
+            ensemble = simulate_study(self.study, n, cancel=cancel, first_realization=running.n)
         except Cancelled:
             return
         for realization in ensemble:

@@ -9,7 +9,7 @@ import numpy as np
 import streamlit as st
 from numpy.typing import NDArray
 
-from ccwsim import CCWSIMError, Ensemble, TrainingImage, metrics, simulate
+from ccwsim import CCWSIMError, Ensemble, TrainingImage, metrics
 from ccwsim.figures import Bundle
 from ccwsim.jobs.job import PATIENCE
 from ccwsim.jobs.statistics import Failure, StatisticsWorker, Task
@@ -22,6 +22,7 @@ from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.missing import UNKNOWN
 from ccwsim.model.watch import Fraction
 from ccwsim.report.pictures import bundle_of, bundle_of_curves, layers_bundle
+from ccwsim.run.simulation import simulate_study
 from ccwsim.ui.results.charts import e_type_of
 from ccwsim.ui.session.cached import as_task, shared_values
 from ccwsim.ui.session.fragments import follow_tasks
@@ -269,14 +270,8 @@ def sources_of(ensemble: Ensemble, r: int) -> NDArray[np.int32]:
     """Return the flat source index of each cell; raise an error if r was edited after the run."""
     if ensemble.sources is not None:
         return ensemble.sources[r]
-    study = ensemble.study
-    again = simulate(
-        *(study.training_image, study.grid, study.parameters, study.hard_data),
-        seed=study.seed,
-        first_realization=int(ensemble.numbers[r]),
-        keep_sources=True,
-        secondary=study.secondary,
-    )
+    first = int(ensemble.numbers[r])
+    again = simulate_study(ensemble.study, first_realization=first, keep_sources=True)
     if again.sources is None or not np.array_equal(again.indices[0], ensemble.indices[r]):
         raise CCWSIMError(
             "data were edited after this realization was simulated, so the sources of its cells "
