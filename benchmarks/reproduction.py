@@ -57,7 +57,7 @@ def as_ensemble(image: TrainingImage, truths: Sequence[TrainingImage]) -> Ensemb
 def with_indices(image: TrainingImage, indices: NDArray[np.uint8]) -> Ensemble:
     """Return facies indices as the realizations of a training image."""
     n, shape = len(indices), indices.shape[1:]
-    study = Study(image, Grid.of(shape), checks_template=False)
+    study = Study(image, Grid.of(shape), checked=False)
     return Ensemble(study, indices, np.ones(n), 1.0, np.zeros((n, 0), np.int16), np.arange(n))
 
 

@@ -123,7 +123,8 @@ def table(head: str, line: str) -> Act:
 def ensemble() -> ccwsim.Ensemble:
     """Return an ensemble read from a file, without a simulation."""
     made = io.read_realizations(BytesIO(b"16 16 1\n1\na\n" + b"0\n1\n" * 128), IMAGE)
-    return replace(made, hard_data=HardData([[0, 0]], [0]), data_status=np.zeros((1, 1), np.int16))
+    study = replace(made.study, hard_data=HardData([[0, 0]], [0]))
+    return replace(made, study=study, data_status=np.zeros((1, 1), np.int16))
 
 
 IMAGES: dict[str, Act] = {

@@ -53,7 +53,7 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
     [0, 0, 0]
     """
     hard_data = HardData.of(hard_data, ensemble.grid, ensemble.training_image)
-    study = replace(ensemble.study, hard_data=hard_data, checks_template=True)
+    study = replace(ensemble.study, hard_data=hard_data, checked=True)
     p, hard_data = study.parameters, study.hard_data
     workers = n_cores() if n_workers is None else check_int("n_workers", n_workers, 1)
     start = time.perf_counter()

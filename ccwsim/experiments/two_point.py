@@ -52,7 +52,7 @@ def simulate_two_point(
             seconds[r] += time.process_time() - begin
         is_free &= ~is_facies
     return Ensemble(
-        study=Study(image, grid, seed=seed, checks_template=False),
+        study=Study(image, grid, seed=seed, checked=False),
         indices=indices,
         cpu_seconds=seconds,
         wall_seconds=time.perf_counter() - start,

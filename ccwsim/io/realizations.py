@@ -216,9 +216,9 @@ def _ensemble(stack: NDArray, grid: Grid, image: TrainingImage | None) -> Ensemb
     else:
         indices = np.full(stack.shape, UNKNOWN, np.uint8)
         indices[:, active] = np.searchsorted(image.codes, np.stack(integers))
-    secondary = None if active is None else Secondary(active=active)
+    secondary = None if active is None else Secondary(active=active).fitted(grid, image)
     return Ensemble(
-        study=Study(image, grid, secondary=secondary, checks_template=False),
+        study=Study(image, grid, secondary=secondary, checked=False),
         indices=arrays.readonly(indices),
         cpu_seconds=arrays.readonly(np.full(n, np.nan)),
         wall_seconds=np.nan,

@@ -24,8 +24,8 @@ class Study:
     """Training image, grid, parameters, hard data, seed and secondary information of a simulation.
 
     Hard data in inactive cells are moved to `inactive_data`. Raises `CCWSIMError` for data outside
-    the grid or of an unknown facies, for a template larger than the training image (if
-    `checks_template`), and for a map combined with a volume. The message suggests a remedy.
+    the grid or of an unknown facies, for a template larger than the training image, and for a map
+    combined with a volume. The message suggests a remedy.
     """
 
     training_image: TrainingImage
@@ -34,8 +34,9 @@ class Study:
     hard_data: HardData = field(default_factory=HardData)
     seed: int = 0
     secondary: Secondary | None = None
-    checks_template: bool = field(default=True, kw_only=True)
-    """False for realizations from files and other methods, whose parameters may be unknown."""
+    checked: bool = field(default=True, kw_only=True)
+    """False for realizations whose inputs need not fit together: those from files, of other
+    methods, and slices of volumes."""
     inactive_data: HardData = field(init=False, default_factory=HardData)
 
     def __post_init__(self) -> None:
@@ -44,15 +45,16 @@ class Study:
         kinds = TrainingImage, Grid, Parameters, HardData
         for name, kind in zip(names, kinds, strict=True):
             check_type(name, getattr(self, name), kind)
-        _check_dimensions(self.training_image, self.grid)
-        self.hard_data.check(self.grid, self.training_image)
-        if self.checks_template:
-            _check_template(self.training_image, self.parameters)
-            _check_gaps(self.training_image, self.parameters)
         # Cells index the grid, so empty hard data get as many coordinates as the grid has axes.
-        if self.hard_data.n_dimensions != self.grid.n_dimensions:
+        if not self.hard_data.n and self.hard_data.n_dimensions != self.grid.n_dimensions:
             none = HardData(np.empty((0, self.grid.n_dimensions)), ())
             object.__setattr__(self, "hard_data", none)
+        if not self.checked:
+            return
+        _check_dimensions(self.training_image, self.grid)
+        self.hard_data.check(self.grid, self.training_image)
+        _check_template(self.training_image, self.parameters)
+        _check_gaps(self.training_image, self.parameters)
         if self.secondary is not None:
             check_type("secondary", self.secondary, Secondary)
             secondary = self.secondary.fitted(self.grid, self.training_image)

@@ -139,7 +139,7 @@ def simulate_study(
     out: str | os.PathLike[str] | None = None,
 ) -> Ensemble:
     """Simulate realizations of a study, with the options and errors of `simulate`."""
-    study = study if study.checks_template else replace(study, checks_template=True)
+    study = study if study.checked else replace(study, checked=True)
     n = check_int("n_realizations", n_realizations, 1)
     first = check_int("first_realization", first_realization, 0, MAX_INT - n)
     check_callable("progress", progress)

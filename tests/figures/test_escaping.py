@@ -26,7 +26,7 @@ TITLES = {"x_title": EVIL, "y_title": EVIL}
 def ensemble() -> Ensemble:
     stack, data = np.zeros((1, 2, 2), np.uint8), HardData([[0, 0]], [0])
     status = np.zeros((1, 1), np.int16)
-    study = Study(IMAGE, Grid(2, 2), hard_data=data, seed=1, checks_template=False)
+    study = Study(IMAGE, Grid(2, 2), hard_data=data, seed=1, checked=False)
     return Ensemble(study, stack, ONE[:1], 0.5, status, np.array([0]))
 
 

@@ -32,7 +32,7 @@ def ensemble(n: int = 6, shape: tuple[int, ...] = (24, 30), grid: Grid | None = 
     indices = (np.random.default_rng(1).random((n, *shape)) < 0.4).astype(np.uint8)
     image = TrainingImage(indices[0], facies_names=["mud", "sand"])
     return Ensemble(
-        Study(image, grid or Grid.of(shape), checks_template=False),
+        Study(image, grid or Grid.of(shape), checked=False),
         indices=indices, cpu_seconds=np.zeros(n), wall_seconds=0.0,
         data_status=np.zeros((n, 0), np.int16), numbers=np.arange(n),
     )  # fmt: skip

@@ -33,9 +33,9 @@ def random_ensemble(source: random.Random, shape: tuple[int, ...]) -> Ensemble:
     active = rng.random(shape) < source.choice((1.0, 0.9, 0.6))
     indices[:, ~active] = 255
     image = TrainingImage(CODES.reshape((2, 3, 4)[-len(shape) :] if len(shape) == 3 else (4, 6)))
-    secondary = None if active.all() else Secondary(active=active)
+    secondary = None if active.all() else Secondary(active=active).fitted(grid, image)
     return Ensemble(
-        Study(image, grid, secondary=secondary, checks_template=False),
+        Study(image, grid, secondary=secondary, checked=False),
         indices=indices, cpu_seconds=np.zeros(3), wall_seconds=0.0,
         data_status=np.zeros((3, 0), np.int16), numbers=np.arange(3),
     )  # fmt: skip

@@ -51,7 +51,7 @@ def ensemble() -> Ensemble:
     stack = np.stack([FACIES, (FACIES + 1) % 3]).astype(np.uint8)
     status = np.array([[0, 0, -1, 8], [-2, -2, -2, -2]], np.int16)
     p = Parameters(template_size=16, refine=False)
-    study = Study(image, grid, p, data, 42, checks_template=False)
+    study = Study(image, grid, p, data, 42, checked=False)
     return Ensemble(study, stack, np.array([0.1, 0.2]), 0.5, status, np.array([3, 5]))
 
 

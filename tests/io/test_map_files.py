@@ -165,7 +165,8 @@ def test_codes_of_any_size_are_kept(codes, tmp_path):
 
 def test_a_code_that_does_not_exist_is_said_when_a_geotiff_is_written():
     pytest.importorskip("rasterio")
-    elsewhere = replace(E, grid=replace(E.grid, crs="EPSG:99999"))
+    grid = replace(E.grid, crs="EPSG:99999")
+    elsewhere = replace(E, study=replace(E.study, grid=grid))
     with pytest.raises(CCWSIMError, match="crs = 'EPSG:99999' is unknown to GDAL"):
         cio.realizations_as_bytes(elsewhere, "tif")
 

@@ -33,7 +33,7 @@ def ensemble_of(grid: Grid, n: int = 2) -> Ensemble:
     image = IMAGE if grid.nz is None else TrainingImage(IMAGE.array[None])
     indices = np.random.default_rng(3).integers(0, 3, (n, *grid.shape)).astype(np.uint8)
     status, cpu = np.zeros((n, 0), np.int16), np.ones(n)
-    study = Study(image, grid, seed=7, checks_template=False)
+    study = Study(image, grid, seed=7, checked=False)
     return Ensemble(study, indices, cpu, 0.5, status, np.arange(n))
 
 
@@ -116,7 +116,7 @@ def test_names_of_users_break_no_file_of_realizations(kind):
         ensemble = ensemble_of(grid, 1)
         array = ensemble.training_image.array
         image = TrainingImage(array, name=EVIL[0], facies_names=EVIL)
-        ensemble = replace(ensemble, training_image=image)
+        ensemble = replace(ensemble, study=replace(ensemble.study, training_image=image))
         content = BytesIO(cio.realizations_as_bytes(ensemble, kind))
         if kind == "png":
             picture = cio.read_training_image(content, classes="codes")

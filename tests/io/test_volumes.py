@@ -44,9 +44,7 @@ def read(content: bytes, **choices) -> np.ndarray:
 def an_ensemble(grid: Grid = PLACED) -> Ensemble:
     data = HardData([[0, 3, 4], [0, 0, 1]], [7, 0])
     return Ensemble(
-        Study(
-            IMAGE, grid, Parameters((2, 4, 4), (1, 2, 2), (0, 1, 1)), data, 5, checks_template=False
-        ),
+        Study(IMAGE, grid, Parameters((2, 4, 4), (1, 2, 2), (0, 1, 1)), data, 5, checked=False),
         indices=noise((2, *grid.shape), 3, seed=1),
         cpu_seconds=np.ones(2),
         wall_seconds=1.0,

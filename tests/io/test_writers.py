@@ -25,7 +25,7 @@ def ensemble_of(indices: np.ndarray, codes=(0, 5, -3)) -> Ensemble:
     data_status = np.zeros((len(indices), 1), np.int16)
     cpu = np.linspace(0.1, 0.2, len(indices))
     numbers = np.arange(len(indices))
-    study = Study(ti, grid, Parameters(refine=False), data, 42, checks_template=False)
+    study = Study(ti, grid, Parameters(refine=False), data, 42, checked=False)
     return Ensemble(study, indices, cpu, 0.5, data_status, numbers)
 
 

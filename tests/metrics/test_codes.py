@@ -161,7 +161,8 @@ def test_a_code_that_nothing_has_is_an_error(name):
 
 def test_a_facies_that_the_realizations_lack_is_known_by_the_training_image(ensemble):
     indices = np.minimum(ensemble.indices, 1)  # the last facies does not occur
-    poor = replace(ensemble, indices=indices, hard_data=HardData())
+    study = replace(ensemble.study, hard_data=HardData())
+    poor = replace(ensemble, indices=indices, study=study)
     assert (m.variogram(poor, 9, lags=5).gamma == 0).all()
     assert np.isnan(m.connectivity(poor, 9, lags=5).tau).all()
     assert m.geobody_statistics(poor, 9).n_geobodies.tolist() == [0, 0, 0]

@@ -51,7 +51,7 @@ def ensemble_of(image: TrainingImage, indices: NDArray[np.uint8]) -> Ensemble:
     """Return images as realizations of a training image."""
     n, grid = len(indices), Grid.of(indices.shape[1:])
     no_data = np.zeros((n, 0), np.int16)
-    study = Study(image, grid, checks_template=False)
+    study = Study(image, grid, checked=False)
     return Ensemble(study, indices, np.ones(n), 1.0, no_data, np.arange(n))
 
 

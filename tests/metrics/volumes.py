@@ -22,7 +22,7 @@ def ensemble_of(training_image, volumes, sources=None):
     n, nz, ny, nx = volumes.shape
     indices = np.searchsorted(training_image.codes, volumes).astype(np.uint8)
     return Ensemble(
-        Study(training_image, Grid(ny, nx, nz=nz), seed=1, checks_template=False),
+        Study(training_image, Grid(ny, nx, nz=nz), seed=1, checked=False),
         frozen(indices),
         np.ones(n),
         1.0,

@@ -36,7 +36,7 @@ def ensemble_of(n: int = 4, shape: tuple[int, ...] = (5, 6, 7), **nouns) -> Ense
         "hard_data": HardData([[2, 3, 4]], [9]),
     }
     return Ensemble(
-        study=Study(**{**own, **nouns}, checks_template=False),
+        study=Study(**{**own, **nouns}, checked=False),
         indices=indices,
         cpu_seconds=np.zeros(n),
         wall_seconds=0.0,

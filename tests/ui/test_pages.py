@@ -425,7 +425,7 @@ def test_facts_say_when_data_are_not_honoured():
     assert facts_of(ensemble)[0] == "no hard data"
     wrong = ensemble.training_image.codes[1 - ensemble.indices[:, 5, 7]]
     data = datasets.load_hard_data("channels_60_wells").__class__([[5, 7]], wrong[:1])
-    facts = facts_of(replace(ensemble, hard_data=data))
+    facts = facts_of(replace(ensemble, study=replace(ensemble.study, hard_data=data)))
     assert facts[0].startswith("up to 1 of 1 data not")
     assert re.fullmatch(
         r"sand [\d.]+ % \(TI 27\.0 %, data (0|100)\.0 %; (±|\+|−)\d+ %\)", facts[-1]

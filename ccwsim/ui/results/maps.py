@@ -126,7 +126,7 @@ def draw_e_type(
 def _answer(state: State) -> int:
     """Return a number that changes with the study of the results, to show those before it."""
     choices = state.ensemble_choices or state.choices
-    return hash((choices.n_realizations, study_of(choices, checks_template=False).key()))
+    return hash((choices.n_realizations, study_of(choices, checked=False).key()))
 
 
 def e_type_field(

@@ -72,7 +72,7 @@ USUAL_VOLUME = 100, 100
 """Default rows and columns of a volume's grid; the number of layers is that of the image."""
 
 
-def study_of(choices: Choices, checks_template: bool = True) -> Study:
+def study_of(choices: Choices, checked: bool = True) -> Study:
     """Return the study described by choices; raise `CCWSIMError` if parts do not fit together."""
     return Study(
         image_of(choices.image),
@@ -81,7 +81,7 @@ def study_of(choices: Choices, checks_template: bool = True) -> Study:
         data_of(choices),
         choices.seed,
         secondary_of(choices),
-        checks_template=checks_template,
+        checked=checked,
     )
 
 

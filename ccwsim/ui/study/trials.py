@@ -125,7 +125,7 @@ def shown_in(state: State) -> dict[str, Any]:
 
 def study_key(choices: Choices) -> tuple:
     """Return a key of image, data, grid and guides; raise `CCWSIMError` if they do not fit."""
-    return study_of(choices, checks_template=False).key("parameters", "seed")
+    return study_of(choices, checked=False).key("parameters", "seed")
 
 
 def describe_work(n_trials: int, n_realizations: int, seconds: float) -> str:

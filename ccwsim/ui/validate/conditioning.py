@@ -344,7 +344,7 @@ def ranks(
 @as_task
 def left_out(progress: Fraction, ensemble: Ensemble, by_well: bool) -> metrics.LeaveOut:
     """Predict each fifth of the hard data, or of the wells, from the other data."""
-    study = replace(ensemble.study, checks_template=True)
+    study = replace(ensemble.study, checked=True)
     return metrics.leave_out(study, by="well" if by_well else "datum", progress=progress)
 
 

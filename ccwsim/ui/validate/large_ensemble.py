@@ -141,7 +141,7 @@ def start(state: State) -> None:
     """Start a large ensemble with the study of the present realizations."""
     page_state = state.page(LargeEnsembleState)
     assert state.ensemble is not None
-    study = replace(state.ensemble.study, checks_template=True)
+    study = replace(state.ensemble.study, checked=True)
     n, facies = page_state.n, state.facies
     page_state.start(lambda: LargeEnsembleRun(study, n, facies))
 

@@ -56,10 +56,15 @@ class ShownSlice:
             tuple(np.delete(values, len(AXES) - 1 - axis).tolist())
             for values in (grid.cell_size, grid.origin)
         )
-        return replace(
-            ensemble,
+        study = replace(
+            ensemble.study,
             grid=Grid(rows, columns, sizes, origin),
             hard_data=HardData(cells, data.facies[here]),
+            checked=False,
+        )
+        return replace(
+            ensemble,
+            study=study,
             indices=readonly(self.of(ensemble.indices)),
             data_status=readonly(ensemble.data_status[:, here]),
             sources=None,
