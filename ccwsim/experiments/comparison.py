@@ -227,7 +227,7 @@ def _checked(base: Trial, name: str, setting: Parameters | Ensemble) -> Trial | 
         return setting
     trial = replace(base, parameters=setting)
     try:
-        trial.study()
+        trial.fitting()
     except CCWSIMError as error:
         raise CCWSIMError(f"setting {name}: {error}") from None
     return trial

@@ -75,7 +75,7 @@ def time_trial(
 ) -> TrialResult:
     """Measure the CPU time of realizations of a trial on one thread; no realization is stored."""
     n = check_int("n_realizations", n_realizations, 1)
-    batch = max(min(CELLS_AT_ONCE // trial.n_cells, n), 1)
+    batch = max(min(CELLS_AT_ONCE // trial.grid.n_cells, n), 1)
     seconds, wrong = [], []
     for first in range(0, n, batch):
         size = min(batch, n - first)
@@ -147,7 +147,7 @@ class Growth:
 
 def growth(timings: Sequence[TrialResult]) -> Growth:
     """Return how one setting's time grows with the number of grid cells (Fig. 13)."""
-    cells = np.array([t.trial.n_cells for t in timings], float)
+    cells = np.array([t.trial.grid.n_cells for t in timings], float)
     seconds = np.array([max(t.seconds, 1e-9) for t in timings])
     if len(np.unique(cells)) < 2:
         raise CCWSIMError("growth needs CPU times for at least two grid sizes")
@@ -176,7 +176,7 @@ def _slowdown(trial: Trial, measured: Sequence[TrialResult]) -> float:
             bool(other.n_data) != bool(trial.n_data),
             abs(level_of(p) - level_of(own)),
             abs(other.n_data - trial.n_data),
-            abs(np.log(other.n_cells / trial.n_cells)),
+            abs(np.log(other.grid.n_cells / trial.grid.n_cells)),
         )
 
     nearest = min(measured, key=unlike)

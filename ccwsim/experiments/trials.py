@@ -3,90 +3,40 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import accumulate
-from math import prod
-from typing import Any, Self, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ccwsim.engine.prepared_image import fresh_images
-from ccwsim.model.arrays import Shape
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import Parameters
-from ccwsim.model.secondary import Secondary
 from ccwsim.model.study import Study
-from ccwsim.model.training_image import TrainingImage
 from ccwsim.model.watch import UNWATCHED, Watch
-from ccwsim.run.simulation import simulate
+from ccwsim.run.simulation import simulate_study
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 
-@dataclass(frozen=True)
-class Trial:
-    """The inputs of a simulation; `study` checks that they fit together."""
+@dataclass(frozen=True, eq=False)
+class Trial(Study):
+    """A study to simulate; its inputs are checked to fit together when it is simulated."""
 
-    training_image: TrainingImage
-    grid: Grid
-    parameters: Parameters = field(default_factory=Parameters)
-    hard_data: HardData = field(default_factory=HardData)
-    seed: int = 0
-    secondary: Secondary | None = None
-    n_sampled: int = 0
+    checked: bool = field(default=False, kw_only=True)
+    n_sampled: int = field(default=0, kw_only=True)
     """Number of hard data that are sampled for this trial, in place of `hard_data`."""
-
-    @classmethod
-    def of(
-        cls,
-        training_image: TrainingImage | ArrayLike,
-        grid_shape: Shape | Grid,
-        parameters: Parameters | None = None,
-        hard_data: Any = None,
-        **others: Any,
-    ) -> Self:
-        """Return a trial with inputs in any of the forms that `simulate` accepts."""
-        image, grid = TrainingImage.of(training_image), Grid.of(grid_shape)
-        data = HardData.of(hard_data, grid, image)
-        return cls(image, grid, parameters or Parameters(), data, **others)
 
     @property
     def n_data(self) -> int:
         """Number of hard data."""
         return self.n_sampled or self.hard_data.n
 
-    @property
-    def n_cells(self) -> int:
-        """Number of cells of the grid."""
-        return prod(self.grid.shape)
-
-    def study(self) -> Study:
-        """Return the study to simulate; raise `CCWSIMError` if the inputs do not fit together."""
-        return Study(
-            training_image=self.training_image,
-            grid=self.grid,
-            parameters=self.parameters,
-            hard_data=self.hard_data,
-            seed=self.seed,
-            secondary=self.secondary,
-        )
-
     @fresh_images()
     def simulate(self, n_realizations: int, **options: Any) -> Ensemble:
-        """Simulate the trial with options of `simulate`; CPU times include all preparation."""
-        return simulate(
-            training_image=self.training_image,
-            grid_shape=self.grid,
-            parameters=self.parameters,
-            hard_data=self.hard_data,
-            n_realizations=n_realizations,
-            seed=self.seed,
-            secondary=self.secondary,
-            **options,
-        )
+        """Simulate with options of `simulate_study`; CPU times include all preparation."""
+        return simulate_study(self, n_realizations, **options)
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +60,7 @@ class TrialResult:
     @property
     def seconds_per_cell(self) -> float:
         """Median CPU time for each cell of the grid."""
-        return self.seconds / self.trial.n_cells
+        return self.seconds / self.trial.grid.n_cells
 
 
 def run_trials(

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Hashable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from ccwsim.model.arrays import AXES, Bytes, Mask, check_int, check_type, describe_shape
+from ccwsim.model.arrays import AXES, Bytes, Mask, Shape, check_int, check_type, describe_shape
 from ccwsim.model.bounds import MIN_TEMPLATE
 from ccwsim.model.errors import refused
 from ccwsim.model.grid import Grid
@@ -63,6 +65,24 @@ class Study:
             data, inside = self.hard_data, self.active[tuple(self.hard_data.cells.T)]
             for name, which in (("inactive_data", ~inside), ("hard_data", inside)):
                 object.__setattr__(self, name, HardData(data.cells[which], data.facies[which]))
+
+    @classmethod
+    def of(
+        cls,
+        training_image: TrainingImage | ArrayLike,
+        grid_shape: Shape | Grid,
+        parameters: Parameters | None = None,
+        hard_data: Any = None,
+        **others: Any,
+    ) -> Self:
+        """Return a study of inputs in any of the forms that `simulate` accepts."""
+        grid, image = Grid.of(grid_shape), TrainingImage.of(training_image)
+        data = HardData.of(hard_data, grid, image)
+        return cls(image, grid, Parameters() if parameters is None else parameters, data, **others)
+
+    def fitting(self) -> Self:
+        """Return the study, with inputs that are checked to fit together."""
+        return self if self.checked else replace(self, checked=True)
 
     @cached_property
     def contents(self) -> dict[str, Hashable]:

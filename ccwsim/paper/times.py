@@ -65,7 +65,7 @@ def grid_size(run: ExperimentRun) -> Outcome:
 def _grid_chart(by_level: dict[int, list[TrialResult]], sides: tuple[int, ...]) -> Chart:
     measured = []
     for level, times in by_level.items():
-        cells, values = np.array([(t.trial.n_cells, t.seconds) for t in times], float).T
+        cells, values = np.array([(t.trial.grid.n_cells, t.seconds) for t in times], float).T
         measured.append(TimeSeries(f"level {level}", level, cells, values))
     named = sorted({*sides, PAPER_SIDE})
     ticks = {side**2: f"{side}²" for side in named}
@@ -103,7 +103,7 @@ def _grid_judgements(by_level: dict[int, list[TrialResult]]) -> Iterator[Judgeme
         yield verdicts.of_time("25 million cells, level 1", taken_here, paper, "Fig. 13")
         return
     claim = "Fig. 13: 56 s for 25 million cells at level 1."
-    whole = duration(25e6 / largest.trial.n_cells * taken_here)
+    whole = duration(25e6 / largest.trial.grid.n_cells * taken_here)
     found = said("largest", here=duration(taken_here), side=side, whole=whole)
     yield verdicts.judged(claim, found, verdicts.OPEN)
 

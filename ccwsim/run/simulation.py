@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import time
 from concurrent.futures import Executor
-from dataclasses import replace
 from secrets import randbelow
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +17,6 @@ from ccwsim.model.bounds import MAX_SEED
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
 from ccwsim.model.missing import UNKNOWN
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.secondary import Secondary
@@ -104,15 +102,13 @@ def simulate(
     >>> simulate(stripes, (40, 50), p, n_realizations=2).realizations.shape
     (2, 40, 50)
     """
-    grid = Grid.of(grid_shape)
-    image = TrainingImage.of(training_image)
-    study = Study(
-        image,
-        grid,
-        Parameters() if parameters is None else parameters,
-        HardData.of(hard_data, grid, image),
-        randbelow(MAX_SEED + 1) if seed is None else seed,
-        secondary,
+    study = Study.of(
+        training_image,
+        grid_shape,
+        parameters,
+        hard_data,
+        seed=randbelow(MAX_SEED + 1) if seed is None else seed,
+        secondary=secondary,
     )
     return simulate_study(
         study,
@@ -139,7 +135,7 @@ def simulate_study(
     out: str | os.PathLike[str] | None = None,
 ) -> Ensemble:
     """Simulate realizations of a study, with the options and errors of `simulate`."""
-    study = study if study.checked else replace(study, checked=True)
+    study = study.fitting()
     n = check_int("n_realizations", n_realizations, 1)
     first = check_int("first_realization", first_realization, 0, MAX_INT - n)
     check_callable("progress", progress)

@@ -49,10 +49,10 @@ def name_of(setting: Setting, settings: Sequence[Setting]) -> str:
 
 def describe_growth(name: str, timings: Sequence[TrialResult]) -> str:
     """Describe the growth of a setting's time with the number of cells; empty for only one size."""
-    if len({t.trial.n_cells for t in timings}) < 2:
+    if len({t.trial.grid.n_cells for t in timings}) < 2:
         return ""
     found = growth(timings)
-    ends = (f((t.trial for t in timings), key=lambda trial: trial.n_cells) for f in (min, max))
+    ends = (f((t.trial for t in timings), key=lambda trial: trial.grid.n_cells) for f in (min, max))
     low, high = (size_text(trial.grid.shape) for trial in ends)
     how, why = "linear", ""
     if not found.linear:
@@ -174,7 +174,7 @@ def grid_table(timings: Sequence[TrialResult]) -> str:
 def data_table(timings: Sequence[TrialResult], trials: Sequence[Trial]) -> str:
     """Return measured and published times (none for volumes) as HTML, laid out as Table 2."""
     measured = {(setting_of(t.trial), t.trial.n_data): t for t in timings}
-    cells = {setting_of(trial): trial.n_cells for trial in trials}
+    cells = {setting_of(trial): trial.grid.n_cells for trial in trials}
     numbers = sorted({trial.n_data for trial in trials})
     shown, has_free = [n for n in numbers if n], 0 in numbers
     first = ["method", "level", *["no data"] * has_free]

@@ -11,8 +11,9 @@ from ccwsim.experiments.trials import Trial, TrialResult
 from ccwsim.jobs.job import Job, server_queue
 from ccwsim.jobs.limits import Demand
 from ccwsim.model.arrays import Shape, describe_shape
-from ccwsim.model.parameters import METHODS
-from ccwsim.ui.session.resolve import fitted, image_of, levels
+from ccwsim.model.parameters import METHODS, fitted
+from ccwsim.model.sizes import levels
+from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import RunState, State
 from ccwsim.ui.study.trials import TrialsRun
 
@@ -43,12 +44,12 @@ class TimingRun(TrialsRun[TrialResult, None]):
         return max(self.trials, key=lambda trial: trial.grid.n_dimensions)
 
     def n_kept(self, trial: Trial) -> int:
-        return max(timing.CELLS_AT_ONCE // trial.n_cells, 1)
+        return max(timing.CELLS_AT_ONCE // trial.grid.n_cells, 1)
 
     def demand(self) -> Demand:
         """Return the resources that the largest trial needs; one trial runs at a time."""
         n_bytes = max((demand.n_bytes for demand in self.demands(n_workers=1)), default=0)
-        n_cells = sum(trial.n_cells for trial in self.trials) * self.n_realizations
+        n_cells = sum(trial.grid.n_cells for trial in self.trials) * self.n_realizations
         return Demand(n_cells, max((trial.n_data for trial in self.trials), default=0), n_bytes)
 
     def label(self) -> str:
@@ -153,7 +154,7 @@ def trials_of(state: State, kind: Kind) -> list[Trial]:
         flat = timed_parameters(state, own.grid_methods, own.grid_levels, image.shape[-2:])
         shapes = [shape_of(round((nz * side * side) ** 0.5)) for side in sides]
         trials += timing.grid_trials(image, shapes, flat, seed)
-    return sorted(trials, key=lambda trial: trial.n_cells)
+    return sorted(trials, key=lambda trial: trial.grid.n_cells)
 
 
 def shape_of(side: int, nz: int | None = None) -> Shape:

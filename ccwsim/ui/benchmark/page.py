@@ -167,7 +167,7 @@ def _describe_plan(state: State, kind: Kind) -> str:
         return str(error)
     seconds = measurement.expected(state, trials)
     text = describe_work(len(trials), page_state.n_realizations, seconds)
-    n_bytes = max(trial.n_cells for trial in trials) * measurement.BYTES_PER_CELL
+    n_bytes = max(trial.grid.n_cells for trial in trials) * measurement.BYTES_PER_CELL
     if n_bytes > MIN_BYTES_TOLD:
         text += f" Up to {format_bytes(n_bytes)} of memory."
     if page_state.running not in (None, page_state.of(kind).run):
@@ -245,7 +245,7 @@ def ticks_of(timings: Sequence[TrialResult], volumes: bool) -> dict[int, str]:
     if has_paper(timings) and not (volumes and not timings):
         sides = {t.trial.grid.nx for t in timings} | {SIDES[0], SIDES[1], SIDES[3], SIDES[-1]}
         return {side**2: f"{side}²" for side in sorted(sides)}
-    cells = [t.trial.n_cells for t in timings] or [10**5, 10**7]
+    cells = [t.trial.grid.n_cells for t in timings] or [10**5, 10**7]
     low, high = int(np.log10(min(cells))), int(np.ceil(np.log10(max(cells))))
     return {10**k: f"{10**k:,}" for k in range(low, high + 1)}
 
@@ -277,7 +277,7 @@ def measured_series(timings: Sequence[TrialResult], per_cell: bool) -> list[Time
             TimeSeries(
                 findings.name_of(setting, list(found)),
                 setting[1],
-                cells=np.array([t.trial.n_cells for t in own], float),
+                cells=np.array([t.trial.grid.n_cells for t in own], float),
                 values=np.maximum(values, SMALLEST_TIME),
                 dashed=setting[0] != "ccwsim" or beside_volumes,
             )

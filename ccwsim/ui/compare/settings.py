@@ -15,10 +15,11 @@ from ccwsim.jobs.limits import Demand
 from ccwsim.model.arrays import Shape, listing, readonly
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled, CCWSIMError
-from ccwsim.model.parameters import METHODS, Parameters
+from ccwsim.model.parameters import METHODS, Parameters, fitted
+from ccwsim.model.sizes import levels
 from ccwsim.run.footprint import demand_of
 from ccwsim.sharing.choices import ImageChoice
-from ccwsim.ui.session.resolve import fitted, image_of, levels
+from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import RunState, State
 from ccwsim.ui.study.changes import image_name
 from ccwsim.ui.study.run import failed

@@ -85,7 +85,7 @@ class TrialsRun(PageRun[Result], Generic[Row, Result]):
         for trial in self.trials:
             with suppress(CCWSIMError):
                 n_kept = self.n_kept(trial)
-                each.append(demand_of(trial.study(), self.n_realizations, n_kept, n_workers))
+                each.append(demand_of(trial.fitting(), self.n_realizations, n_kept, n_workers))
         return each
 
     def label(self) -> str:

@@ -13,10 +13,11 @@ from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import Demand, limits_of_environment
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
-from ccwsim.model.parameters import METHODS
+from ccwsim.model.parameters import METHODS, fitted
+from ccwsim.model.sizes import levels
 from ccwsim.sharing.choices import Choices
 from ccwsim.ui.results.maps import pretty
-from ccwsim.ui.session.resolve import data_of, fitted, image_of, levels
+from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import RunState, State
 from ccwsim.ui.study.trials import TrialsRun, describe_work, shown_in, study_key, trial_of
 from ccwsim.ui.widgets.errors import if_possible, problem_in
@@ -45,7 +46,7 @@ class SweepRun(TrialsRun[SweepRow, Sweep]):
     def demand(self) -> Demand:
         """Return the resources that the sweep needs for one setting and the stored realizations."""
         largest = max((demand.n_bytes for demand in self.demands(n_workers=1)), default=0)
-        each = self.first.n_cells
+        each = self.first.grid.n_cells
         cells = each * len(self.trials)
         kept = max(CELLS_KEPT, cells)  # at least one realization is stored
         sources = SOURCE_BYTES * each * self.n_realizations
@@ -53,7 +54,7 @@ class SweepRun(TrialsRun[SweepRow, Sweep]):
 
     def work(self, job: Job[Sweep]) -> Sweep:
         first = self.first
-        n_kept = CELLS_KEPT // (first.n_cells * len(self.trials))
+        n_kept = CELLS_KEPT // (first.grid.n_cells * len(self.trials))
         return sweep(
             first.training_image,
             first.grid,
