@@ -25,18 +25,12 @@ from ccwsim import (
 from ccwsim.io import can_write, read_realizations, training_image_as_bytes
 from ccwsim.jobs.job import Job
 from ccwsim.metrics import diagnose, variogram
-from ccwsim.model.parameters import parameter_table
+from ccwsim.model.parameters import fitted, parameter_table
+from ccwsim.model.sizes import overlap_sizes, template_sizes
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.ui.page import OFF_MENU, PAGES, SIMULATE_PAGE
 from ccwsim.ui.session.file_names import study_part
-from ccwsim.ui.session.resolve import (
-    data_of,
-    fitted,
-    image_of,
-    imported_data,
-    overlap_sizes,
-    template_sizes,
-)
+from ccwsim.ui.session.resolve import data_of, image_of, imported_data
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.simulate.results import MAP_KINDS, curves_csv, download_groups, realizations_csv
 from ccwsim.ui.study.image_step import IMPORT_PAGE

@@ -23,12 +23,14 @@ from ccwsim.jobs.job import PATIENCE, Job
 from ccwsim.metrics import Copying, copying
 from ccwsim.metrics.pattern_codes import codes_in
 from ccwsim.model.arrays import Bytes, Mask, Shape
+from ccwsim.model.parameters import fitted
+from ccwsim.model.sizes import levels
 from ccwsim.sharing.choices import ImageChoice
 from ccwsim.ui.frontend.cells import CellMap, draw_cells
 from ccwsim.ui.frontend.component import draw_tiles
 from ccwsim.ui.results.maps import pretty
 from ccwsim.ui.session.fragments import follow
-from ccwsim.ui.session.resolve import fitted, image_of, levels
+from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import failed
 from ccwsim.ui.widgets.errors import if_possible

@@ -16,6 +16,7 @@ from ccwsim.engine.trace import Trace, check_traceable, fates
 from ccwsim.figures import CIVIDIS
 from ccwsim.model.bounds import MAX_CANDIDATES_OFFERED, MAX_REALIZATIONS
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.sizes import levels, overlap_sizes
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.frontend.cells import draw_cells
 from ccwsim.ui.frontend.component import run_script
@@ -27,7 +28,7 @@ from ccwsim.ui.how_it_works.words import say
 from ccwsim.ui.results.maps import colours_of
 from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.fragments import error_boundary
-from ccwsim.ui.session.resolve import image_of, levels, overlap_sizes
+from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.study_column import size_fields
 from ccwsim.ui.widgets.fields import bound_to, button, field, help_of, options_of

@@ -6,9 +6,9 @@ from typing import Any
 import streamlit as st
 
 from ccwsim.engine.trace import Trace
-from ccwsim.model.parameters import Parameters
+from ccwsim.model.parameters import Parameters, fitted
 from ccwsim.sharing.choices import CellsOfWells
-from ccwsim.ui.session.resolve import data_of, fitted, image_of, study_of, wells_of
+from ccwsim.ui.session.resolve import data_of, image_of, study_of, wells_of
 from ccwsim.ui.session.state import State
 
 SHOWN_FIRST = 0.4  # share of the path that precedes the patch with which the page opens

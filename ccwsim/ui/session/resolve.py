@@ -35,9 +35,6 @@ from ccwsim.model.errors import refused
 from ccwsim.model.numbers import duration, format_bytes
 from ccwsim.model.parameters import PER_AXIS, fitted
 from ccwsim.model.secondary import cells_in_polygon
-from ccwsim.model.sizes import levels as levels
-from ccwsim.model.sizes import overlap_sizes as overlap_sizes
-from ccwsim.model.sizes import template_sizes as template_sizes
 from ccwsim.model.study import Study
 from ccwsim.run.footprint import demand_of
 from ccwsim.sharing.choices import (

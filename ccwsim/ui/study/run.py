@@ -17,7 +17,8 @@ from ccwsim.jobs.job import PATIENCE, Job, server_queue
 from ccwsim.jobs.limits import Demand, limits_of_environment, needs_consent
 from ccwsim.model.bounds import MAX_REALIZATIONS, MAX_SEED
 from ccwsim.model.numbers import duration, format_bytes
-from ccwsim.model.sizes import per_axis
+from ccwsim.model.parameters import fitted
+from ccwsim.model.sizes import levels, per_axis
 from ccwsim.model.watch import Watch
 from ccwsim.run.executors import executor_of_environment
 from ccwsim.run.footprint import demand_of
@@ -194,7 +195,7 @@ def describe_price(choices: Choices, **changes: Any) -> str:
     """Return the estimated time of a realization after changes of parameters, and its ratio."""
     image = resolve.image_of(choices.image)
     one = resolve.fitted_to_image(choices, image)
-    changed = resolve.fitted(one.parameters, image.shape, **changes)
+    changed = fitted(one.parameters, image.shape, **changes)
     each, now = (_seconds_of_one(one, parameters) for parameters in (changed, one.parameters))
     return f"about {duration(float(f'{each:.2g}'))} a realization, {each / now:.2g} × today's"
 
@@ -203,7 +204,7 @@ def describe_levels(choices: Choices) -> str:
     """Return the prices of the levels one lower and one higher than in a study."""
     shape, now = resolve.image_of(choices.image).shape, choices.parameters
     z, _, level = now.along(shape).level
-    near = [k for k in resolve.levels(shape) if abs(k - level) == 1 and now.method != "ccsim"]
+    near = [k for k in levels(shape) if abs(k - level) == 1 and now.method != "ccsim"]
     tried = [(k, per_axis((z, k, k), shape)) for k in near]
     prices = [f"Level {k}: {describe_price(choices, wavelet_level=one)}" for k, one in tried]
     return "\n".join(prices)

@@ -14,7 +14,8 @@ from ccwsim.metrics import default_parameters, warn_of_edges, warn_of_level
 from ccwsim.metrics.diagnosis import TREND_WEIGHT
 from ccwsim.model import bounds
 from ccwsim.model.arrays import AXES, Shape
-from ccwsim.model.parameters import PER_AXIS, Parameters
+from ccwsim.model.parameters import PER_AXIS, Parameters, fitted
+from ccwsim.model.sizes import levels, overlap_sizes, template_sizes
 from ccwsim.report.settings import VALUES
 from ccwsim.ui.session import resolve
 from ccwsim.ui.session.cached import cached
@@ -131,7 +132,7 @@ def _advanced(state: State, p: Parameters, shape: Shape, change: Callable[..., N
             parameter_field(p, name, change)
     if len(shape) == 3:
         _trend_field(p, change)
-    defaults = resolve.fitted(default_parameters(resolve.image_of(state.choices.image)), shape)
+    defaults = fitted(default_parameters(resolve.image_of(state.choices.image)), shape)
     button("Back to the defaults", on_click=state.change, kwargs={"parameters": defaults})
 
 
@@ -159,9 +160,9 @@ def size_fields(
         sizes, axis = along[name], 0 if z else -1
         level, template = lengths.level[axis], lengths.template[axis]
         offered: dict[str, list[int]] = {
-            "template_size": resolve.template_sizes(level, shape, z),
-            "overlap_size": resolve.overlap_sizes(level, template, z),
-            "wavelet_level": [0] if ccsim else resolve.levels(shape, z),
+            "template_size": template_sizes(level, shape, z),
+            "overlap_size": overlap_sizes(level, template, z),
+            "wavelet_level": [0] if ccsim else levels(shape, z),
         }
 
         def write(value: int, name=name, sizes=sizes, z=z) -> None:
@@ -202,7 +203,7 @@ def _trend_field(p: Parameters, change: Callable[..., None]) -> None:
 def set_parameters(state: State, **changes: object) -> None:
     """Change parameters; sizes that no longer fit become the nearest valid sizes."""
     shape = resolve.image_of(state.choices.image).shape
-    state.change(parameters=resolve.fitted(state.choices.parameters, shape, **changes))
+    state.change(parameters=fitted(state.choices.parameters, shape, **changes))
 
 
 def parameter_field(

@@ -13,6 +13,7 @@ from streamlit.testing.v1 import AppTest
 from ccwsim import Cancelled, Grid, HardData, Parameters, datasets, simulate
 from ccwsim.experiments.comparison import STATISTICS, Comparison, PairRatio, compare
 from ccwsim.experiments.two_point import simulate_two_point
+from ccwsim.model.sizes import overlap_sizes, template_sizes
 from ccwsim.report.settings import describe_setting
 from ccwsim.report.verdicts import describe_curves
 from ccwsim.sharing.choices import Choices, DataChoice, GuideChoice, ImageChoice, Upload
@@ -37,7 +38,6 @@ from ccwsim.ui.compare.settings import (
     settings_of,
     usual_others,
 )
-from ccwsim.ui.session.resolve import overlap_sizes, template_sizes
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.image_questions import image_of_file
 from tests.ui.widgets import charts, csv_rows, html, named, opened, texts

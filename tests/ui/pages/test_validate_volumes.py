@@ -24,6 +24,7 @@ from ccwsim.metrics import (
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.ensemble import FORCED, Ensemble
 from ccwsim.model.numbers import three_digits
+from ccwsim.model.parameters import fitted
 from ccwsim.model.study import Study
 from ccwsim.report.verdicts import (
     describe_curve,
@@ -32,7 +33,6 @@ from ccwsim.report.verdicts import (
 )
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.session.cached import shared_values
-from ccwsim.ui.session.resolve import fitted
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.validate.conditioning import data_status_shares, problem_of, troubled_data
 from ccwsim.ui.validate.large_ensemble import LargeEnsembleRun, LargeEnsembleState, bundle_of_band

@@ -15,6 +15,8 @@ from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, Parameters, TrainingImage, datasets
 from ccwsim.io import read_realizations, training_image_as_bytes
+from ccwsim.model.parameters import fitted
+from ccwsim.model.sizes import overlap_sizes, template_sizes
 from ccwsim.report.document import report_html
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Shown, Upload
 from ccwsim.sharing.link import link_of, read_link
@@ -22,15 +24,7 @@ from ccwsim.sharing.project import project_as_bytes
 from ccwsim.sharing.recipe import reproduction_recipe
 from ccwsim.sharing.study_report import study_report
 from ccwsim.ui.page import OFF_MENU, PAGES
-from ccwsim.ui.session.resolve import (
-    data_of,
-    fitted,
-    grid_for_data,
-    image_of,
-    overlap_sizes,
-    study_of,
-    template_sizes,
-)
+from ccwsim.ui.session.resolve import data_of, grid_for_data, image_of, study_of
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.share.menu import open_project, project_of
 from ccwsim.ui.simulate.results import download_groups, go_back
