@@ -31,10 +31,10 @@ from ccwsim.engine.stages.bits import to_bits, to_square_bits
 from ccwsim.engine.stages.conditioning import legal_splits
 from ccwsim.engine.stages.path import FROM_ABOVE, Triple, in_layers, in_three, to_path
 from ccwsim.engine.stages.pyramid import Pyramid, build_pyramid, upgrid
+from ccwsim.jobs.memo import Memo
 from ccwsim.jobs.workers import check_stop
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.study import Study
-from ccwsim.system.lru_cache import LruCache
 
 KEPT_BYTES = 500_000_000
 """Maximum total size, in bytes, of the prepared parts of an image that are stored in memory."""
@@ -169,8 +169,8 @@ def steers(study: Study) -> bool:
 class PreparedImage:
     """The prepared training image, which all realizations of a study share.
 
-    Each part is computed when it is first needed; two threads may compute the same part. The most
-    recently used parts, up to KEPT_BYTES in total, remain in memory. No part depends on the seed.
+    Each part is computed once, when it is first needed. The most recently used parts, up to
+    KEPT_BYTES in total, remain in memory. No part depends on the seed.
     """
 
     study: Study
@@ -179,7 +179,7 @@ class PreparedImage:
         study = self.study
         self.lengths = lengths_of(study.parameters, study.grid.shape)
         """Lengths at each scale, along the axes of the grid, for the default template."""
-        self._parts: LruCache[Any] = LruCache(max_bytes=KEPT_BYTES)
+        self._parts: Memo[Any] = Memo(max_bytes=KEPT_BYTES)
 
     @cached_property
     def key(self) -> tuple[Hashable, ...]:
@@ -338,7 +338,7 @@ class PreparedImage:
 
     def part(self, key: tuple[Any, ...], make: Callable[[], Any]) -> Any:
         """Return a prepared part by its key; call `make` if the part is not in memory."""
-        return self._parts.get_or_make(key, make)
+        return self._parts.value(key, make)
 
     @cached_property
     def has_thin_facies(self) -> bool:
@@ -353,7 +353,7 @@ class PreparedImage:
         return isolated_datum_thresholds(self.base)
 
 
-_images: LruCache[PreparedImage] = LruCache(MAX_IMAGES, MAX_IMAGES_BYTES, min_values=0)
+_images: Memo[PreparedImage] = Memo(MAX_IMAGES, MAX_IMAGES_BYTES, min_values=0)
 _keeps: ContextVar[bool] = ContextVar("keeps", default=True)
 
 
@@ -371,7 +371,7 @@ def prepared_image(study: Study) -> PreparedImage:
     """Return the prepared image of a study; parts may be those of a study with another seed."""
     image = PreparedImage(study)
     if _keeps.get():  # with the parts of a kept image, but the seed of this study
-        image = copy(_images.get_or_make(image.key, lambda: image))
+        image = copy(_images.value(image.key, lambda: image))
         image.study = study
     return image
 

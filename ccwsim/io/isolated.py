@@ -12,9 +12,8 @@ import threading
 import time
 import traceback
 from collections.abc import Callable
-from concurrent.futures import Future
 from contextlib import suppress
-from functools import cache
+from functools import cache, partial
 from io import BytesIO
 from math import ceil
 from typing import Any, NamedTuple, TypeVar
@@ -22,9 +21,9 @@ from typing import Any, NamedTuple, TypeVar
 from ccwsim.io.data_file import printable
 from ccwsim.io.limits import MIB, FileLimits, limited
 from ccwsim.jobs.child import ChildProcess, can_start, connect_to_parent
+from ccwsim.jobs.memo import Memo
 from ccwsim.jobs.scheduler import PAGE_TURNS
 from ccwsim.model.errors import CCWSIMError
-from ccwsim.system.lru_cache import LruCache
 from ccwsim.system.memory import address_space, free_memory, give_back_memory
 
 Result = TypeVar("Result")
@@ -48,7 +47,7 @@ class IsolatedFile:
         """Return `reader(file, *options)` from another process, or raise its `CCWSIMError`."""
         request = _Request(reader, options, self.content, self.name, self.limits)
         key = reader.__module__, reader.__qualname__, repr(options), self.digest, self.limits
-        result = _answers().get_or_read(key, request)
+        result = _answers().value(key, partial(_read_apart, request))
         if isinstance(result, Exception):
             raise type(result)(*result.args)
         return result
@@ -62,39 +61,10 @@ class _Request(NamedTuple):
     limits: FileLimits
 
 
-class _Answers:
-    """Cache of results and errors by request; equal simultaneous requests are computed once."""
-
-    def __init__(self) -> None:
-        self._kept = LruCache[tuple[Any]](KEPT_RESULTS, KEPT_BYTES)
-        self._pending: dict[Any, Future[Any]] = {}
-        self._lock = threading.Lock()
-
-    def get_or_read(self, key: Any, request: _Request) -> Any:
-        with self._lock:
-            if kept := self._kept.get(key):
-                return kept[0]
-            pending = self._pending.get(key)
-            if pending is None:
-                mine = self._pending[key] = Future[Any]()
-        if pending is not None:
-            with PAGE_TURNS.paused():
-                return pending.result()
-        try:
-            with PAGE_TURNS.paused():
-                mine.set_result(_read_apart(request))
-            self._kept.put(key, (mine.result(),))
-        except BaseException as error:
-            mine.set_exception(error)
-            raise
-        finally:
-            del self._pending[key]
-        return mine.result()
-
-
 @cache
-def _answers() -> _Answers:
-    return _Answers()
+def _answers() -> Memo[Any]:
+    """Return the results and errors of requests."""
+    return Memo(KEPT_RESULTS, KEPT_BYTES)
 
 
 def forget_results() -> None:
@@ -128,7 +98,7 @@ def _read_apart(request: _Request) -> Any:
     if not can_start():
         return _answer(request)
     limits = request.limits
-    with _places(limits.memory):
+    with PAGE_TURNS.paused(), _places(limits.memory):
         process = _take_process()
         wall_seconds = WALL_FACTOR * limits.seconds
         alarm = threading.Timer(wall_seconds, process.kill)

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import ndtri, stdtrit
 
 from ccwsim import Ensemble, Grid, TrainingImage
+from ccwsim.jobs.memo import Memo
 from ccwsim.metrics.bands import STATISTICS, Statistic, curves_of
 from ccwsim.metrics.connectivity import geobody_statistics
 from ccwsim.metrics.etype import proportions
@@ -29,7 +30,6 @@ from ccwsim.metrics.patterns import PatternHistogram, js_divergence
 from ccwsim.metrics.stack import N_AXES, Stack, as_volume
 from ccwsim.model.arrays import Bytes, Floats, Mask, as_floats, check_choice, check_int, ratio
 from ccwsim.model.errors import refused
-from ccwsim.system.lru_cache import LruCache
 
 MIN_SIDE, MAX_SIDE = 8, 512
 """Limits of a crop's side in cells: smaller crops contain no pattern, larger crops are slow."""
@@ -397,7 +397,7 @@ def _without(image: Counts, crop: Counts) -> Counts:
     return codes[counts > 0], counts[counts > 0]
 
 
-_bands: LruCache[ReferenceBand] = LruCache(max_values=1000)  # a band needs some kilobytes
+_bands: Memo[ReferenceBand] = Memo(max_values=1000)  # a band needs some kilobytes
 
 
 def band_of_crops(
@@ -418,4 +418,4 @@ def band_of_crops(
         allowed = ERRORS[name[0]][image.n_dimensions - 2] if n_errors is None else n_errors
         return ReferenceBand(at, crops, n_independent, allowed, min_gap, shape, min_spread)
 
-    return _bands.get_or_make((image.digest, *name, shape), computed)
+    return _bands.value((image.digest, *name, shape), computed)

@@ -12,11 +12,11 @@ from ccwsim.engine import prepared_image
 from ccwsim.engine.prepared_image import PreparedImage, fresh_images, keep
 from ccwsim.engine.realization import simulate_realization
 from ccwsim.experiments.trials import Trial
+from ccwsim.jobs.memo import Memo, n_bytes
 from ccwsim.model.grid import Grid
 from ccwsim.model.study import Study
 from ccwsim.model.watch import Watch
 from ccwsim.run.executors import threads
-from ccwsim.system.lru_cache import LruCache, n_bytes
 from tests.small_images import blobs
 
 P = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
@@ -78,7 +78,7 @@ def cells_of(seed=7, **study) -> str:
     return simulate(**{**BASE, **study}, seed=seed, n_realizations=3).digest
 
 
-def counted(monkeypatch) -> list[LruCache]:
+def counted(monkeypatch) -> list[Memo]:
     """Return a list of the parts of images that runs use from now on."""
     used, original = [], threads.prepared_image
 
@@ -95,7 +95,7 @@ def counted(monkeypatch) -> list[LruCache]:
 @pytest.fixture
 def images(monkeypatch):
     """Return the cache of images, which is empty."""
-    cache = LruCache(prepared_image.MAX_IMAGES, prepared_image.MAX_IMAGES_BYTES, min_values=0)
+    cache = Memo(prepared_image.MAX_IMAGES, prepared_image.MAX_IMAGES_BYTES, min_values=0)
     monkeypatch.setattr(prepared_image, "_images", cache)
     return cache
 
@@ -129,7 +129,7 @@ def test_an_image_is_kept_as_far_as_the_bytes_go(monkeypatch):
     watch = Watch()
     for number in range(3):
         simulate_realization(one, number, False, watch)
-    monkeypatch.setattr(prepared_image, "_images", LruCache(16, int(2.5 * n_bytes(one)), 0))
+    monkeypatch.setattr(prepared_image, "_images", Memo(16, int(2.5 * n_bytes(one)), 0))
     used = counted(monkeypatch)
     plain: dict[str, Any] = {"hard_data": None, "secondary": None}
     for shape in shapes:
@@ -138,7 +138,7 @@ def test_an_image_is_kept_as_far_as_the_bytes_go(monkeypatch):
     assert 1 <= len(kept) <= 3
     assert [image._parts for image in kept] == used[-len(kept) :]
     assert sum(map(n_bytes, kept)) <= 2.5 * n_bytes(one)
-    monkeypatch.setattr(prepared_image, "_images", LruCache(16, n_bytes(one) // 2, 0))
+    monkeypatch.setattr(prepared_image, "_images", Memo(16, n_bytes(one) // 2, 0))
     keep(one)
     assert not prepared_image._images._values
 

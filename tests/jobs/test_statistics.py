@@ -8,8 +8,8 @@ from threading import Event
 import pytest
 
 from ccwsim import CCWSIMError
+from ccwsim.jobs.memo import Memo
 from ccwsim.jobs.statistics import Failure, StatisticsWorker, Task
-from ccwsim.system.lru_cache import LruCache
 
 
 def of(key, work):
@@ -23,7 +23,7 @@ def value(bench, statistic, seconds=5.0):
 
 def test_a_statistic_is_worked_out_once_for_all_who_ask():
     calls = []
-    shelf = LruCache()
+    shelf = Memo()
     one = of("a", lambda progress: calls.append(1) or 7)
     same = of("a", lambda progress: calls.append(2) or 8)
     assert value(StatisticsWorker(shelf), one) == 7
@@ -42,7 +42,7 @@ def test_they_are_worked_out_in_order_on_another_thread():
 
         return run
 
-    bench = StatisticsWorker(LruCache())
+    bench = StatisticsWorker(Memo())
     asked = [of(name, work(name)) for name in "abcd"]
     for statistic in asked:
         bench.ask(statistic)
@@ -53,7 +53,7 @@ def test_they_are_worked_out_in_order_on_another_thread():
 
 def test_waiting_ends_with_nothing_where_it_takes_longer():
     go = Event()
-    bench = StatisticsWorker(LruCache())
+    bench = StatisticsWorker(Memo())
     slow = of("slow", lambda progress: progress(0.25) or go.wait(5) or 1)
     assert value(bench, slow, 0.05) is None
     assert bench.share_of(slow) == 0.25
@@ -64,7 +64,7 @@ def test_waiting_ends_with_nothing_where_it_takes_longer():
 
 def test_what_was_not_begun_can_be_forgotten():
     begun, go, done = Event(), Event(), []
-    bench = StatisticsWorker(LruCache())
+    bench = StatisticsWorker(Memo())
     first = of("first", lambda progress: begun.set() or go.wait(5))
     second = of("second", lambda progress: done.append(1) or 2)
     bench.ask(first)
@@ -89,7 +89,7 @@ def test_a_stop_ends_what_is_at_work_and_it_can_go_on():
             progress(k / 10_000)
         return 1
 
-    bench = StatisticsWorker(LruCache())
+    bench = StatisticsWorker(Memo())
     long, next_one = of("long", work), of("next", lambda progress: 5)
     bench.ask(long)
     bench.ask(next_one)
@@ -111,7 +111,7 @@ def test_an_error_is_an_answer_and_the_next_is_worked_out(error, said):
     def work(progress):
         raise error
 
-    bench = StatisticsWorker(LruCache())
+    bench = StatisticsWorker(Memo())
     found = value(bench, of("bad", work))
     assert isinstance(found, Failure)
     assert said in found.reason
@@ -119,7 +119,7 @@ def test_an_error_is_an_answer_and_the_next_is_worked_out(error, said):
 
 
 def test_the_shelf_forgets_what_was_not_used_for_longest():
-    shelf = LruCache(max_values=2)
+    shelf = Memo(max_values=2)
     shelf.put(("a",), 1)
     shelf.put(("b",), 2)
     assert shelf.get(("a",)) == 1

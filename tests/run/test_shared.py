@@ -66,7 +66,7 @@ def test_jobs_that_need_the_same_ensemble_simulate_it_once_and_see_its_progress(
     later = several.job()
     assert later.wait(SLOW)
     assert several.calls == ["a"]
-    assert {job.result for job in (*jobs, later)} == {several.runs.kept("a")}
+    assert {job.result for job in (*jobs, later)} == {several.runs.get("a")}
     assert later.result.digest == ensemble().digest
 
 
@@ -94,7 +94,7 @@ def test_the_run_stops_with_its_last_job_and_the_next_one_begins_anew():
         job.cancel()
     assert all(job.wait(SLOW) for job in jobs)
     assert all(job.error.ensemble.n == 1 for job in jobs)
-    assert several.runs.kept("a") is None
+    assert several.runs.get("a") is None
     several.go_on.set()
     again = several.job()
     assert again.wait(SLOW)
@@ -126,12 +126,12 @@ def test_only_equal_keys_meet():
 
 
 def test_what_is_kept_is_bounded_by_number_and_bytes():
-    several = Simulations(SharedRuns(max_kept=2))
+    several = Simulations(SharedRuns(2))
     several.go_on.set()
     for key in "abc":
         assert several.job(key).wait(SLOW)
-    assert [several.runs.kept(key) is not None for key in "abc"] == [False, True, True]
-    small = Simulations(SharedRuns(max_bytes=100))
+    assert [several.runs.get(key) is not None for key in "abc"] == [False, True, True]
+    small = Simulations(SharedRuns(max_bytes=100, min_values=0))
     small.go_on.set()
     assert small.job().wait(SLOW)
-    assert small.runs.kept("a") is None
+    assert small.runs.get("a") is None

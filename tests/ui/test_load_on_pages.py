@@ -17,10 +17,10 @@ from ccwsim.experiments.trials import Trial
 from ccwsim.jobs import limits
 from ccwsim.jobs.job import Job, Queue, server_queue
 from ccwsim.jobs.limits import RESERVE
+from ccwsim.jobs.memo import Memo
 from ccwsim.jobs.scheduler import Lease, Usage
 from ccwsim.jobs.statistics import StatisticsWorker, Task
 from ccwsim.sharing.choices import DataChoice
-from ccwsim.system.lru_cache import LruCache
 from ccwsim.ui.benchmark.measurement import Benchmark, TimingRun
 from ccwsim.ui.compare.settings import ComparePageState
 from ccwsim.ui.paper.page import PaperState
@@ -153,18 +153,17 @@ def launched_waiting() -> AppTest:
 
 def test_statistics_wait_in_the_queue_too_and_say_so(busy):
     queue, other = busy
-    bench = StatisticsWorker(LruCache())
+    bench = StatisticsWorker(Memo())
     statistic = Task(("six",), lambda progress: 6)
     bench.ask(statistic)
-    assert bench.position == 1
+    assert bench.job.position == 1
     queue.release(other)
     assert bench.wait_for(statistic, SLOW) == 6
-    assert bench.position == 0
 
 
 def test_statistics_of_a_tab_that_was_closed_are_worked_out_when_they_are_asked_for_again(busy):
     queue, other = busy
-    bench = StatisticsWorker(LruCache())
+    bench = StatisticsWorker(Memo())
     statistic = Task(("seven",), lambda progress: 7)
     bench.ask(statistic)
     (place,) = (p for p in queue.jobs_of("") if p is not other)

@@ -19,13 +19,13 @@ from ccwsim.figures import LIGHT, Dots, Theme, data_map_png, facies_colours, spa
 from ccwsim.flow import darcy
 from ccwsim.flow.answers import breakthrough
 from ccwsim.jobs.job import PATIENCE
+from ccwsim.jobs.memo import Memo
 from ccwsim.jobs.statistics import Failure, StatisticsWorker, Task
 from ccwsim.metrics import connectivity, variogram
 from ccwsim.report.document import report_html
 from ccwsim.report.settings import describe_setting
 from ccwsim.sharing.choices import Choices
 from ccwsim.sharing.link import left_out, link_of
-from ccwsim.system.lru_cache import LruCache
 from ccwsim.ui.compare.settings import LETTERS
 from ccwsim.ui.examples import opened
 from ccwsim.ui.examples.catalogue import PARTS, Example, lecture_sheet, study_address
@@ -172,7 +172,7 @@ class CardPicture:
 @st.cache_resource(show_spinner=False)
 def picture_worker() -> StatisticsWorker:
     """Return the worker that draws pictures one at a time and keeps them for all sessions."""
-    return StatisticsWorker(LruCache(max_values=128, max_bytes=256 * 10**6))
+    return StatisticsWorker(Memo(max_values=128, max_bytes=256 * 10**6))
 
 
 def small(choices: Choices) -> Choices:

@@ -9,11 +9,11 @@ from weakref import WeakKeyDictionary
 import streamlit as st
 
 from ccwsim import Ensemble, Grid, HardData, Parameters, Secondary, TrainingImage
+from ccwsim.jobs.memo import Memo
 from ccwsim.jobs.statistics import Task
 from ccwsim.model.arrays import digest
 from ccwsim.model.watch import Fraction
 from ccwsim.sharing.choices import DataChoice, GuideChoice, ImageChoice, Upload, WellTables
-from ccwsim.system.lru_cache import LruCache
 
 MAX_KEPT, MAX_KEPT_BYTES = 96, 256 * 10**6
 MIN_KEPT = 24  # number of values that stay cached even if they are large; a page shows fewer values
@@ -73,6 +73,6 @@ def as_task(
 
 
 @st.cache_resource(show_spinner=False)
-def shared_values() -> LruCache:
+def shared_values() -> Memo:
     """Return the cache of values that all sessions share; the keys are digests of contents."""
-    return LruCache(MAX_KEPT, MAX_KEPT_BYTES, MIN_KEPT)
+    return Memo(MAX_KEPT, MAX_KEPT_BYTES, MIN_KEPT)

@@ -124,7 +124,7 @@ def follow_tasks(
     missing values.
     """
     with error_boundary():
-        ready = [worker.cache.get(task.key) is not None for task in tasks]
+        ready = [worker.memo.get(task.key) is not None for task in tasks]
         if all(ready) or (any(ready) and time.monotonic() - since > TOGETHER):
             st.rerun()
         for task in tasks:

@@ -15,10 +15,10 @@ from threading import Lock
 import streamlit as st
 
 from ccwsim.jobs.limits import limits_of_environment
+from ccwsim.jobs.memo import n_bytes
 from ccwsim.model.arrays import digest
 from ccwsim.sharing.choices import Choices
 from ccwsim.sharing.link import Own, link_of, own_choices
-from ccwsim.system.lru_cache import n_bytes
 
 COOKIE = "ccwsim_browser"
 USED = "ccwsim_used"  # cookie of a browser in which the program has been used

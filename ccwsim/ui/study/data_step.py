@@ -308,7 +308,7 @@ def draw_data_fit(state: State) -> None:
     task = data_fit(image, data, grid)
     worker.forget()
     worker.ask(task)
-    fit = worker.cache.get(task.key)
+    fit = worker.memo.get(task.key)
     if fit is None:
         follow_tasks(worker, [task], time.monotonic())
     elif not isinstance(fit, Failure):

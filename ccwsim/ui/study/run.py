@@ -22,7 +22,7 @@ from ccwsim.model.sizes import levels, per_axis
 from ccwsim.model.watch import Watch
 from ccwsim.run.executors import executor_of_environment
 from ccwsim.run.footprint import demand_of
-from ccwsim.run.shared import SharedRun, SharedRuns
+from ccwsim.run.shared import MAX_KEPT, MAX_KEPT_BYTES, SharedRun, SharedRuns
 from ccwsim.sharing.choices import Choices
 from ccwsim.system.log import reason
 from ccwsim.system.machine import n_cores
@@ -243,7 +243,7 @@ def _begun(
     names = image.name, image.facies_names  # the page shows the names
     key = *resolve.study_of(choices).key(), n, *names
 
-    if (kept := runs.kept(key)) is not None:
+    if (kept := runs.get(key)) is not None:
         return Job(lambda job: kept, choices, n=n)
 
     def begun(n_first: int, copies: int) -> Job[Ensemble]:
@@ -267,7 +267,7 @@ def _begun(
 @cached()
 def shared_runs() -> SharedRuns:
     """Return the only store of runs of this server."""
-    return SharedRuns()
+    return SharedRuns(MAX_KEPT, MAX_KEPT_BYTES, min_values=0)
 
 
 def in_parts(

@@ -252,7 +252,7 @@ def findings(state: State, ensemble: Ensemble) -> list[Verdict]:
         tasks["data_fit"] = data_fit(image, data, ensemble.grid)
     for word, task in tasks.items():
         page_state.worker.ask(task)
-        if page_state.worker.cache.get(task.key) is None:
+        if page_state.worker.memo.get(task.key) is None:
             page_state.waiting[word] = task  # the finding is added when the page is drawn again
     page_state.worker.wait_for(tasks["zones" if zoned else "shares"], MOMENT_SECONDS)
     known: dict[str, Any] = {k: statistics.known(state, task) for k, task in tasks.items()}

@@ -331,7 +331,7 @@ def panel(state: State, name: str, task: Task[Value], draw: Callable[[Value], No
 
 def known(state: State, task: Task[Value]) -> Value | None:
     """Return the value of a task, or None if it has not been computed yet."""
-    value = state.page(Validation).worker.cache.get(task.key)
+    value = state.page(Validation).worker.memo.get(task.key)
     return None if isinstance(value, Failure) else value
 
 
@@ -352,10 +352,11 @@ def _fill(worker: StatisticsWorker, waiting: dict[str, Task], n: int) -> None:
         for name, task in waiting.items()
     )
     st.html(f"<style>{bars}</style>")
-    if worker.seconds > MIN_STOPPABLE or worker.position:
+    job = worker.job
+    if job is not None and (job.seconds > MIN_STOPPABLE or job.position):
         with st.container(horizontal=True, vertical_alignment="center", key="work_bar"):
             text = f"Computing {n} more {'figures' if n > 1 else 'figure'}"
-            if position := worker.position:
+            if position := job.position:
                 text = queue_text(position)
             st.html(f'<div class="note">{text}</div>')
             button("Stop", key="stop_work", on_click=worker.stop)

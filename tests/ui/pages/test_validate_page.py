@@ -11,6 +11,7 @@ from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, HardData, Parameters, TrainingImage, datasets, simulate
 from ccwsim.engine.revision import revise
+from ccwsim.jobs.memo import Memo
 from ccwsim.jobs.statistics import StatisticsWorker
 from ccwsim.metrics import (
     Check,
@@ -32,7 +33,6 @@ from ccwsim.report.verdicts import (
     describe_patterns,
 )
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
-from ccwsim.system.lru_cache import LruCache
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.validate.conditioning import (
     data_status_shares,
@@ -459,9 +459,9 @@ def test_variety_is_the_share_of_differing_cells(ensemble):
 
 def test_findings_come_as_they_are_known(ensemble):
     state = State(facies=1)
-    state.page(Validation).worker = StatisticsWorker(LruCache())
+    state.page(Validation).worker = StatisticsWorker(Memo())
     few = len(findings(state, ensemble))
-    shelf = state.page(Validation).worker.cache
+    shelf = state.page(Validation).worker.memo
     asked = checks(ensemble)
     shelf.put(asked.key, asked.work(nothing))
     assert len(findings(state, ensemble)) > few
