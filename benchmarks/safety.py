@@ -117,10 +117,11 @@ def _running(*threads: _Repeated) -> Iterator[None]:
 
 def measure(reader: str, name: str, content: bytes) -> Measured:
     """Read one file as an upload, in a new process."""
-    while isolated._warm:
-        isolated._warm.pop().end()
+    while isolated._warm.idle:
+        isolated._warm.idle.pop().end()
     _answer(*next(uploads(b"x,y,facies\n1,2,0\n", f"{time.time()}.csv")))  # starts a process
-    watch, ticker, acts = _Watch(isolated._warm[0].pid), _Ticker(), dict(uploads(content, name))
+    watch, ticker = _Watch(isolated._warm.idle[0].pid), _Ticker()
+    acts = dict(uploads(content, name))
     words = ("project",) if reader == "project" else ("inspect", "image", "points")
     Path("/proc/self/clear_refs").write_text("5")  # the peak is measured anew
     before = peak_megabytes() or 0.0

@@ -11,6 +11,8 @@ from pathlib import Path
 import pytest
 from packaging.requirements import Requirement
 
+from ccwsim.jobs.limits import PROCESSES
+
 ROOT = Path(__file__).parents[1]
 DEPLOY = ROOT / "deploy"
 
@@ -71,6 +73,11 @@ def test_the_container_runs_without_rights_and_has_all_it_copies():
     kept = re.findall(r"(?m)^!(\S+)", read(".dockerignore"))
     assert {"app.py", "pages", "ccwsim", "assets", ".streamlit", "requirements-lock.txt"} <= {*kept}
     assert all((ROOT / name).exists() for name in kept)
+
+
+def test_the_container_and_the_service_simulate_in_worker_processes():
+    for name in ("Dockerfile", "ccwsim.service"):
+        assert re.search(rf"\b{PROCESSES}=1\b", read("deploy", name)), name
 
 
 @pytest.mark.skipif(not shutil.which("hadolint"), reason="there is no hadolint")

@@ -355,6 +355,8 @@ class PreparedImage:
 
 _images: Memo[PreparedImage] = Memo(MAX_IMAGES, MAX_IMAGES_BYTES, min_values=0)
 _keeps: ContextVar[bool] = ContextVar("keeps", default=True)
+keeps_images = _keeps.get
+"""Return whether this thread uses and keeps prepared images of other runs."""
 
 
 @contextmanager
@@ -365,6 +367,11 @@ def fresh_images() -> Iterator[None]:
         yield
     finally:
         _keeps.reset(token)
+
+
+def divide_images(n: int) -> None:
+    """Divide the memory for prepared images among `n` processes."""
+    _images.max_bytes = MAX_IMAGES_BYTES / n
 
 
 def prepared_image(study: Study) -> PreparedImage:

@@ -202,13 +202,17 @@ def is_ready() -> bool:
     return bool(_compiled)
 
 
-def compile_kernels(image: PreparedImage, watch: Watch) -> None:
-    """Run all kernels of a study on a tiny grid, so that measured times exclude compilation."""
+def compile_kernels(image: PreparedImage, watch: Watch, load: bool = True) -> None:
+    """Run all kernels of a study on a tiny grid, so that measured times exclude compilation.
+
+    If not `load`, they are only compiled, for other processes.
+    """
     if is_compiled(image):
         return
     work = partial(walk_through, image, watch)
     await_all(ask_for(work, SOON), watch.check)
-    work()
+    if load:
+        work()
     _compiled.add(_specialization(image))
 
 

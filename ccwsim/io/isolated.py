@@ -11,20 +11,26 @@ import signal
 import threading
 import time
 import traceback
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache, partial
 from io import BytesIO
-from math import ceil
 from typing import Any, NamedTuple, TypeVar
 
 from ccwsim.io.data_file import printable
 from ccwsim.io.limits import MIB, FileLimits, limited
-from ccwsim.jobs.child import ChildProcess, can_start, connect_to_parent
+from ccwsim.jobs.child import (
+    ChildProcess,
+    WarmProcesses,
+    bound,
+    can_start,
+    connect_to_parent,
+    send_answer,
+)
 from ccwsim.jobs.memo import Memo
 from ccwsim.jobs.scheduler import PAGE_TURNS
 from ccwsim.model.errors import CCWSIMError
-from ccwsim.system.memory import address_space, free_memory, give_back_memory
+from ccwsim.system.memory import free_memory, give_back_memory
 
 Result = TypeVar("Result")
 
@@ -79,12 +85,11 @@ def _places(memory: int) -> threading.Semaphore:
     return threading.Semaphore(min(max(n, 2), MAX_PROCESSES))
 
 
-_warm: list[ChildProcess] = []  # processes that wait for a request
+_warm = WarmProcesses(N_WARM)
 
 
 def _forget_processes() -> None:
-    """In a fork of this process, forget its child processes, results and locks."""
-    _warm.clear()
+    """In a fork of this process, forget its results and locks."""
     _answers.cache_clear()
     _places.cache_clear()
 
@@ -99,40 +104,36 @@ def _read_apart(request: _Request) -> Any:
         return _answer(request)
     limits = request.limits
     with PAGE_TURNS.paused(), _places(limits.memory):
-        process = _take_process()
         wall_seconds = WALL_FACTOR * limits.seconds
-        alarm = threading.Timer(wall_seconds, process.kill)
-        alarm.daemon = True
-        start = time.monotonic()
-        alarm.start()
+        start, process = time.monotonic(), None
         try:
-            process.send(request)
-            answer = pickle.load(process.answers)
-        except BaseException as error:
-            process.kill()  # what it may still send belongs to no other request
-            code = process.end()
-            if not isinstance(error, LOST):
+            with _warm.process(_start_process) as process, _killed_after(process, wall_seconds):
+                process.send(request)
+                return pickle.load(process.answers)
+        except LOST:
+            if process is None:  # the system starts no process
                 raise
             if time.monotonic() - start >= wall_seconds:  # not kept: the file may be innocent
                 raise CCWSIMError(
                     f"{printable(request.name)} takes longer than {wall_seconds:g} s to read on "
                     "this busy server; try again later, or cut a smaller piece"
                 ) from None
-            return _refusal(request, code)
-        finally:
-            alarm.cancel()
-    if len(_warm) < N_WARM:
-        _warm.append(process)
-    else:
-        process.end()
-    return answer
+            return _refusal(request, process.end())
 
 
-def _take_process() -> ChildProcess:
-    with suppress(IndexError):
-        while not (process := _warm.pop()).runs():  # the system may have ended it for its memory
-            process.end()
-        return process
+@contextmanager
+def _killed_after(process: ChildProcess, seconds: float) -> Iterator[None]:
+    """Kill a process unless the context ends within some seconds."""
+    alarm = threading.Timer(seconds, process.kill)
+    alarm.daemon = True
+    alarm.start()
+    try:
+        yield
+    finally:
+        alarm.cancel()
+
+
+def _start_process() -> ChildProcess:
     return ChildProcess(serve, {"OPENBLAS_NUM_THREADS": "1"})
 
 
@@ -151,11 +152,10 @@ def serve() -> None:
     requests, answers = connect_to_parent()
     while True:
         request = requests.get()
-        _bound(request.limits)
+        bound(request.limits.memory, request.limits.seconds)
         answer = _answer(request)
-        _bound(None)
-        with os.fdopen(os.dup(answers.fileno()), "wb") as stream:
-            pickle.dump(answer, stream, protocol=5)
+        bound()
+        send_answer(answers, answer)
         del request, answer
         give_back_memory()
 
@@ -173,22 +173,3 @@ def _answer(request: _Request) -> Any:
         return _refusal(request)
     except Exception:
         return RuntimeError(traceback.format_exc())
-
-
-def _bound(limits: FileLimits | None) -> None:
-    """Limit the memory and the processor time of this process from now on, if the system can."""
-    try:
-        import resource
-    except ImportError:  # Windows: only the wall time is limited
-        return
-    memory = seconds = resource.RLIM_INFINITY
-    if limits is not None:
-        used = resource.getrusage(resource.RUSAGE_SELF)
-        seconds = ceil(used.ru_utime + used.ru_stime + limits.seconds)
-        if (size := address_space()) is not None:
-            memory = size + limits.memory
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    for what, soft in ((resource.RLIMIT_AS, memory), (resource.RLIMIT_CPU, seconds)):
-        hard = resource.getrlimit(what)[1]
-        with suppress(ValueError, OSError):  # the administrator has set a lower limit
-            resource.setrlimit(what, (soft, hard))

@@ -4,6 +4,7 @@ import os
 from contextlib import suppress
 from dataclasses import dataclass
 
+from ccwsim.jobs.child import memory_of_children
 from ccwsim.model.errors import CCWSIMError, refused
 from ccwsim.model.numbers import format_bytes
 from ccwsim.system.machine import n_cores
@@ -14,7 +15,8 @@ MAX_DATA = "CCWSIM_MAX_DATA"
 JOBS = "CCWSIM_JOBS"
 MEMORY = "CCWSIM_MEMORY_MB"
 HISTORY = "CCWSIM_HISTORY_MB"
-UPLOADS = "CCWSIM_UPLOADS_MB"  # environment variables
+UPLOADS = "CCWSIM_UPLOADS_MB"
+PROCESSES = "CCWSIM_PROCESSES"  # environment variables
 DEFAULT_HISTORY = 256
 DEFAULT_UPLOADS = 1024
 RESERVE = 128 * 10**6  # bytes of memory reserved for the pages
@@ -44,6 +46,7 @@ class ServerLimits:
     memory: int | None  # bytes for the program; None means all memory of the machine
     history: int  # maximum bytes of earlier runs kept by a session
     uploads: int  # maximum bytes of all uploaded files, also those kept for a reload
+    processes: bool = False  # whether runs simulate in worker processes
 
     def check(self, demand: Demand) -> None:
         """Raise `CCWSIMError` if a run is larger than this server allows, and give advice."""
@@ -76,6 +79,7 @@ def limits_of_environment() -> ServerLimits:
         None if memory is None else memory * 10**6,
         (DEFAULT_HISTORY if history is None else history) * 10**6,
         (DEFAULT_UPLOADS if uploads is None else uploads) * 10**6,
+        bool(_number(PROCESSES)),
     )
 
 
@@ -129,6 +133,6 @@ def free_bytes(limits: ServerLimits) -> int | None:
     """Return the bytes of memory available to runs, or None if unknown."""
     free = free_memory()
     if limits.memory is not None:
-        own = limits.memory - (used_memory() or 0)
+        own = limits.memory - (used_memory() or 0) - memory_of_children()
         free = own if free is None else min(own, free)
     return None if free is None else max(free - RESERVE, 0)

@@ -27,7 +27,7 @@ class Memo(Generic[Value]):
     def __init__(
         self, max_values: float = np.inf, max_bytes: float = np.inf, min_values: int = 1
     ) -> None:
-        self._max_values, self._max_bytes, self._min_values = max_values, max_bytes, min_values
+        self._max_values, self.max_bytes, self._min_values = max_values, max_bytes, min_values
         self._values: OrderedDict[Hashable, Value] = OrderedDict()
         self._pending: dict[Hashable, Any] = {}  # futures, by key
         self._lock = RLock()
@@ -48,7 +48,7 @@ class Memo(Generic[Value]):
             self._values.move_to_end(key)
             self.n_bytes = n_bytes(self._values)
             while len(self._values) > self._max_values or (
-                len(self._values) > self._min_values and self.n_bytes > self._max_bytes
+                len(self._values) > self._min_values and self.n_bytes > self.max_bytes
             ):
                 self._values.popitem(last=False)
                 self.n_bytes = n_bytes(self._values)

@@ -31,6 +31,14 @@ def used_memory(root: Path = ROOT, process: int | None = None) -> int | None:
     return _field(root / f"proc/{process or 'self'}/status", "VmRSS")
 
 
+def proportional_memory(process: int, root: Path = ROOT) -> int:
+    """Return the bytes of memory of a process, of which shared pages count as a part; 0 if unknown.
+
+    A page that n processes share counts as 1 / n of a page.
+    """
+    return _field(root / f"proc/{process}/smaps_rollup", "Pss") or 0
+
+
 def address_space() -> int | None:
     """Return the bytes of address space of this process; None if unknown."""
     return _field(ROOT / "proc/self/status", "VmSize")

@@ -226,10 +226,10 @@ def test_a_process_whose_answer_does_not_arrive_is_not_used_again():
         (with_fault, KeyError, "does not arrive"),
     ):
         assert isolated_file(CSV * 2).read_with(n_bytes) == 2 * len(CSV)
-        latest = isolated._warm[-1].pid
+        latest = isolated._warm.idle[-1].pid
         with pytest.raises(error, match=words):
             isolated_file().read_with(reader)
-        assert latest not in {process.pid for process in isolated._warm}
+        assert latest not in {process.pid for process in isolated._warm.idle}
 
 
 def n_bytes(file):

@@ -1,4 +1,4 @@
-"""Runners that simulate realizations on threads, on any executor, or on a Dask cluster."""
+"""Runners of realizations on threads, in processes, on any executor, or on a Dask cluster."""
 
 import sys
 from concurrent.futures import Executor, ThreadPoolExecutor
@@ -8,6 +8,7 @@ from typing import Any
 
 from ccwsim.model.arrays import check_int
 from ccwsim.model.errors import refused, shown
+from ccwsim.run.executors import processes
 from ccwsim.run.executors.cluster import ClusterRunner, connect, executor_of_environment
 from ccwsim.run.executors.parts import PartRunner
 from ccwsim.run.executors.threads import Take, ThreadRunner, Work
@@ -19,8 +20,10 @@ __all__ = ["Take", "Work", "connect", "executor_of_environment", "runner_of"]
 def runner_of(
     work: Work, executor: Any = None, n_workers: int | None = None
 ) -> ThreadRunner | PartRunner:
-    """Return a runner for an executor or a Dask client; for None, a runner on threads."""
+    """Return a runner for an executor or a Dask client; without these, for this machine."""
     workers = n_cores() if n_workers is None else check_int("n_workers", n_workers, 1)
+    if executor is None and processes.is_used:
+        return processes.ProcessRunner(work, workers)
     if executor is None or _is_own_pool(executor):
         return ThreadRunner(work, workers)  # a thread that waits for its own pool may wait forever
     if isinstance(executor, ThreadPoolExecutor):

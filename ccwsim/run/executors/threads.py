@@ -31,6 +31,8 @@ class Work(NamedTuple):
 class ThreadRunner:
     """Runs realizations on threads or a given `pool`; kernels release the interpreter lock."""
 
+    loads_kernels = True  # whether this process runs the kernels
+
     def __init__(
         self,
         work: Work,
@@ -47,7 +49,7 @@ class ThreadRunner:
             return True
         with without_cores():  # others wait for the same lock and kernels, and would keep theirs
             compiled = run_all(
-                lambda _, own: compile_kernels(self._image, own),
+                lambda _, own: compile_kernels(self._image, own, self.loads_kernels),
                 n=1,
                 n_workers=1,
                 watch=watch.part(0.0, 0.0, counts=False),

@@ -17,6 +17,8 @@ from streamlit.runtime.scriptrunner_utils import script_run_context
 from ccwsim.experiments.warm_up import compile_in_background
 from ccwsim.io.isolated import forget_results
 from ccwsim.jobs.job import Queue, server_queue
+from ccwsim.jobs.limits import limits_of_environment
+from ccwsim.run.executors.processes import use_processes
 from ccwsim.system.machine import n_cores
 from ccwsim.system.memory import give_back_memory, settle_memory
 
@@ -80,6 +82,8 @@ def settle_server() -> None:
     for module in (app_session, script_run_context):
         logging.getLogger(module.__name__).addFilter(is_news)
     server_queue().current_session = current_session
+    if limits_of_environment().processes:
+        use_processes()
     if Runtime.exists():
         settle_memory(max(2, n_cores()))
         gc.collect()
