@@ -255,8 +255,8 @@ class FileSummary:
     """Whether the file is a picture, whose colours become facies."""
     asks_up: bool
     """Whether the format does not define which row is the north."""
-    cell_size: tuple[float, float] | None
-    origin: tuple[float, float] | None
+    cell_size: tuple[float, ...] | None
+    origin: tuple[float, ...] | None
     """Cell size and origin in the file, if it has them."""
 
     @property

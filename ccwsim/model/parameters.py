@@ -151,8 +151,8 @@ def fitted(parameters: Parameters, shape: Shape, **changes: Any) -> Parameters:
     is_ccsim, volume = values["method"] == "ccsim", len(shape) == 3
     asked = zip(*(_along_axes(name, values[name]) for name in PER_AXIS), strict=True)
     z, y, x = (
-        fitted_sizes(*sizes, shape, along_z=volume and axis == "z", is_ccsim=is_ccsim)
-        for axis, sizes in zip(AXES[::-1], asked, strict=True)
+        fitted_sizes(t, o, j, shape, along_z=volume and axis == "z", is_ccsim=is_ccsim)
+        for axis, (t, o, j) in zip(AXES[::-1], asked, strict=True)
     )
     for name, *sizes in zip(PER_AXIS, z, y, x, strict=True):
         values[name] = per_axis((sizes[0], sizes[1], sizes[2]), shape)

@@ -92,8 +92,8 @@ class Benchmark:
     data_levels: list[int] = field(default_factory=lambda: [1, 3])
     data_methods: list[str] = field(default_factory=lambda: ["ccwsim", "ms-ccsim"])
     n_realizations: int = 3
-    grids: RunState[TimingRun] = field(default_factory=RunState)
-    data: RunState[TimingRun] = field(default_factory=RunState)
+    grids: RunState[TimingRun] = field(default_factory=RunState[TimingRun])
+    data: RunState[TimingRun] = field(default_factory=RunState[TimingRun])
 
     def of(self, kind: Kind) -> RunState[TimingRun]:
         """Return the state of a measurement."""

@@ -78,7 +78,7 @@ class ComparisonRun(TrialsRun[comparison.Comparison, comparison.Comparison]):
         each = self.demands()
         n_bytes = sum(demand.n_bytes for demand in each)
         if self.second is not None:
-            n_bytes += demand_of(self.second.study(), self.n_realizations).n_bytes
+            n_bytes += demand_of(self.second.fitting(), self.n_realizations).n_bytes
         if self.beside == TWO_POINT:
             sides = zip(self.grid.shape, self.training_image.shape, strict=True)
             n_bytes += BYTES_OF_FIELD * prod(n + side // 2 for n, side in sides)
