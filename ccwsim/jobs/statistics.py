@@ -12,7 +12,7 @@ from ccwsim.jobs.memo import Memo
 from ccwsim.jobs.scheduler import PAGE_TURNS
 from ccwsim.jobs.workers import check_stop
 from ccwsim.model.errors import Cancelled, CCWSIMError
-from ccwsim.model.watch import Fraction as Fraction
+from ccwsim.model.watch import Fraction
 from ccwsim.system.log import reason
 
 Value = TypeVar("Value")

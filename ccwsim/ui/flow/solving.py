@@ -15,10 +15,11 @@ from ccwsim.flow.tracks import starts_at_inflow
 from ccwsim.io import flopy_as_zip, grdecl_as_zip
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import Demand
-from ccwsim.jobs.statistics import Fraction, StatisticsWorker
+from ccwsim.jobs.statistics import StatisticsWorker
 from ccwsim.model.extras import is_installed
 from ccwsim.model.facies_property import cell_values
 from ccwsim.model.numbers import three_digits, with_power
+from ccwsim.model.watch import Fraction
 from ccwsim.system.machine import n_cores
 from ccwsim.ui.session.cached import as_task, shared_values
 from ccwsim.ui.session.file_names import study_part

@@ -12,11 +12,12 @@ import streamlit as st
 
 from ccwsim import CCWSIMError, Grid, HardData, Secondary, TrainingImage, datasets
 from ccwsim.figures import data_png
-from ccwsim.jobs.statistics import Failure, Fraction, StatisticsWorker
+from ccwsim.jobs.statistics import Failure, StatisticsWorker
 from ccwsim.metrics import DataFit, fit_data
 from ccwsim.metrics.data_fit import MIN_PLACES
 from ccwsim.model.bounds import MAX_SAMPLED
 from ccwsim.model.numbers import minus, with_power
+from ccwsim.model.watch import Fraction
 from ccwsim.sharing.choices import Choices, DataChoice, DataSource, Upload, WellTables
 from ccwsim.ui.results.maps import colours_of, pretty
 from ccwsim.ui.session import resolve

@@ -55,11 +55,10 @@ class VolumeView extends View {
     const { points, shape } = this.data;
     const named = wellsWithData(this.data, (cell) => this.idOf(cell));
     const taken = new Set(named.flatMap(({ cells }) => cells.map((cell) => this.idOf(cell))));
-    const others = points.filter((point) => !taken.has(this.idOf(point)));
     const columns = new Map();
-    for (const point of others) {
+    for (const point of points) {
       const id = point[1] * shape[0] + point[2];
-      columns.set(id, [...columns.get(id) ?? [], point]);
+      if (!taken.has(this.idOf(point))) columns.set(id, [...columns.get(id) ?? [], point]);
     }
     const unnamed = [...columns.values()].map((cells) => ({ name: '', cells })).filter(({ cells }) => cells.length > 1);
     this.wells = [...named, ...unnamed];
@@ -98,7 +97,7 @@ class VolumeView extends View {
     }
     const inRow = Math.floor((whole - GAP * (columns - 1)) / columns);
     const wide = beside ? Math.floor((whole - BESIDE_GAP) * (1 - SHARE)) : inRow;
-    const most = isFull(root) ? Math.max(data.max_height, window.innerHeight - ABOVE) / (columns === 2 ? 2 : 1) : data.max_height;
+    const most = root.matches(':fullscreen') ? Math.max(data.max_height, window.innerHeight - ABOVE) / (columns === 2 ? 2 : 1) : data.max_height;
     const dots = window.devicePixelRatio || 1;
     const left = data.axes ? roomForNumbers(this.slices[0].canvas, root, [this.extent(1), this.extent(2)]) : 1;
     const bottom = data.axes ? 20 : 1;
@@ -209,7 +208,7 @@ class VolumeView extends View {
   }
 
   act(what) {
-    if (what === 'full' && isFull(this.root)) document.exitFullscreen();
+    if (what === 'full' && this.root.matches(':fullscreen')) document.exitFullscreen();
     else if (what === 'full') this.root.requestFullscreen();
     else super.act(what);
   }
@@ -230,8 +229,6 @@ class VolumeView extends View {
 
   heardByWindow() { return { [LINK]: ({ detail }) => this.follow(detail), keydown: (event) => this.typedStep(event) }; }
 }
-
-function isFull(root) { return root.matches(':fullscreen'); }
 
 function kept(where, key) {
   if (!where.has(key)) where.set(key, {});
