@@ -103,13 +103,20 @@ def orient_image(
         n_places -= excluded[layers.sum(axis=1)] - excluded[layers[:, 0]]
     check_pieces(copies, n_places, template)
     guided = score_bound(study, lengths, len(pyramid.sums))
-    kind = similarity.score_type(level, template, overlap, correlation, guided, known is not None)
+    largest = largest_code(study)
+    kind = similarity.score_type(
+        level, template, overlap, correlation, guided, known is not None, largest
+    )
     splits = legal_splits(template, overlap, lengths.volume) if may_split else [(1, 1, 1)]
     check_stop()
     squares = similarity.running_squares(pyramid.sums, kind)
+    planes = pyramid.sums
+    if p.variant != "ours":
+        of_codes, planes = planes_of_codes(pyramid.sums, study.training_image.codes)
+        squares = similarity.running_squares(of_codes[None], kind)
     if correlation:
         squares[:] = 0
-    running = similarity.running_sums(pyramid.sums, level, template)
+    running = similarity.running_sums(planes, level, template, largest)
     margin, factors = np.zeros(kinds.shape), np.ones(len(proportions))
     if other is not None:
         margin, factors = other.margin, other.gain_factors
@@ -126,6 +133,19 @@ def orient_image(
     sums, steering = (squares, running, places), (proportions, margin, factors)
     legal = illegal, similarity.legal_spans(illegal), layers, n_places
     return OrientedImage(pyramid, np.array(splits), *sums, *steering, *legal)  # type: ignore[arg-type]
+
+
+def planes_of_codes(
+    sums: NDArray[np.unsignedinteger[Any]], codes: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the block sums A of facies codes, and for each plane of `sums` its code times A.
+
+    B, the block sums of codes in the overlap, are the sum of code times number of cells over the
+    facies. With these planes, the terms of the numbers of cells therefore add up to A·B.
+    """
+    weights = np.asarray(codes[-len(sums) :], np.int64)[:, None, None, None]
+    of_codes = (weights * sums).sum(axis=0)
+    return of_codes, weights * of_codes
 
 
 def illegal_places(
@@ -150,8 +170,16 @@ def illegal_places(
 
 def n_planes(study: Study) -> int:
     """Return the number of planes of block sums: one per facies, or one for two facies."""
-    n_facies = study.training_image.n_facies
-    return 1 if study.parameters.similarity == "ssd" and n_facies <= 2 else n_facies
+    codes, p = study.training_image.codes, study.parameters
+    one_is_enough = p.similarity == "ssd" if p.variant == "ours" else codes[0] == 0
+    return 1 if one_is_enough and len(codes) <= 2 else len(codes)
+
+
+def largest_code(study: Study) -> int:
+    """Return the largest code from which scores are computed; 1 if numbers of cells are."""
+    if study.parameters.variant == "ours":
+        return 1
+    return max(int(study.training_image.codes[-1]), 1)
 
 
 def steers(study: Study) -> bool:

@@ -20,6 +20,7 @@ from ccwsim.engine.corrections.unseen_patterns import NO_PATTERNS
 from ccwsim.engine.guides import make_guide
 from ccwsim.engine.lengths import ScaledLengths, lengths_of, templates
 from ccwsim.engine.prepared_image import OrientedImage, PreparedImage, n_planes, steers
+from ccwsim.engine.published import Published, rules_of, simulate_published
 from ccwsim.engine.stages import conditioning
 from ccwsim.engine.stages.path import (
     FROM_ABOVE,
@@ -89,10 +90,25 @@ class Plan(NamedTuple):
     data: tuple[conditioning.PlacedData, ...]  # data at each scale
     inputs: tiles.PatchInputs  # inputs at the coarsest scale
     totals: type[np.signedinteger]  # from `totals_of`
+    published: Published | None  # None for our own method
 
     def workspace(self) -> tiles.PatchWorkspace:
         """Return the workspace to simulate the patches."""
         return tiles.make_workspace(self.inputs, self.totals)
+
+    def simulate_patches(
+        self,
+        first: int,
+        last: int,
+        work: tiles.PatchWorkspace,
+        simulated: tiles.Simulated,
+        rng: np.random.Generator,
+    ) -> None:
+        """Simulate patches `first` to `last` − 1 of the path; `simulated` changes in place."""
+        if self.published is None:
+            tiles.simulate_patches(first, last, self.inputs, work, simulated, rng)
+        else:
+            simulate_published(first, last, self.published, self.inputs, work, simulated, rng)
 
 
 def make_plan(image: PreparedImage, template: Triple, rng: np.random.Generator) -> Plan:
@@ -124,7 +140,11 @@ def make_plan(image: PreparedImage, template: Triple, rng: np.random.Generator) 
         *(patches, before, oriented, data[-1], search, steering, patterns),
         *(oriented.layers[kinds], guide),
     )
-    return Plan(path, lengths, data, inputs, totals)
+    published = None
+    if p.variant != "ours":
+        rules = image.part(("rules", orientation), lambda: rules_of(study, oriented))
+        published = Published(rules, np.zeros(oriented.places, np.int64))
+    return Plan(path, lengths, data, inputs, totals, published)
 
 
 def simulate_tiles(
@@ -135,7 +155,7 @@ def simulate_tiles(
     simulated = empty_grid(image, plan, image.study.parameters.scale, keep_sources)
     at_once = _patches_per_call(inputs.oriented, inputs.search)
     for first in reported_calls(image.study, 0, n, at_once, watch):
-        tiles.simulate_patches(first, min(first + at_once, n), inputs, work, simulated, rng)
+        plan.simulate_patches(first, min(first + at_once, n), work, simulated, rng)
     return simulated
 
 
@@ -311,7 +331,7 @@ def _data_at(
     """Return the data of a scale in path coordinates; empty if the scale does not use data.
 
     If `exact_data` is off, only the coarsest scale uses data, and each datum is placed in the first
-    cell of its block.
+    cell of its block, except in the method of the paper, which compares cells.
     """
     study, p, shape = image.study, image.study.parameters, _scaled(path.full, lengths[scale])
     if not study.hard_data.n or (not p.exact_data and scale < p.scale):
@@ -321,9 +341,10 @@ def _data_at(
         return image.part(("no data", shape), lambda: conditioning.place_data(*none))
     cells = in_three(cells_to_path(study.hard_data.cells, study.grid.shape, path.orientation))
     cells = cells + np.array(path.offset)
-    block = (1, 1, 1) if p.exact_data else lengths[scale].block
+    block = (1, 1, 1) if p.exact_data or p.variant == "paper" else lengths[scale].block
     z, y, x = np.multiply(block, lengths[scale].cell_size).tolist()
-    blocks, facies = upgrid_data(cells, study.facies_of_data, (z, y, x))
+    largest = p.variant == "code"
+    blocks, facies = upgrid_data(cells, study.facies_of_data, (z, y, x), largest)
     return conditioning.place_data(blocks * np.array(block), facies, shape, keep=p.exact_data)
 
 

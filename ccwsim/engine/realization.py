@@ -14,7 +14,7 @@ from ccwsim.engine.corrections.cell_repair import repair_cells
 from ccwsim.engine.corrections.resimulation import OnWindow, Target, resimulate
 from ccwsim.engine.corrections.seam_repair import WINDOWS_A_TILE, WINDOWS_A_TILE_DATA, repair_seams
 from ccwsim.engine.multiscale import place_at_finer_scales
-from ccwsim.engine.prepared_image import PreparedImage
+from ccwsim.engine.prepared_image import PreparedImage, largest_code
 from ccwsim.engine.stages.conditioning import data_grid
 from ccwsim.engine.stages.path import UNKNOWN, Triple, in_layers, in_three
 from ccwsim.engine.stages.pyramid import block_sum_type
@@ -252,9 +252,9 @@ def _specialization(image: PreparedImage) -> tuple[object, ...]:
     """Return the properties of a study that determine which kernels are run with which types."""
     study, p, coarse = image.study, image.study.parameters, image.lengths[-1]
     sizes = coarse.level, coarse.template, coarse.overlap
-    scores = score_type(*sizes, p.similarity == "correlation")
+    scores = score_type(*sizes, p.similarity == "correlation", largest_code=largest_code(study))
     types = block_sum_type(coarse.block), scores, raster.totals_of(image)
     has_copies = study.secondary is not None and study.secondary.has_copies
     has_gaps = study.training_image.known is not None or has_copies
-    kinds = study.hard_data.n > 0, p.exact_data, p.scale > 0, repairs(study), has_gaps
+    kinds = study.hard_data.n > 0, p.exact_data, p.scale > 0, repairs(study), has_gaps, p.variant
     return *types, len(study.grid.shape), study.is_guided, *kinds

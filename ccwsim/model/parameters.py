@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, get_args
 
@@ -21,6 +21,7 @@ from ccwsim.model.arrays import (
 )
 from ccwsim.model.bounds import PARAMETERS
 from ccwsim.model.errors import CCWSIMError, refused, shown
+from ccwsim.model.published import SETTINGS, VARIANTS, Variant
 from ccwsim.model.sizes import PerAxis, Triple, check_sizes, fitted_sizes, per_axis, triple
 
 Method = Literal["ccwsim", "ccsim", "ms-ccsim"]
@@ -29,7 +30,7 @@ METHODS: tuple[Method, ...] = get_args(Method)
 SIMILARITIES: tuple[Similarity, ...] = get_args(Similarity)
 Weight = float | tuple[float, float, float]
 """One number for all axes or, in a volume, three along z, y and x."""
-CHOICES = {"method": METHODS, "similarity": SIMILARITIES}
+CHOICES = {"method": METHODS, "similarity": SIMILARITIES, "variant": VARIANTS}
 PER_AXIS = ("template_size", "overlap_size", "wavelet_level")
 """Parameters with one integer for all axes or, in a volume, three integers along z, y and x.
 `location_weight`, which is not an integer, can also have three numbers."""
@@ -73,12 +74,67 @@ class Parameters:
     location_weight: Weight = 0.0
     refine: bool = True
     exact_data: bool = True
+    variant: Variant = "ours"
 
     def __post_init__(self) -> None:
         for each in fields(self):
             value = _checked(each.name, getattr(self, each.name), each.default)
             object.__setattr__(self, each.name, value)
         check_sizes(self.template_size, self.overlap_size, self.level)
+        for name, needed in SETTINGS[self.variant].items():
+            if (value := getattr(self, name)) != needed:
+                variant = self.variant
+                raise refused(
+                    "not_in_variant", name=name, value=value, needed=needed, variant=variant
+                )
+
+    @classmethod
+    def published(cls, variant: Variant, **others: Any) -> Parameters:
+        """Return the parameters of the paper's method ("paper") or of its authors' code ("code").
+
+        `others` are any other parameters, such as `template_size` or `n_candidates`. Both variants
+        are for maps without secondary information other than inactive cells. With the method
+        "ms-ccsim" they search the coarsest images; locations are not improved at finer scales.
+
+        **"paper"** is Algorithm 1 and sections 4.1 to 4.4 as they are written: plain
+        cross-correlation of the approximation coefficients of the facies codes (one value a cell),
+        the K best locations with ties in the order of the locations, a uniform draw, the inverse
+        DWT, the minimum cut.
+        Conditional: a location qualifies if its patch honours every datum in the template and,
+        among the best `search_fraction` of the locations, those of the co-template as long as such
+        a location exists; one of the first K that qualify is drawn. If none qualifies, the template
+        is split in four, down to 4 cells or 2^level; then the first location with the fewest misses
+        is used. What the paper leaves open: a quarter overlaps earlier cells by at most OR, and its
+        locations are those of the whole template; the first patch has no scores and is drawn from
+        all locations that qualify; tiles may end beyond the grid.
+
+        **"code"** is the authors' MATLAB: the sum of squared differences of the codes; data moved
+        to blocks of 2^level cells, where the largest code wins; codes read back from rounded
+        coefficients, of which the value half-way is no code; near data not one of K, but of the
+        best `search_fraction` the first location that honours all data, or else the last with the
+        fewest misses; their cut, which leaves the cheapest path; patches that overwrite data. What
+        still differs: the path is drawn (theirs takes the eight in turn); tiles may end beyond the
+        grid (their last tile is moved back); ties are in the order of the rows, not decided by
+        rounding errors; the first patch with data is drawn from all locations, not from a random
+        `search_fraction`.
+
+        Examples
+        --------
+        >>> Parameters.published("paper", wavelet_level=1).similarity
+        'correlation'
+        """
+        check_choice("variant", variant, VARIANTS)
+        return cls(**{"variant": variant, **SETTINGS[variant], **others})
+
+    def as_in(self, variant: Variant) -> Parameters:
+        """Return these parameters as in the paper, as in its authors' code, or as in our method.
+
+        The parameters that a published variant fixes have their defaults in our method.
+        """
+        if check_choice("variant", variant, VARIANTS) == self.variant:
+            return self
+        usual = {f.name: f.default for f in fields(self) if f.name in SETTINGS["paper"]}
+        return replace(self, **{**usual, **SETTINGS[variant], "variant": variant})
 
     @property
     def level(self) -> PerAxis:

@@ -16,6 +16,7 @@ from ccwsim.model.errors import refused
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import PER_AXIS, Lengths, Parameters
+from ccwsim.model.published import LARGEST_CODES
 from ccwsim.model.secondary import Secondary
 from ccwsim.model.sizes import in_layers, largest_sides, legal_sizes
 from ccwsim.model.training_image import TrainingImage
@@ -61,6 +62,7 @@ class Study:
             check_type("secondary", self.secondary, Secondary)
             secondary = self.secondary.fitted(self.grid, self.training_image)
             object.__setattr__(self, "secondary", None if secondary.is_empty else secondary)
+        _check_variant(self)
         if self.active is not None and self.hard_data.n:
             data, inside = self.hard_data, self.active[tuple(self.hard_data.cells.T)]
             for name, which in (("inactive_data", ~inside), ("hard_data", inside)):
@@ -171,6 +173,19 @@ def _check_template(training_image: TrainingImage, p: Parameters) -> None:
         )
         advice = f"at most {legal[-1]}" if legal else "a larger image or a smaller overlap"
     raise refused("patch_too_large", what=what, shape=describe_shape(shape), advice=advice)
+
+
+def _check_variant(study: Study) -> None:
+    """Raise an error if a published variant does not allow the kind of study or its codes."""
+    variant, secondary = study.parameters.variant, study.secondary
+    if variant == "ours":
+        return
+    if study.grid.nz is not None or (secondary and (secondary.guides or secondary.has_copies)):
+        raise refused("variant_of_map", variant=variant)
+    codes, largest = study.training_image.codes, LARGEST_CODES[variant]
+    if codes[0] < 0 or codes[-1] > largest:
+        listed = ", ".join(map(str, codes.tolist()))
+        raise refused("variant_codes", variant=variant, largest=largest, codes=listed)
 
 
 def _check_gaps(training_image: TrainingImage, p: Parameters) -> None:

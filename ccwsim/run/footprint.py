@@ -7,7 +7,12 @@ import numpy as np
 from ccwsim.engine.copies import n_cells_of_copies
 from ccwsim.engine.corrections.unseen_patterns import NUMBER_BITS, NUMBER_BITS_VOLUME
 from ccwsim.engine.lengths import ScaledLengths, lengths_of, templates
-from ccwsim.engine.prepared_image import KEPT_BYTES, PreparedImage, n_planes
+from ccwsim.engine.prepared_image import (
+    KEPT_BYTES,
+    PreparedImage,
+    largest_code,
+    n_planes,
+)
 from ccwsim.engine.realization import is_compiled, repairs
 from ccwsim.engine.stages.path import N_ORIENTATIONS
 from ccwsim.engine.stages.pyramid import block_sum_type
@@ -103,7 +108,8 @@ def _of_oriented(study: Study, lengths: ScaledLengths) -> int:
     bits = cells * max(image.n_facies - 1, 1).bit_length() / 8
     squares = blocks * _score_bytes(study, lengths)
     of_sums = block_sum_type(lengths.block).itemsize
-    of_running = 3 * np.dtype(sum_type(lengths.level, lengths.template)).itemsize
+    kind = sum_type(lengths.level, lengths.template, largest_code(study))
+    of_running = 3 * np.dtype(kind).itemsize
     sums = n_planes(study) * blocks * (of_sums + of_running)
     return int(3 * cells + bits + squares + sums) + _of_guide(study, blocks)
 
@@ -134,4 +140,5 @@ def _n_blocks(study: Study, lengths: ScaledLengths) -> float:
 def _score_bytes(study: Study, lengths: ScaledLengths) -> int:
     level, template, overlap = lengths.level, lengths.template, lengths.overlap
     correlation = study.parameters.similarity == "correlation"
-    return np.dtype(score_type(level, template, overlap, correlation)).itemsize
+    kind = score_type(level, template, overlap, correlation, largest_code=largest_code(study))
+    return np.dtype(kind).itemsize

@@ -171,10 +171,30 @@ def test_every_parameter_is_part_of_the_digest():
         "exact_data": False,
         "location_weight": 1.0,
     }
-    assert set(others) == set(NAMES)
+    assert set(others) == set(NAMES) - {"variant"}
     digests = {replace(base, **{name: value}).digest for name, value in others.items()}
     assert len({base.digest, *digests}) == len(others) + 1
+    paper, unnamed = base.as_in("paper"), replace(base.as_in("paper"), variant="ours")
+    assert paper.digest != unnamed.digest
     assert base.digest == Parameters(template_size=np.int16(64), overlap_size=16).digest
+
+
+def test_a_published_variant_fixes_its_parameters_and_no_others():
+    own = Parameters(16, 4, 1, n_candidates=3, co_template=1, location_weight=0.5)
+    paper, code = own.as_in("paper"), own.as_in("code")
+    assert paper == Parameters.published(
+        "paper", template_size=16, overlap_size=4, wavelet_level=1, n_candidates=3, co_template=1
+    )
+    assert (paper.similarity, code.similarity) == ("correlation", "ssd")
+    assert paper.as_in("paper") is paper
+    assert paper.as_in("ours") == replace(own, location_weight=0.0)
+    assert code.as_in("paper") == paper
+    for change in ({"refine": True}, {"similarity": "ssd"}, {"exact_data": True}):
+        name, value = next(iter(change.items()))
+        with pytest.raises(CCWSIMError, match=f"{name} = {value} is not allowed with .* paper"):
+            replace(paper, **change)
+    with pytest.raises(CCWSIMError, match="ours, paper, code"):
+        own.as_in("MATLAB")  # type: ignore[arg-type]
 
 
 class TestVolumes:
@@ -261,6 +281,6 @@ class TestVolumes:
             Parameters(*given)
 
     def test_digests_of_one_number_stay_and_others_differ(self):
-        assert Parameters().digest == "b2fb39698e407b5dd92683fc"
+        assert Parameters().digest == "8f6a4ad40aa1a4ca0792a751"
         assert Parameters().digest != Parameters((32, 32, 32)).digest
         assert Parameters((16, 32, 32)).digest == Parameters([16, np.int8(32), 32]).digest

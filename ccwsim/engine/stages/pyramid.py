@@ -144,11 +144,12 @@ def upgrid(image, block_size):
 
 
 def upgrid_data(
-    cells: NDArray[np.int64], facies: NDArray[np.uint8], block_size: Triple
+    cells: NDArray[np.int64], facies: NDArray[np.uint8], block_size: Triple, largest: bool = False
 ) -> tuple[NDArray[np.int64], NDArray[np.uint8]]:
     """Return the blocks of `block_size` cells with data, and the majority facies of their data.
 
-    In a tie, the result is the tied facies whose first datum is first by layer, row and column.
+    In a tie, the result is the tied facies whose first datum is first by layer, row and column. If
+    `largest`, as in the authors' code, the result is the largest facies instead.
     """
     if max(block_size) == 1 or not len(cells):
         return cells, facies.astype(np.uint8)
@@ -156,6 +157,7 @@ def upgrid_data(
     blocks, block_of = np.unique(cells[order] // np.array(block_size), axis=0, return_inverse=True)
     block_of, facies = block_of.ravel(), facies[order].astype(np.uint8)
     _, pair_of, counts = np.unique(block_of * 256 + facies, return_inverse=True, return_counts=True)
-    ranked = np.lexsort((np.arange(len(facies)), -counts[pair_of], block_of))
+    rank = facies.astype(np.int64) if largest else counts[pair_of]
+    ranked = np.lexsort((np.arange(len(facies)), -rank, block_of))
     first = np.searchsorted(block_of[ranked], np.arange(len(blocks)))
     return blocks, facies[ranked[first]]

@@ -38,8 +38,9 @@ def score_type(
     correlation: bool = False,
     guided: float = 0.0,
     excludes: bool = False,
+    largest_code: int = 1,
 ) -> type[np.signedinteger[Any]]:
-    """Return the smallest type into which every score fits.
+    """Return the smallest type into which every score fits; of codes above 1, the largest type.
 
     The largest score is the sum of squares over the largest overlap, doubled for a correlation,
     plus the maximum cost of a location by secondary information, `guided`. If locations are
@@ -47,24 +48,33 @@ def score_type(
     """
     bound = overlap_cells(template, overlap) * 2 ** sum(level) * (2 if correlation else 1)
     bound = max(4 * bound, 2 * (bound + guided)) if excludes else bound + guided
+    if largest_code > 1:
+        return SCORE_TYPES[-1]
     return next(kind for kind in SCORE_TYPES if bound <= np.iinfo(kind).max)
 
 
-def sum_type(level: Triple, template: Triple) -> type[np.unsignedinteger[Any]]:
-    """Return the smallest type into which ΣA·B along one line of a template fits."""
+def sum_type(
+    level: Triple, template: Triple, largest_code: int = 1
+) -> type[np.unsignedinteger[Any]]:
+    """Return the smallest type into which ΣA·B along one line of a template fits.
+
+    It is the largest type if A are sums of codes above 1; then ΣA·B over a whole overlap fits too.
+    """
+    if largest_code > 1:
+        return SUM_TYPES[-1]
     largest = max(t >> n for t, n in zip(template[1:], level[1:], strict=True)) * 4 ** sum(level)
     return next(kind for kind in SUM_TYPES if largest <= np.iinfo(kind).max)
 
 
 def running_sums(
-    sums: NDArray[np.integer[Any]], level: Triple, template: Triple
+    sums: NDArray[np.integer[Any]], level: Triple, template: Triple, largest_code: int = 1
 ) -> NDArray[np.unsignedinteger[Any]]:
     """Return block sums, their running sums along x, and their running sums along y.
 
     The shape is (3, n_planes, nz, ny + 1, nx + 1) for block sums of shape (n_planes, nz, ny, nx).
     Running sums may overflow, but differences are exact if they fit the type `sum_type`.
     """
-    kind, (n_planes, nz, ny, nx) = sum_type(level, template), sums.shape
+    kind, (n_planes, nz, ny, nx) = sum_type(level, template, largest_code), sums.shape
     running = np.zeros((3, n_planes, nz, ny + 1, nx + 1), kind)
     running[0, :, :, :ny, :nx] = sums
     np.cumsum(sums, axis=3, dtype=kind, out=running[1, :, :, :ny, 1:])

@@ -13,7 +13,6 @@ from ccwsim.engine.realization import Realization, honour_data, random_numbers, 
 from ccwsim.engine.stages.conditioning import DENSE, SPARSE
 from ccwsim.engine.stages.path import FROM_ABOVE, Box, Triple, inside_overlap
 from ccwsim.engine.stages.pyramid import block_sums, cells_of_blocks, decompose, reconstruct
-from ccwsim.engine.tiles import simulate_patches
 from ccwsim.engine.trace.frames import Frame
 from ccwsim.engine.trace.patch import Patch, TracedPatch, data_terms, seen_data
 from ccwsim.model.errors import CCWSIMError, refused
@@ -109,7 +108,7 @@ class PatchStepper:
         if k % self._every == 0 and k not in self._checkpoints:
             copies = simulated.grid.copy(), simulated.counts.copy()
             self._checkpoints[k] = *copies, self.rng.bit_generator.state
-        simulate_patches(k, k + 1, self.plan.inputs, self.work, simulated, self.rng)
+        self.plan.simulate_patches(k, k + 1, self.work, simulated, self.rng)
         self._next += 1
         z, y, x = simulated.locations[k].tolist()
         return z, y, x
@@ -143,6 +142,8 @@ class Trace:
 
     def __init__(self, study: Study, number: int = 0) -> None:
         check_traceable(study.parameters)
+        if study.parameters.variant != "ours" and study.hard_data.n:
+            raise refused("trace_of_variant", variant=study.parameters.variant)
         self.study, self.number = study, number
         rng = random_numbers(study.seed, number)
         self._template = draw_template(study.parameters, study.training_image.shape, rng)

@@ -1,0 +1,172 @@
+"""The simulation loop of the paper to the letter, and of its authors' code (Algorithm 1).
+
+The loop has none of our additions: no refinement, steering, random offset or correction. The stages
+are those of our loop in `tiles`; only the choice of locations (`stages.sequential`) and, in the
+authors' code, the cut are different. A tile of the paper's method that no patch honours is split in
+four; the quarters are simulated in the order of their rows, and may be split again.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ccwsim.engine.kernels import kernel, part_of_kernel
+from ccwsim.engine.prepared_image import OrientedImage, planes_of_codes
+from ccwsim.engine.stages.candidates import draw_index, place_of
+from ccwsim.engine.stages.cut import keep_old, paste
+from ccwsim.engine.stages.path import LEFT, TOP, Box
+from ccwsim.engine.stages.sequential import (
+    Rules,
+    codes_read_back,
+    count_misses,
+    first_candidates,
+    next_candidates,
+)
+from ccwsim.engine.stages.similarity import (
+    cached_overlap_energies,
+    excluded_from,
+    overlap_terms,
+    score_places,
+)
+from ccwsim.engine.tiles import box_of
+from ccwsim.model.bounds import MIN_TEMPLATE
+from ccwsim.model.study import Study
+
+
+class Published(NamedTuple):
+    """Rules and workspace of a published variant."""
+
+    rules: Rules
+    misses: NDArray[np.int64]  # shape (1, ny, nx) of locations: see `count_misses`
+
+
+def rules_of(study: Study, oriented: OrientedImage) -> Rules:
+    """Return the rules of the variant of a study, for one orientation of the image."""
+    codes = study.training_image.codes.astype(np.int64)
+    image, (_, uy, ux) = oriented.pyramid.image[0], oriented.pyramid.phases.shape[:3]
+    if study.parameters.variant == "paper" or uy * ux == 1:
+        known = np.append(codes, -1)[image].astype(np.int16)
+        return Rules(study.parameters.variant == "code", known, (1, 1), codes)
+    sums, _ = planes_of_codes(oriented.pyramid.sums, study.training_image.codes)
+    known = codes_read_back(sums[0], uy.bit_length() - 1)
+    return Rules(True, known, (uy, ux), codes)
+
+
+@kernel
+def simulate_published(first, last, published, inputs, work, simulated, rng):
+    """Simulate tiles `first` to `last` − 1 of the raster path; `simulated` changes in place."""
+    patches, _, oriented, data, search, _, _, _, _ = inputs
+    rules, misses = published
+    grid, sources, counts, locations = simulated
+    image, block, places = oriented.pyramid.image, search.block, work.ranking.places
+    scores, cut = work.scores, work.placing.cut
+    n_places, flat, missed = scores.shape[1:], scores.reshape(-1), misses.reshape(-1)
+    illegal, energies = oriented.illegal, work.energies
+    legal = (1 if illegal.size else 2) * excluded_from(scores) - 1  # largest score of a location
+    for number in range(first, last):  # line 4: tiles in the order of the path
+        tile = box_of(patches[number], search.overlap)
+        depth = at = 0
+        while True:
+            box = quarter(tile, depth, at)
+            # Lines 8 to 10: overlap, its coefficients and the scores
+            n_groups = overlap_terms(grid, box, block, oriented.running, work.terms)
+            cached_overlap_energies(
+                oriented.squares, illegal, 0, box, block, energies, work.energies_of
+            )
+            score_places(
+                oriented.running, 0, oriented.spans, work.terms, n_groups, energies, scores
+            )
+            # Lines 5, 6, 11 and 12: candidates and the random draw
+            has_data = count_misses(data, box, search.co_template, block, rules, misses)
+            half = (tile.ny >> depth) // 2
+            whole = half % block[1] == 0 and half % block[2] == 0 and tile.ny == half << depth + 1
+            may_split = whole and half >= MIN_TEMPLATE and not rules.is_code
+            if box.sides == 0:
+                n = first_candidates(flat, missed, legal, may_split, rules, rng, places)
+            else:
+                share = search.share
+                n = next_candidates(flat, missed, has_data, share, legal, may_split, rules, places)
+            if n == 0:
+                depth, at = depth + 1, 4 * at
+                continue
+            drawn = draw_index(rng, n) if box.sides else 0
+            work.choice[0], work.choice[1], work.choice[2] = n, 1, drawn
+            place = place_of(places[drawn], n_places, block)
+            # Lines 13, 14: the inverse DWT is the slice at the location; it is cut and pasted
+            if rules.is_code:
+                keep_as_in_code(grid, image, place, box, rules.codes, cut)
+            else:
+                keep_old(grid, data.required, image, place, box, cut)
+            paste(image, place, box, cut.keep_mask, counts, grid, sources)
+            locations[number, 0], locations[number, 1], locations[number, 2] = place
+            at += 1
+            while depth > 0 and at % 4 == 0:
+                depth, at = depth - 1, at // 4
+            if depth == 0:
+                break
+
+
+@part_of_kernel
+def quarter(tile, depth, at):
+    """Return the box of a quarter: number `at` of the 4^depth quarters of a tile.
+
+    The box begins OR cells before the quarter, at most the side of the quarter, unless the quarter
+    is at the first side of the tile. All cells that are simulated are its overlap.
+    """
+    size, row, column = tile.ny >> depth, 0, 0
+    for bit in range(depth):
+        column |= (at >> (2 * bit) & 1) << bit
+        row |= (at >> (2 * bit + 1) & 1) << bit
+    first_y = row * size - (min(tile.oy, size) if row > 0 else 0)
+    first_x = column * size - (min(tile.ox, size) if column > 0 else 0)
+    ny, nx = (row + 1) * size - first_y, (column + 1) * size - first_x
+    # overlap of the tile, or the earlier quarters
+    oy = min(max(tile.oy if tile.sides & TOP else 0, row * size) - first_y, ny)
+    ox = min(max(tile.ox if tile.sides & LEFT else 0, column * size) - first_x, nx)
+    sides = (TOP if oy > 0 else 0) | (LEFT if ox > 0 else 0)
+    y0, x0 = tile.y0 + first_y, tile.x0 + first_x
+    return Box(tile.z0, y0, x0, tile.nz, ny, nx, sides, tile.oz, oy, ox)
+
+
+@part_of_kernel
+def keep_as_in_code(grid, image, place, box, codes, cut):
+    """Mark in `cut.keep_mask` the cells of a box that stay old, as the authors' code does.
+
+    The costs up to each cell are those of a minimum path. But back from its end, the path moves in
+    each line towards smaller costs up to m times, so it ends in a local minimum of the line, not in
+    a neighbour of the path. Both strips are compared with the grid as it was.
+    """
+    _, ty, tx = place
+    cost, keep = cut.cost, cut.keep_mask[0]
+    for y in range(box.ny):
+        for x in range(box.nx):
+            keep[y, x] = False
+    for side in (LEFT, TOP):
+        if not box.sides & side:
+            continue
+        n, m = (box.ny, box.ox) if side == LEFT else (box.nx, box.oy)
+        for i in range(n):
+            for c in range(m):
+                y, x = (i, c) if side == LEFT else (c, i)
+                old, new = grid[box.z0, box.y0 + y, box.x0 + x], image[0, ty + y, tx + x]
+                cost[i, c] = (codes[old] - codes[new]) ** 2
+                if i > 0:
+                    least = cost[i - 1, c]
+                    for near in range(max(c - 1, 0), min(c + 2, m)):
+                        least = min(least, cost[i - 1, near])
+                    cost[i, c] += least
+        at = 0
+        for c in range(1, m):
+            at = c if cost[n - 1, c] < cost[n - 1, at] else at
+        for i in range(n - 1, -1, -1):
+            for _ in range(m if i < n - 1 else 0):
+                left = cost[i, at - 1] if at > 0 else cost[i, at] + 1
+                right = cost[i, at + 1] if at < m - 1 else cost[i, at] + 1
+                if left <= min(cost[i, at], right):
+                    at -= 1
+                elif right <= min(cost[i, at], left):
+                    at += 1
+            for c in range(at):
+                y, x = (i, c) if side == LEFT else (c, i)
+                keep[y, x] = True
