@@ -194,12 +194,17 @@ def _given(options: Any, names: Iterable[str]) -> dict[str, Any]:
 
 
 def parameters_of(options: Any, usual: Parameters) -> Parameters:
-    """Return the parameters. Options override `--parameters`, which overrides `usual`."""
+    """Return the parameters. Options override `--parameters`, which overrides `usual`.
+
+    `--as` first switches to a published variant, or back.
+    """
     if options.parameters is not None:
         from ccwsim.io import parameters_from_json
         from ccwsim.io.opening import read_bytes
 
         usual = parameters_from_json(read_bytes(options.parameters)[0])
+    if options.variant is not None:
+        usual = usual.as_in(options.variant)
     names = [row.fields[0] for row in fields_of("parameters")]
     return Parameters(**{**asdict(usual), **_given(options, names)})
 

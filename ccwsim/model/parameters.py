@@ -214,6 +214,9 @@ def fitted(parameters: Parameters, shape: Shape, **changes: Any) -> Parameters:
         values[name] = per_axis((sizes[0], sizes[1], sizes[2]), shape)
     if not volume and isinstance(weight := values["location_weight"], tuple):
         values["location_weight"] = max(weight[1:])  # a map has no weight along z
+    of_variant = SETTINGS[values["variant"]]
+    if volume or any(values[name] != needed for name, needed in of_variant.items()):
+        values["variant"] = "ours"  # the published variants are for maps and have no additions
     return Parameters(**values)
 
 

@@ -19,6 +19,11 @@ SHORT_NAMES = {
     "method": "",
 }
 VALUES = {"ccwsim": "CCWSIM", "ccsim": "CCSIM", "ms-ccsim": "MS-CCSIM", "ssd": "squared difference"}
+VALUES |= {
+    "ours": "as in our method",
+    "paper": "as in the paper",
+    "code": "as in the authors' code",
+}
 """Names, on the screen, of parameter values that have other names in code."""
 USUAL = ("method", "wavelet_level", "template_size", "overlap_size", "n_candidates")
 """Parameters that every caption states; others are stated if they differ from the default."""
@@ -27,7 +32,8 @@ USUAL = ("method", "wavelet_level", "template_size", "overlap_size", "n_candidat
 def caption_of(ensemble: Ensemble) -> str:
     """Return the image, data, grid, setting, number of realizations and seed of an ensemble."""
     p = ensemble.parameters
-    others = describe_setting(p, replace(Parameters(), **{n: getattr(p, n) for n in USUAL}))
+    usual = replace(Parameters().as_in(p.variant), variant="ours")
+    others = describe_setting(p, replace(usual, **{n: getattr(p, n) for n in USUAL}))
     setting = describe_parameters(p) + (f", {others}" if others != "the same" else "")
     count = plural(ensemble.n, "realization")
     edited = ", re-simulated locally around edited data" if ensemble.revised else ""
@@ -62,7 +68,7 @@ def _describe(name: str, value: object) -> str:
     short, text = short_name(name), describe_value(name, value)
     if isinstance(value, bool):
         return short if value else f"no {short}"
-    return text if name in ("method", "similarity") else f"{short} {text}"
+    return text if name in ("method", "similarity", "variant") else f"{short} {text}"
 
 
 def short_name(name: str) -> str:

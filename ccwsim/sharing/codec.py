@@ -131,6 +131,8 @@ def format_number(value: float) -> str:
 
 def short_name(name: str) -> str:
     """Return the name of a parameter in a link and on the command line."""
+    if name == "variant":
+        return "as"  # as in the paper, a word that Python reserves
     short = name.removesuffix("_size").removeprefix("wavelet_").removeprefix("n_")
     return short.replace("_", "-")
 

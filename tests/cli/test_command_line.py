@@ -134,6 +134,23 @@ def test_every_option_reaches_its_parameter(tmp_path, field):
     assert json.loads(str(loaded(out)["parameters"]))[field.name] == wanted
 
 
+@pytest.mark.parametrize("variant", ["paper", "code"])
+def test_one_option_chooses_the_method_of_the_paper_or_of_its_authors(tmp_path, variant):
+    out = tmp_path / "out.npz"
+    given = ["simulate", "channels", "--grid", "40x40", "-q", "-o", out, "--as", variant]
+    assert run(*given, "--template", 16, "--overlap", 4) == 0
+    known = json.loads(str(loaded(out)["parameters"]))
+    wanted = Parameters.published(variant, template_size=16, overlap_size=4)
+    assert Parameters(**known) == wanted
+
+
+def test_an_addition_to_the_paper_is_refused_beside_it(tmp_path, capsys):
+    out = tmp_path / "out.npz"
+    given = ["simulate", "channels", "--grid", "40x40", "-o", out, "--as", "paper", "--refine"]
+    assert run(*given) == 2
+    assert "refine = True is not allowed with variant = paper" in capsys.readouterr().err
+
+
 def test_options_come_before_a_file_of_parameters(tmp_path):
     file, out = tmp_path / "p.json", tmp_path / "out.npz"
     file.write_text(parameters_to_json(PARAMETERS))

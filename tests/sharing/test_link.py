@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from ccwsim import CCWSIMError, Grid, HardData, Parameters, datasets
 from ccwsim.model.bounds import MAX_LINK_DATA, MAX_LINK_VALUES
 from ccwsim.model.parameters import METHODS, SIMILARITIES
+from ccwsim.model.published import VARIANTS
 from ccwsim.model.sizes import legal_sizes
 from ccwsim.sharing import link
 from ccwsim.sharing.choices import (
@@ -79,7 +80,8 @@ def parameters(draw) -> Parameters:
     template = draw(st.sampled_from(legal_sizes(used, max(4, 2 * 2**used), 1024)))
     overlap = draw(st.sampled_from(legal_sizes(used, 1, template // 2)))
     sizes = {"template_size": template, "overlap_size": overlap, "wavelet_level": level}
-    return replace(draw(built(Parameters)), method=method, **sizes)
+    own = replace(draw(built(Parameters)), method=method, **sizes)
+    return own.as_in(draw(st.sampled_from(VARIANTS)))
 
 
 def built(kind: type) -> st.SearchStrategy:
@@ -102,7 +104,7 @@ FROM_FILES = {
     ImageChoice: ("upload", "answers"),
     DataChoice: ("upload", "tables", "wells"),
     GuideChoice: ("saved",),
-    Parameters: ("method", "template_size", "overlap_size", "wavelet_level"),
+    Parameters: ("method", "template_size", "overlap_size", "wavelet_level", "variant"),
 }
 """Fields that a link cannot contain, and those of sizes, which `parameters` draws together."""
 VALUES: dict[type, dict[str, st.SearchStrategy]] = {
