@@ -114,7 +114,7 @@ def test_waiting_ends_when_the_run_is_cancelled(compilers):
 
 
 def test_a_run_that_is_stopped_while_kernels_compile_ends(monkeypatch):
-    def wait(image, watch):
+    def wait(image, watch, load):
         while not Event().wait(0.01):
             watch.check()
 

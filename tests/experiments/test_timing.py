@@ -10,7 +10,7 @@ from dataclasses import FrozenInstanceError, replace
 import numpy as np
 import pytest
 
-from ccwsim import Cancelled, CCWSIMError, Grid, HardData, Parameters, TrainingImage, simulate
+from ccwsim import Cancelled, CCWSIMError, Grid, HardData, Parameters, TrainingImage
 from ccwsim.datasets.sampling import sample_random
 from ccwsim.experiments.timing import (
     data_trials,
@@ -23,6 +23,7 @@ from ccwsim.experiments.timing import (
 )
 from ccwsim.experiments.trials import Trial, TrialResult
 from ccwsim.paper import published_times as pub
+from ccwsim.run.simulation import simulate_study
 from ccwsim.system.machine import this_machine
 from tests.small_images import blobs
 
@@ -46,7 +47,7 @@ def test_a_study_is_timed_on_its_own_grid_with_its_own_data():
     timing = time_trial(trial, n_realizations=4)
     assert timing.cpu_seconds.shape == timing.n_mismatched.shape == (4,)
     assert timing.trial is trial
-    assert (trial.grid.shape, trial.n_data, trial.n_cells) == ((40, 50), 2, 2000)
+    assert (trial.grid.shape, trial.n_data, trial.grid.n_cells) == ((40, 50), 2, 2000)
     assert (timing.n_mismatched == 0).all()
     assert timing.seconds == np.median(timing.cpu_seconds)
     with pytest.raises(FrozenInstanceError):
@@ -58,12 +59,12 @@ def test_a_study_is_timed_on_its_own_grid_with_its_own_data():
 def test_large_grids_are_timed_a_few_at_a_time(monkeypatch):
     asked = []
 
-    def spied(**options):
-        asked.append((options["n_realizations"], options["first_realization"]))
+    def spied(study, n, **options):
+        asked.append((n, options["first_realization"]))
         assert options["n_workers"] == 1
-        return simulate(**options)
+        return simulate_study(study, n, **options)
 
-    monkeypatch.setattr("ccwsim.experiments.trials.simulate", spied)
+    monkeypatch.setattr("ccwsim.experiments.trials.simulate_study", spied)
     monkeypatch.setattr("ccwsim.experiments.timing.CELLS_AT_ONCE", 2 * 900)
     seen = []
     timing = time_trial(Trial(TI, Grid(30, 30), P), 5, lambda f, n: seen.append((f, n)))

@@ -31,6 +31,7 @@ def random_ensemble(source: random.Random, shape: tuple[int, ...]) -> Ensemble:
     grid = Grid(*shape[-2:], size, nz=shape[0] if len(shape) == 3 else None)
     indices = (rng.random((3, *shape)) < 0.4).astype(np.uint8)
     active = rng.random(shape) < source.choice((1.0, 0.9, 0.6))
+    active.flat[0] = True  # a grid has at least one active cell
     indices[:, ~active] = 255
     image = TrainingImage(CODES.reshape((2, 3, 4)[-len(shape) :] if len(shape) == 3 else (4, 6)))
     secondary = None if active.all() else Secondary(active=active).fitted(grid, image)

@@ -20,6 +20,7 @@ from ccwsim import (
     simulate,
 )
 from ccwsim.io import read_realizations, realizations_as_bytes
+from ccwsim.model.study import Study
 from tests.io import sample_files as sample
 
 
@@ -48,8 +49,9 @@ def test_an_npz_is_read_as_the_ensemble_that_was_written(tmp_path):
 
 
 def test_every_field_of_an_ensemble_is_written_or_named_here():
-    known = "training_image grid parameters hard_data seed indices cpu_seconds wall_seconds"
-    known = f"{known} data_status numbers revised secondary".split()
+    inputs = ["training_image", "grid", "parameters", "hard_data", "seed", "secondary"]
+    assert {f.name for f in fields(Study)} - {*inputs} == {"checked", "inactive_data"}
+    known = ["study", "indices", "cpu_seconds", "wall_seconds", "data_status", "numbers", "revised"]
     assert {f.name for f in fields(Ensemble)} - {*known} == {"sources"}
 
 

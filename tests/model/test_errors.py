@@ -2,6 +2,7 @@
 
 import ast
 import tomllib
+from collections.abc import Collection
 from pathlib import Path
 from string import Formatter
 
@@ -17,14 +18,24 @@ def test_a_message_contains_its_values():
     assert str(error).startswith("a.gif has 3 frames; save one frame as PNG")
 
 
+def keys_of(node: ast.expr, messages: Collection[str]) -> set[str]:
+    """Return the keys of messages that a text, or an f-string that begins with a text, can name."""
+    if isinstance(node, ast.JoinedStr):
+        start = ast.literal_eval(node.values[0])
+        return {key for key in messages if key.startswith(start)}
+    return {ast.literal_eval(node)}
+
+
 def test_every_message_is_raised_with_the_values_that_it_names():
     messages = tomllib.loads((PACKAGE / "model/errors.toml").read_text("utf-8"))
     raised = set()
     for path in PACKAGE.rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text("utf-8"))):
             if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "refused":
-                key = ast.literal_eval(node.args[0])
-                named = {name for _, name, _, _ in Formatter().parse(messages[key]) if name}
-                assert {word.arg for word in node.keywords} == named, f"{path.name}: {key}"
-                raised.add(key)
+                keys = keys_of(node.args[0], messages)
+                assert keys, f"{path.name}: {ast.unparse(node)}"
+                for key in keys:
+                    named = {name for _, name, _, _ in Formatter().parse(messages[key]) if name}
+                    assert {word.arg for word in node.keywords} == named, f"{path.name}: {key}"
+                raised |= keys
     assert raised == messages.keys()

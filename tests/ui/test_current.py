@@ -74,7 +74,7 @@ def test_names_colours_and_the_way_data_came_decide_no_realization():
 def test_a_renamed_facies_is_called_so_at_once_without_a_run(monkeypatch):
     app = launched(SIX)
     before = app.session_state[KEY].ensemble
-    monkeypatch.setattr("ccwsim.ui.study.run.simulate", None)
+    monkeypatch.setattr("ccwsim.ui.study.run.simulate_study", None)
     state = app.session_state[KEY]
     state.change(image=ImageChoice(names=("mud", "river")))
     app.run()
@@ -92,9 +92,9 @@ def test_without_live_too_the_first_realizations_come_before_the_rest(monkeypatc
     def part_of(choices: Choices):
         some = part_as_ever(choices)
 
-        def noted(first, n, progress, cancel):
+        def noted(first, n, watch):
             sizes.append(n)
-            return some(first, n, progress, cancel)
+            return some(first, n, watch)
 
         return noted
 

@@ -292,7 +292,7 @@ def test_going_back_brings_study_and_results_without_simulating(monkeypatch):
     def never(*_, **__):
         raise AssertionError("nothing is simulated again")
 
-    monkeypatch.setattr("ccwsim.ui.study.run.simulate", never)
+    monkeypatch.setattr("ccwsim.ui.study.run.simulate_study", never)
     go_back(state, state.runs.runs[1].key)
     app.run()
     assert not app.exception

@@ -27,6 +27,7 @@ from ccwsim.jobs.job import Job
 from ccwsim.metrics import diagnose, variogram
 from ccwsim.model.parameters import fitted, parameter_table
 from ccwsim.model.sizes import overlap_sizes, template_sizes
+from ccwsim.model.watch import Watch
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.ui.page import OFF_MENU, PAGES, SIMULATE_PAGE
 from ccwsim.ui.session.file_names import study_part
@@ -390,7 +391,7 @@ def test_a_job_reports_and_stops_when_asked():
 def test_the_work_of_a_study_can_be_cancelled():
     work = part_of(replace(SMALL, grid=Grid(900, 900), n_realizations=200))
     with pytest.raises(Cancelled):
-        work(0, 200, lambda fraction, n_done: None, lambda: True)
+        work(0, 200, Watch(cancel=lambda: True))
 
 
 @pytest.mark.parametrize("level", range(5))

@@ -11,6 +11,7 @@ import streamlit as st
 from ccwsim import simulate
 from ccwsim.model.arrays import readonly
 from ccwsim.model.numbers import duration
+from ccwsim.run.simulation import simulate_study
 from ccwsim.sharing.choices import Choices, ImageChoice
 from ccwsim.ui.results import charts
 from ccwsim.ui.session.resolve import image_of
@@ -34,12 +35,12 @@ def simulations(monkeypatch):
     """Return the list of the seeds of all simulated studies."""
     seeds = []
 
-    def counted(image, grid, parameters, data, n, seed, **options):
+    def counted(study, n, **options):
         if not options["first_realization"]:  # a run may have parts
-            seeds.append(seed)
-        return simulate(image, grid, parameters, data, n, seed, **options)
+            seeds.append(study.seed)
+        return simulate_study(study, n, **options)
 
-    monkeypatch.setattr("ccwsim.ui.study.run.simulate", counted)
+    monkeypatch.setattr("ccwsim.ui.study.run.simulate_study", counted)
     return seeds
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import streamlit as st
 
-from ccwsim import Cancelled, CCWSIMError, Ensemble, Parameters, concatenate, simulate
+from ccwsim import Cancelled, CCWSIMError, Ensemble, Parameters, concatenate
 from ccwsim.datasets.default_study import stored_ensemble
 from ccwsim.engine.realization import is_ready
 from ccwsim.experiments.timing import typical_seconds
@@ -23,6 +23,7 @@ from ccwsim.model.watch import Watch
 from ccwsim.run.executors import executor_of_environment
 from ccwsim.run.footprint import demand_of
 from ccwsim.run.shared import MAX_KEPT, MAX_KEPT_BYTES, SharedRun, SharedRuns
+from ccwsim.run.simulation import simulate_study
 from ccwsim.sharing.choices import Choices
 from ccwsim.system.log import reason
 from ccwsim.system.machine import n_cores
@@ -336,19 +337,17 @@ def stop_run(state: State) -> None:
 
 def part_of(choices: Choices) -> SimulateRange:
     """Return a function f(first, n, watch) that simulates realizations of a study."""
-    image, data = resolve.image_of(choices.image), resolve.data_of(choices)
-    secondary = resolve.secondary_of(choices)
+    study = resolve.study_of(choices, checked=False)
 
     def simulate_range(first: int, n: int, watch: Watch) -> Ensemble:
-        executor = executor_of_environment()
-        settings = choices.grid, choices.parameters, data, n, choices.seed
-        options: Any = {
-            "progress": watch.progress,
-            "cancel": watch.cancel,
-            "first_realization": first,
-        }
-        options["secondary"] = secondary
-        return simulate(image, *settings, executor=executor, **options)
+        return simulate_study(
+            study,
+            n,
+            progress=watch.progress,
+            cancel=watch.cancel,
+            first_realization=first,
+            executor=executor_of_environment(),
+        )
 
     return simulate_range
 

@@ -18,6 +18,7 @@ from ccwsim.engine.corrections.unseen_patterns import Patterns, known_patterns
 from ccwsim.engine.stages.bits import to_bits, to_square_bits
 from ccwsim.engine.stages.candidates import draw_index
 from ccwsim.engine.stages.path import UNKNOWN
+from ccwsim.model.watch import Watch
 from tests.small_images import blobs, noise
 
 Cell = tuple[int, int, int]
@@ -354,14 +355,14 @@ def test_it_can_be_stopped_and_tells_how_far_it_is(monkeypatch):
     monkeypatch.setattr(cell_repair, "PARTS_PER_CALL", 4)
     seen: list[float] = []
 
-    def report(share: float) -> None:
+    def report(share: float, n_done: int) -> None:
         seen.append(share)
         if share > 0.5:
             raise InterruptedError
 
     target, rng = target_of(image, noise((1, 90, 90), 2)), np.random.default_rng(0)
     with pytest.raises(InterruptedError):
-        repair_cells(target, known_patterns(image, 1), rng, True, report)
+        repair_cells(target, known_patterns(image, 1), rng, True, Watch(report))
     assert len(seen) > 3
     assert seen == sorted(seen)
     assert seen[0] == 0

@@ -45,6 +45,7 @@ from ccwsim.engine.stages.path import (
     inside_overlap,
 )
 from ccwsim.model.ensemble import FORCED
+from ccwsim.model.watch import Watch
 from tests.small_images import blobs, noise
 
 PARAMETERS = Parameters(template_size=16, overlap_size=4)
@@ -156,7 +157,8 @@ def test_windows_report_growing_shares_below_one():
     target = target_of(image, grid, cells, data.facies)
     thresholds = isolated_datum_thresholds(image)
     rng = np.random.default_rng(0)
-    resimulate(target, cells, (1, 16, 16), rng, thresholds, shares.append)
+    watch = Watch(lambda share, n_done: shares.append(share))
+    resimulate(target, cells, (1, 16, 16), rng, thresholds, watch)
     assert shares == sorted(shares)
     assert 0 <= shares[0] < 0.5 < shares[-1] < 1
     np.testing.assert_array_equal(grid, target.data)

@@ -252,7 +252,7 @@ def test_it_can_be_stopped_and_tells_how_far_it_is():
     image, repair = prepared(MAP, 2)
     seen: list[float] = []
 
-    def report(share: float) -> None:
+    def report(share: float, n_done: int) -> None:
         seen.append(share)
         if share > 0:
             raise InterruptedError
@@ -262,7 +262,12 @@ def test_it_can_be_stopped_and_tells_how_far_it_is():
     target = as_target(image, grid, data)
     with pytest.raises(InterruptedError):
         repair_seams(
-            target, repair, 10**6, np.zeros((0, 3), np.int64), np.random.default_rng(0), report
+            target,
+            repair,
+            10**6,
+            np.zeros((0, 3), np.int64),
+            np.random.default_rng(0),
+            Watch(report),
         )
     assert seen == sorted(seen)
 
