@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ccwsim.engine.corrections.refinement import data_at_stake, refine_place
 from ccwsim.engine.kernels import kernel
 from ccwsim.engine.prepared_image import PreparedImage
+from ccwsim.engine.published import place_near
 from ccwsim.engine.raster import MAX_PATCHES_PER_CALL, Plan, empty_grid, reported_calls
 from ccwsim.engine.stages.bits import take_strips
 from ccwsim.engine.stages.conditioning import PlacedData
@@ -59,7 +60,11 @@ def place_at_finer_scales(
         locations = simulated.locations
         simulated = empty_grid(image, plan, scale, keep_sources)._replace(locations=locations)
         for first in reported_calls(study, p.scale - scale, n, at_once, watch):
-            refine_patches(first, min(first + at_once, n), inputs, placing, simulated)
+            last = min(first + at_once, n)
+            if plan.published is None:
+                refine_patches(first, last, inputs, placing, simulated)
+            else:
+                place_near(first, last, plan.published.rules, inputs, placing, simulated)
     return simulated
 
 

@@ -88,6 +88,8 @@ def orient_image(
         pyramid = pyramid._replace(phases=np.ascontiguousarray(blocks))
     size = tuple(t >> n for t, n in zip(template, level, strict=True))
     places = tuple(max(n - t + 1, 0) for n, t in zip(pyramid.sums.shape[1:], size, strict=True))
+    if p.variant == "code" and p.method == "ms-ccsim":  # it leaves out the last T rows and columns
+        places = places[0], max(places[1] - size[1], 1), max(places[2] - size[2], 1)
     proportions = np.array(study.training_image.proportions)  # kernels need a writable array
     kinds, layers = proportions[None], np.array([[0, places[0]]])
     if copies is not None:
@@ -284,6 +286,11 @@ class PreparedImage:
             if scale == 0:
                 image = self.copies.indices if self.copies else self.base
                 return np.array(to_path(image, orientation), order="C")  # kernels need it writable
+            if self.study.parameters.variant == "code":  # the cell nearest to the middle of a block
+                fine = self.scaled(orientation)
+                _, sy, sx = self.lengths[scale].along(orientation).cell_size
+                ny, nx = fine.shape[1] // sy * sy, fine.shape[2] // sx * sx
+                return np.ascontiguousarray(fine[:, sy // 2 : ny : sy, sx // 2 : nx : sx])
             finer, coarser = (self.lengths[s].along(orientation) for s in (scale - 1, scale))
             return upgrid(self.scaled(orientation, scale - 1), finer.cells_of(coarser))
 

@@ -14,10 +14,12 @@ from numpy.typing import NDArray
 from ccwsim.engine.kernels import kernel, part_of_kernel
 from ccwsim.engine.prepared_image import OrientedImage, planes_of_codes
 from ccwsim.engine.stages.candidates import draw_index, place_of
+from ccwsim.engine.stages.conditioning import data_ahead
 from ccwsim.engine.stages.cut import keep_old, paste
 from ccwsim.engine.stages.path import LEFT, TOP, Box
 from ccwsim.engine.stages.sequential import (
     Rules,
+    best_near,
     codes_read_back,
     count_misses,
     first_candidates,
@@ -43,14 +45,15 @@ class Published(NamedTuple):
 
 def rules_of(study: Study, oriented: OrientedImage) -> Rules:
     """Return the rules of the variant of a study, for one orientation of the image."""
-    codes = study.training_image.codes.astype(np.int64)
+    codes, p = study.training_image.codes.astype(np.int64), study.parameters
+    splits = p.variant == "paper" and p.scale == 0  # the finer scales of MS-CCSIM have whole tiles
     image, (_, uy, ux) = oriented.pyramid.image[0], oriented.pyramid.phases.shape[:3]
-    if study.parameters.variant == "paper" or uy * ux == 1:
+    if p.variant == "paper" or uy * ux == 1:
         known = np.append(codes, -1)[image].astype(np.int16)
-        return Rules(study.parameters.variant == "code", known, (1, 1), codes)
+        return Rules(p.variant == "code", known, (1, 1), codes, splits)
     sums, _ = planes_of_codes(oriented.pyramid.sums, study.training_image.codes)
     known = codes_read_back(sums[0], uy.bit_length() - 1)
-    return Rules(True, known, (uy, ux), codes)
+    return Rules(True, known, (uy, ux), codes, splits)
 
 
 @kernel
@@ -58,7 +61,7 @@ def simulate_published(first, last, published, inputs, work, simulated, rng):
     """Simulate tiles `first` to `last` − 1 of the raster path; `simulated` changes in place."""
     patches, _, oriented, data, search, _, _, _, _ = inputs
     rules, misses = published
-    grid, sources, counts, locations = simulated
+    grid = simulated.grid
     image, block, places = oriented.pyramid.image, search.block, work.ranking.places
     scores, cut = work.scores, work.placing.cut
     n_places, flat, missed = scores.shape[1:], scores.reshape(-1), misses.reshape(-1)
@@ -81,7 +84,7 @@ def simulate_published(first, last, published, inputs, work, simulated, rng):
             has_data = count_misses(data, box, search.co_template, block, rules, misses)
             half = (tile.ny >> depth) // 2
             whole = half % block[1] == 0 and half % block[2] == 0 and tile.ny == half << depth + 1
-            may_split = whole and half >= MIN_TEMPLATE and not rules.is_code
+            may_split = whole and half >= MIN_TEMPLATE and rules.splits
             if box.sides == 0:
                 n = first_candidates(flat, missed, legal, may_split, rules, rng, places)
             else:
@@ -94,17 +97,43 @@ def simulate_published(first, last, published, inputs, work, simulated, rng):
             work.choice[0], work.choice[1], work.choice[2] = n, 1, drawn
             place = place_of(places[drawn], n_places, block)
             # Lines 13, 14: the inverse DWT is the slice at the location; it is cut and pasted
-            if rules.is_code:
-                keep_as_in_code(grid, image, place, box, rules.codes, cut)
-            else:
-                keep_old(grid, data.required, image, place, box, cut)
-            paste(image, place, box, cut.keep_mask, counts, grid, sources)
-            locations[number, 0], locations[number, 1], locations[number, 2] = place
+            cut_and_paste(number, box, place, image, data, rules, cut, simulated)
             at += 1
             while depth > 0 and at % 4 == 0:
                 depth, at = depth - 1, at // 4
             if depth == 0:
                 break
+
+
+@kernel
+def place_near(first, last, rules, inputs, placing, simulated):
+    """Place patches `first` to `last` − 1 at a finer scale of MS-CCSIM.
+
+    Patches without data stay at the location of the coarser scale, as in the code of MS-CCSIM;
+    others are searched around it. `inputs` are `multiscale.ScaleInputs`.
+    """
+    patches, image, _, data, overlap, block, _, _ = inputs
+    locations = simulated.locations
+    for number in range(first, last):
+        box = box_of(patches[number], overlap)
+        y = block[1] * np.int64(locations[number, 1])
+        x = block[2] * np.int64(locations[number, 2])
+        if data_ahead(data, box, 1):
+            y, x = best_near(simulated.grid, image, data, box, y, x, rules)
+        place = np.int64(0), y, x
+        cut_and_paste(number, box, place, image, data, rules, placing.cut, simulated)
+
+
+@part_of_kernel
+def cut_and_paste(number, box, place, image, data, rules, cut, simulated):
+    """Paste a patch along the cut of the paper or of the authors' code; record its location."""
+    grid, sources, counts, locations = simulated
+    if rules.is_code:
+        keep_as_in_code(grid, image, place, box, rules.codes, cut)
+    else:
+        keep_old(grid, data.required, image, place, box, cut)
+    paste(image, place, box, cut.keep_mask, counts, grid, sources)
+    locations[number, 0], locations[number, 1], locations[number, 2] = place
 
 
 @part_of_kernel

@@ -334,14 +334,16 @@ def _data_at(
     cell of its block, except in the method of the paper, which compares cells.
     """
     study, p, shape = image.study, image.study.parameters, _scaled(path.full, lengths[scale])
-    if not study.hard_data.n or (not p.exact_data and scale < p.scale):
+    in_search_only = not p.exact_data and p.variant == "ours"
+    if not study.hard_data.n or (in_search_only and scale < p.scale):
         none = np.empty((0, 3), np.int64), np.empty(0, np.uint8), shape
         if prod(shape) > MAX_KEPT:
             return conditioning.place_data(*none)
         return image.part(("no data", shape), lambda: conditioning.place_data(*none))
     cells = in_three(cells_to_path(study.hard_data.cells, study.grid.shape, path.orientation))
     cells = cells + np.array(path.offset)
-    block = (1, 1, 1) if p.exact_data or p.variant == "paper" else lengths[scale].block
+    of_cells = p.exact_data or p.variant == "paper" or p.scale > 0
+    block = (1, 1, 1) if of_cells else lengths[scale].block
     z, y, x = np.multiply(block, lengths[scale].cell_size).tolist()
     largest = p.variant == "code"
     blocks, facies = upgrid_data(cells, study.facies_of_data, (z, y, x), largest)

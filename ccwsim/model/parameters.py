@@ -94,7 +94,9 @@ class Parameters:
 
         `others` are any other parameters, such as `template_size` or `n_candidates`. Both variants
         are for maps without secondary information other than inactive cells. With the method
-        "ms-ccsim" they search the coarsest images; locations are not improved at finer scales.
+        "ms-ccsim" the coarsest images are searched by these rules, without splitting; at finer
+        scales a patch with data is searched within T cells of its location, one without data stays,
+        as in the code of MS-CCSIM. A level L of that code is `wavelet_level` = L − 1.
 
         **"paper"** is Algorithm 1 and sections 4.1 to 4.4 as they are written: plain
         cross-correlation of the approximation coefficients of the facies codes (one value a cell),
@@ -116,7 +118,8 @@ class Parameters:
         still differs: the path is drawn (theirs takes the eight in turn); tiles may end beyond the
         grid (their last tile is moved back); ties are in the order of the rows, not decided by
         rounding errors; the first patch with data is drawn from all locations, not from a random
-        `search_fraction`.
+        `search_fraction`; in MS-CCSIM, a location after a search at a finer scale is the best one,
+        not the last one searched.
 
         Examples
         --------

@@ -170,7 +170,7 @@ LEGAL = {
     "method": "ms-ccsim", "similarity": "correlation", "search_fraction": 0.5,
     "co_template": 1, "random_path": False, "template_variation": 0.4,
     "match_proportions": True, "location_weight": 2.0, "refine": False, "exact_data": False,
-    "published_draw": True, "repair_seams": False,
+    "published_draw": True, "repair_seams": False, "variant": "paper",
 }  # fmt: skip
 """A valid value of each parameter, other than the default."""
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.stages.candidates import draw_index, kth_smallest, n_up_to
+from ccwsim.engine.stages.path import inside_overlap
 
 IN_TEMPLATE = 1 << 32
 """Misses of a datum in the template that is not honoured; one in the co-template adds 1."""
@@ -25,6 +26,7 @@ class Rules(NamedTuple):
     known: NDArray[np.int16]
     cell_size: tuple[int, int]  # number of grid cells in a cell of `known`, along y and x
     codes: NDArray[np.int64]  # shape (n_facies,)
+    splits: bool  # whether tiles may be split in four
 
 
 def codes_read_back(sums: NDArray[np.int64], level: int) -> NDArray[np.int16]:
@@ -191,3 +193,34 @@ def next_candidates(scores, misses, has_data, share, legal, may_split, rules, pl
         most = fewest_misses(scores, misses, legal, n_all)
         n = first_places(scores, misses, most, legal, n_all, places[:1])
     return n
+
+
+@part_of_kernel
+def best_near(grid, image, data, box, y, x, rules):
+    """Return row and column of the best location near row `y` and column `x` (MS-CCSIM).
+
+    Patches are inside the square of 2 T cells around the location. The best one honours most data
+    of the box; among equals it has the best score of cells, and the first number.
+    """
+    low_y, low_x = inside_overlap(box)[2], inside_overlap(box)[4]
+    codes, fewest, best, best_y, best_x = rules.codes, np.int64(1) << 60, np.int64(0), y, x
+    for py in range(max(y - box.ny, 0), min(y + box.ny, image.shape[1] - 1) - box.ny + 2):
+        for px in range(max(x - box.nx, 0), min(x + box.nx, image.shape[2] - 1) - box.nx + 2):
+            misses = np.int64(0)
+            for row in range(box.y0, min(box.y0 + box.ny, data.facies.shape[1])):
+                for i in range(data.first[row], data.first[row + 1]):
+                    column = data.columns[i]
+                    if box.x0 <= column < box.x0 + box.nx:
+                        new = image[0, py + row - box.y0, px + column - box.x0]
+                        misses += abs(codes[data.facies[0, row, column]] - codes[new])
+            if misses > fewest:
+                continue
+            score = np.int64(0)
+            for row in range(box.ny):
+                for column in range(box.nx if row < low_y else low_x):
+                    old = codes[grid[box.z0, box.y0 + row, box.x0 + column]]
+                    new = codes[image[0, py + row, px + column]]
+                    score += (old - new) ** 2 if rules.is_code else -old * new
+            if misses < fewest or score < best:
+                fewest, best, best_y, best_x = misses, score, py, px
+    return best_y, best_x
