@@ -47,13 +47,14 @@ def rules_of(study: Study, oriented: OrientedImage) -> Rules:
     """Return the rules of the variant of a study, for one orientation of the image."""
     codes, p = study.training_image.codes.astype(np.int64), study.parameters
     splits = p.variant == "paper" and p.scale == 0  # the finer scales of MS-CCSIM have whole tiles
+    has_gaps = oriented.illegal.size > 0
     image, (_, uy, ux) = oriented.pyramid.image[0], oriented.pyramid.phases.shape[:3]
     if p.variant == "paper" or uy * ux == 1:
         known = np.append(codes, -1)[image].astype(np.int16)
-        return Rules(p.variant == "code", known, (1, 1), codes, splits)
+        return Rules(p.variant == "code", known, (1, 1), codes, splits, has_gaps)
     sums, _ = planes_of_codes(oriented.pyramid.sums, study.training_image.codes)
     known = codes_read_back(sums[0], uy.bit_length() - 1)
-    return Rules(True, known, (uy, ux), codes, splits)
+    return Rules(True, known, (uy, ux), codes, splits, has_gaps)
 
 
 @kernel

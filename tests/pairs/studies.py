@@ -103,6 +103,20 @@ def pairs(seed: int = 0) -> list[dict[str, str]]:
     return rows
 
 
+def published_rows() -> list[dict[str, str]]:
+    """Return rows with the published variants, which are only for maps without guides."""
+    usual = {name: levels[0] for name, levels in FEATURES.items()}
+    studies = (
+        {"variant": "paper", "data": "few", "level": "2"},
+        {"variant": "paper", "data": "dense", "method": "ms-ccsim", "gaps": "a corner"},
+        {"variant": "paper", "facies": "4", "active": "most", "method": "ccsim", "sides": "thin"},
+        {"variant": "code", "data": "few", "level": "2", "active": "few"},
+        {"variant": "code", "data": "dense", "method": "ms-ccsim", "sides": "one cell"},
+        {"variant": "code", "facies": "1", "cells": "world", "gaps": "scattered"},
+    )
+    return [usual | row for row in studies]
+
+
 def _pairs_of(row: Row) -> set[tuple[tuple[str, str], tuple[str, str]]]:
     levels = [(name, row[name]) for name in FEATURES if name in row]
     return set(itertools.combinations(levels, 2))
@@ -193,6 +207,7 @@ def _parameters(row: Row, volume: bool, rng: np.random.Generator) -> Parameters:
     if volume:
         along_z = {"template_size": 4, "overlap_size": 2, "wavelet_level": min(level, 1)}
         sizes = {name: (along_z[name], n, n) for name, n in sizes.items()}
+    variant: Any = row.get("variant", "ours")
     switches = ("exact_data", "published_draw", "match_proportions", "refine", "repair_seams")
     return Parameters(
         **sizes,
@@ -204,7 +219,7 @@ def _parameters(row: Row, volume: bool, rng: np.random.Generator) -> Parameters:
         template_variation=0.5 if row["template"] == "varied" else 0.0,
         location_weight=float(row["location_weight"]),
         **{name: row[name] == "on" for name in (*switches, "random_path")},
-    )
+    ).as_in(variant)
 
 
 def _guides(row: Row, image: TrainingImage, grid: Grid, rng: np.random.Generator) -> dict[str, Any]:

@@ -27,6 +27,7 @@ class Rules(NamedTuple):
     cell_size: tuple[int, int]  # number of grid cells in a cell of `known`, along y and x
     codes: NDArray[np.int64]  # shape (n_facies,)
     splits: bool  # whether tiles may be split in four
+    has_gaps: bool  # whether the image has unknown cells, which no patch may contain
 
 
 def codes_read_back(sums: NDArray[np.int64], level: int) -> NDArray[np.int16]:
@@ -206,6 +207,8 @@ def best_near(grid, image, data, box, y, x, rules):
     codes, fewest, best, best_y, best_x = rules.codes, np.int64(1) << 60, np.int64(0), y, x
     for py in range(max(y - box.ny, 0), min(y + box.ny, image.shape[1] - 1) - box.ny + 2):
         for px in range(max(x - box.nx, 0), min(x + box.nx, image.shape[2] - 1) - box.nx + 2):
+            if rules.has_gaps and not is_whole(image, py, px, box, len(codes)):
+                continue
             misses = np.int64(0)
             for row in range(box.y0, min(box.y0 + box.ny, data.facies.shape[1])):
                 for i in range(data.first[row], data.first[row + 1]):
@@ -224,3 +227,13 @@ def best_near(grid, image, data, box, y, x, rules):
             if misses < fewest or score < best:
                 fewest, best, best_y, best_x = misses, score, py, px
     return best_y, best_x
+
+
+@part_of_kernel
+def is_whole(image, y, x, box, n_facies):
+    """Return whether a patch at row `y` and column `x` has no unknown cell."""
+    for row in range(y, y + box.ny):
+        for column in range(x, x + box.nx):
+            if image[0, row, column] >= n_facies:
+                return False
+    return True
