@@ -19,13 +19,13 @@ from tests.ui.widgets import opened
 def held(monkeypatch):
     """Yield an event for which simulations wait, with kernels that are not compiled."""
     release = Event()
-    own = run.simulate
+    own = run.simulate_study
 
     def simulate(*arguments, **options):
         release.wait(60)
         return own(*arguments, **options)
 
-    monkeypatch.setattr(run, "simulate", simulate)
+    monkeypatch.setattr(run, "simulate_study", simulate)
     monkeypatch.setattr(run, "is_ready", lambda: False)
     yield release
     release.set()
