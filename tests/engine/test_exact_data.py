@@ -11,6 +11,7 @@ from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, HardData, Parameters, TrainingImage, read_hard_data, revise, simulate
 from ccwsim.model.ensemble import WRONG, Ensemble
+from ccwsim.model.watch import UNWATCHED
 from ccwsim.sharing.choices import Choices, DataChoice
 from ccwsim.ui.hard_data.page import describe_answer, describe_data_status
 from ccwsim.ui.session.state import KEY, State
@@ -152,7 +153,7 @@ SMALL = Choices(
 @pytest.mark.parametrize("page", ["pages/simulate.py", "pages/data.py", "pages/validate.py"])
 def test_each_page_is_drawn_with_data_that_are_wrong(page):
     app = AppTest.from_file(str(Path(__file__).parents[2] / page), default_timeout=120)
-    ensemble = part_of(SMALL)(0, SMALL.n_realizations, lambda *_: None, lambda: False)
+    ensemble = part_of(SMALL)(0, SMALL.n_realizations, UNWATCHED)
     app.session_state[KEY] = State(choices=SMALL, ensemble=ensemble, ensemble_choices=SMALL)
     app.run()
     assert not app.exception

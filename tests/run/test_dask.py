@@ -11,6 +11,7 @@ import pytest
 
 from ccwsim import Cancelled, CCWSIMError, Ensemble, HardData, Parameters, TrainingImage, simulate
 from ccwsim.cli.program import main
+from ccwsim.model.watch import UNWATCHED
 from ccwsim.run.executors import connect, executor_of_environment
 from ccwsim.run.executors.cluster import SCHEDULER
 from ccwsim.sharing.choices import Choices
@@ -183,15 +184,15 @@ def test_the_dashboard_takes_the_address_from_the_environment(client, monkeypatc
     monkeypatch.delenv(SCHEDULER, raising=False)
     assert executor_of_environment() is None
     choices = Choices(n_realizations=2)
-    here = part_of(choices)(0, 2, lambda *_: None, lambda: False)
+    here = part_of(choices)(0, 2, UNWATCHED)
     monkeypatch.setenv(SCHEDULER, client.scheduler.address)
     own = executor_of_environment()
     assert own is executor_of_environment()
-    assert same(part_of(choices)(0, 2, lambda *_: None, lambda: False), here)
+    assert same(part_of(choices)(0, 2, UNWATCHED), here)
     own.close()
     monkeypatch.setenv(SCHEDULER, "tcp://127.0.0.1:9")
     with pytest.raises(CCWSIMError, match="no Dask scheduler answers"):
-        part_of(choices)(0, 2, lambda *_: None, lambda: False)
+        part_of(choices)(0, 2, UNWATCHED)
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense", "tcp://127.0.0.1:port", ""])

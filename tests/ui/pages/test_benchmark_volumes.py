@@ -51,7 +51,7 @@ def test_maps_of_the_middle_layer_have_as_many_cells_as_volumes():
     maps = [trial for trial in trials if trial.grid.n_dimensions == 2]
     assert [trial.grid.shape for trial in volumes] == [(12, 48, 48), (12, 64, 64)]
     for a, b in zip(volumes, maps, strict=True):
-        assert abs(a.n_cells / b.n_cells - 1) < 0.02
+        assert abs(a.grid.n_cells / b.grid.n_cells - 1) < 0.02
     image = datasets.load("sinuous_channels")
     flat = maps[0].training_image
     np.testing.assert_array_equal(flat.array, image.array[24])
