@@ -107,8 +107,16 @@ def test_a_big_run_shows_progress_and_can_be_cancelled(page, address):
 @pytest.mark.slow
 def test_a_broken_file_is_said_and_nothing_is_lost(page, address, tmp_path):
     opened(page, address)
+    first = page.locator(".facts").inner_text()
     fill(page, "seed", 7)
     run(page)
+
+    def is_new() -> None:
+        words = page.locator(".facts").inner_text()
+        assert words != first
+        assert "12 realizations in" in words
+
+    soon(is_new)
     before = page.locator(".facts").inner_text()
     broken = tmp_path / "broken.dat"
     broken.write_text("250 250 1\n1\nfacies\n0\n1\nnot a number\n")

@@ -174,7 +174,7 @@ def test_whatever_a_widget_calls_is_guarded(page, finished):
     assert [call for call in calls if not getattr(call, "is_safe", False)] == []
 
 
-HELPERS = {"button", "file_uploader"}
+HELPERS = {"button", "file_uploader", "use_button"}
 """Functions that catch the errors of their callbacks themselves."""
 
 
