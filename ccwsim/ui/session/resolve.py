@@ -71,15 +71,19 @@ USUAL_VOLUME = 100, 100
 
 def study_of(choices: Choices, checked: bool = True) -> Study:
     """Return the study described by choices; raise `CCWSIMError` if parts do not fit together."""
-    return Study(
-        image_of(choices.image),
-        choices.grid,
-        choices.parameters,
-        data_of(choices),
-        choices.seed,
-        secondary_of(choices),
-        checked=checked,
-    )
+    return Study(**study_inputs(choices), checked=checked)
+
+
+def study_inputs(choices: Choices) -> dict[str, Any]:
+    """Return the inputs of a study by name; raise `CCWSIMError` if one of them cannot be read."""
+    return {
+        "training_image": image_of(choices.image),
+        "grid": choices.grid,
+        "parameters": choices.parameters,
+        "hard_data": data_of(choices),
+        "seed": choices.seed,
+        "secondary": secondary_of(choices),
+    }
 
 
 def secondary_of(choices: Choices) -> Secondary | None:

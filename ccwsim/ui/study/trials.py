@@ -19,7 +19,7 @@ from ccwsim.ui.results.maps import colours_of
 from ccwsim.ui.session.address import go_to
 from ccwsim.ui.session.fragments import follow
 from ccwsim.ui.session.progress import compilation_to_come
-from ccwsim.ui.session.resolve import data_of, image_of, secondary_of, study_of
+from ccwsim.ui.session.resolve import image_of, study_inputs, study_of
 from ccwsim.ui.session.state import PageRun, State
 from ccwsim.ui.study.run import draw_out_of_date, failed
 from ccwsim.ui.widgets.fields import button
@@ -107,14 +107,7 @@ class TrialsRun(PageRun[Result], Generic[Row, Result]):
 
 def trial_of(choices: Choices) -> Trial:
     """Return the present study as a trial; raise `CCWSIMError` if its parts cannot be read."""
-    return Trial(
-        training_image=image_of(choices.image),
-        grid=choices.grid,
-        parameters=choices.parameters,
-        hard_data=data_of(choices),
-        seed=choices.seed,
-        secondary=secondary_of(choices),
-    )
+    return Trial(**study_inputs(choices))
 
 
 def shown_in(state: State) -> dict[str, Any]:
