@@ -401,11 +401,11 @@ def _list_problems(problems: Sequence[RowProblem], wide: bool) -> None:
     """List problems with rows of tables of wells."""
     first = problems[: MAX_LISTED if wide else 3]
     if wide:
-        rows = {"rows": [p.where for p in first], "problem": [p.said for p in first]}
+        rows = {"rows": [p.where for p in first], "problem": [p.message for p in first]}
         _draw_table(rows, len(problems))
     else:
         more = " …" if len(problems) > len(first) else ""
-        st.caption(plain("; ".join(f"{p.where}: {p.said}" for p in first) + more))
+        st.caption(plain("; ".join(f"{p.where}: {p.message}" for p in first) + more))
 
 
 def _draw_table(rows: Mapping[str, Any], n: int) -> None:
