@@ -45,18 +45,19 @@ def command(
 
     with stop_on_signals() as stopped:
         try:
-            run = inputs, extent, seed or 0, progress, stopped
-            found = paper.reproduce(*run, on_finished=report)
+            reproduction = paper.reproduce(
+                inputs, extent, seed or 0, progress, stopped, on_finished=report
+            )
         finally:
             if progress:
                 progress.close()
-    if found.finished:
-        write_report(output, paper.document_of(found))
-    if found.stopped:
-        left = f"; written: {output}" if found.finished else "; nothing is written"
-        done = f"stopped after {len(found.finished)} of {n} experiments"
-        click.echo(f"ccwsim: {done}{left}", err=True)
+    if reproduction.finished:
+        write_report(output, paper.document_of(reproduction))
+    if reproduction.stopped:
+        output_note = f"; written: {output}" if reproduction.finished else "; nothing is written"
+        done = f"stopped after {len(reproduction.finished)} of {n} experiments"
+        click.echo(f"ccwsim: {done}{output_note}", err=True)
         return stopped.exit_code
     if not quiet:
-        click.echo(f"{paper.summary(found)}\nWritten: {output}", err=True)
+        click.echo(f"{paper.summary(reproduction)}\nWritten: {output}", err=True)
     return 0
