@@ -24,7 +24,7 @@ def proportions_chart(
     Shares of cells are from 0 to 1. `reference`, shape (n_facies,), has the training image's
     shares; `each`, shape (n, n_facies), has the shares of each realization.
     """
-    traces, fixed = [], {"cliponaxis": False}
+    traces = []
     edge = {"opacity": 0.75, "line": {"width": 0.8, "color": theme.quiet}}
     for k, name in enumerate(as_written(names)):
         traces.append(
@@ -36,7 +36,7 @@ def proportions_chart(
                 11,
                 hovertemplate=f"{name}: %{{x:.1f}} %<extra></extra>",
                 marker=edge,
-                **fixed,
+                cliponaxis=False,
             )
         )
     stroke = {"symbol": "line-ns", "line": {"width": 2.5, "color": theme.reference}}
@@ -50,7 +50,7 @@ def proportions_chart(
             20,
             hovertemplate="training image: %{x:.1f} %<extra></extra>",
             marker=stroke,
-            **fixed,
+            cliponaxis=False,
         )
     )
     largest = 100 * min(1.0, 1.15 * float(max(reference.max(), each.max())))
@@ -94,6 +94,6 @@ def compared_proportions_chart(
     middle = starts + (len(settings) - 1) / 2
     chart.update_yaxes(**rows_axis(theme, labels, (n * block - 1, -1), middle))
     off = [float(np.abs(shares - reference).max()) for shares in settings.values()]
-    reach = 115 * max(*off, 0.002)
+    reach = 115 * max([*off, 0.002])
     chart.update_xaxes(range=[-reach, reach], nticks=5)
     return chart.update_layout(hovermode="closest")

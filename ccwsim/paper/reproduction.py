@@ -95,8 +95,14 @@ def reproduce(
                 on_finished(result)
     except Cancelled:
         stopped = True
-    seconds = time.perf_counter() - start
-    return Reproduction(inputs or PaperInputs(), extent, seed, tuple(finished), stopped, seconds)
+    return Reproduction(
+        inputs=inputs or PaperInputs(),
+        extent=extent,
+        seed=seed,
+        finished=tuple(finished),
+        stopped=stopped,
+        seconds=time.perf_counter() - start,
+    )
 
 
 def with_largest_grid(extent: Extent, side: int | None) -> Extent:
