@@ -59,7 +59,7 @@ class PaperInputs:
         return self._file(f"paper/{IMAGES[name]['file']}.npy") is not None
 
     def data(self, name: str, n: int, shape: tuple[int, int]) -> HardData:
-        """Return about `n` data: of the authors inside the grid, or equally dense bundled data."""
+        """Return the authors' `n` data inside the grid, or bundled data of equal density."""
         stem = IMAGES[name]["data"][str(n)]
         ny, nx = map(int, stem.rsplit("grid", 1)[1].split("x"))
         path = self._file(f"{stem}.csv") if self.is_own(name) else None

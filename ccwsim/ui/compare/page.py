@@ -303,7 +303,7 @@ def _draw_comparison(state: State, run: ComparisonRun, comparison: Comparison) -
 
 
 def _notes(run: ComparisonRun) -> dict[str, str]:
-    """Return the setting of the study, how each other setting differs, and the other method."""
+    """Return the study's setting, the differences of other settings, and "not CCWSIM", by name."""
     study_setting, *others = run.settings
     descriptions = [
         describe_parameters(study_setting),

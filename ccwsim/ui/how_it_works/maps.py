@@ -158,7 +158,7 @@ def _steps(colours: tuple[str, ...]) -> list[str]:
 
 
 def grid_map(view: PatchView) -> CellMap:
-    """Return the grid before the patch is pasted: lit overlap, data, outline, arrow on a map."""
+    """Return the grid before the patch is pasted, with lit overlap, data, outline and arrow."""
     step, frame = view.step, view.trace.grid_frame
     lit = np.zeros(step.before.shape, bool)
     lit[view.part] = step.in_overlap
@@ -212,7 +212,7 @@ def _conditioning_points(view: PatchView) -> list[list[int]]:
 
 
 def _trail(trace: Trace, step: TracedPatch) -> list[list[float]]:
-    """Return the arrow along the path to the tile of a patch; for volumes, return no arrow."""
+    """Return the arrow along the path to the tile of a patch of a map."""
     n, last = trace.path.tiles[2], step.patch.tile
     half, stride = trace.template / 2, trace.template - step.overlap
     first = last - last % n
