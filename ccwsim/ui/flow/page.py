@@ -322,12 +322,10 @@ def _draw_heads(
     page_state: FlowState, ensemble: Ensemble, solution: Solution, settings: FlowSettings
 ) -> None:
     heads = solution.flow.heads
-    lowest, highest, chosen_heads = np.nanmin(heads), np.nanmax(heads), sorted(settings.heads)
+    lowest, highest = np.nanmin(heads), np.nanmax(heads)
+    lower_end, upper_end = sorted(settings.heads)
     # heads at a well in tight rock do not take all colours
-    low, high = (
-        max(lowest, 2 * chosen_heads[0] - chosen_heads[1]),
-        min(highest, 2 * chosen_heads[1] - chosen_heads[0]),
-    )
+    low, high = max(lowest, 2 * lower_end - upper_end), min(highest, 2 * upper_end - lower_end)
     with st.container(**ROW, key="heads_row"):
         text.panel_title("Head", "each change of colour is a line of equal head")
     span = max(high - low, 1e-300)
