@@ -74,7 +74,7 @@ def curves_chart(
 
     The chart of one ensemble has grey realizations, a grey band and a dark median. The chart of up
     to four named settings has a band and a median for each setting. Charts to be compared need the
-    same `y_range`. `judged` has the lags and the means of crops and of pieces, which a verdict
+    same `y_range`. `judged` contains lags, and means of crops and of pieces, which a verdict
     compares; both means are dotted.
     """
     if isinstance(bundles, Bundle):
@@ -251,7 +251,7 @@ def repetition_chart(
 ) -> go.Figure:
     """Return a chart of the autocorrelation of a training image, with marked lengths.
 
-    The correlation is 1 at lag 0, about 0 for independent cells, and has a peak at the distance
+    The correlation is 1 at lag 0, about 0 for independent cells, and peaks at the distance
     between repeated features. `marks` maps names to lengths in cells, such as {"T 32": 32}.
     """
     chart = blank_chart(theme, height=height, x_title="lag (cells)", y_title="correlation")

@@ -16,7 +16,7 @@ def conductivity_chart(
 ) -> go.Figure:
     """Return a histogram of the effective conductivity of realizations, on a logarithmic axis.
 
-    `marks` has a value and a colour for each vertical line, such as a bound or the image.
+    `marks` maps the name of each vertical line, such as a bound, to its value and colour.
 
     Examples
     --------
@@ -58,8 +58,8 @@ def breakthrough_chart(
 ) -> go.Figure:
     """Return a chart of the share of arrived particles against time, by realization.
 
-    `days` has sorted travel times, shape (n, m), inf for particles that do not arrive. The curve
-    of realization `shown` has the colour `accent`.
+    `days` are sorted travel times, shape (n, m), inf for particles that do not arrive. The curve
+    of realization `shown` is drawn in the colour `accent`.
 
     Examples
     --------

@@ -103,7 +103,8 @@ def placement_svg(
     """Return an SVG sketch of hard data inside and outside the outline of a grid.
 
     `cells`, shape (n, 2), may be outside the grid. A datum without a colour is drawn as a ring.
-    `wells` has the indices of each named well's data, from the top down, which a line joins.
+    `wells` maps the name of each well to the indices of its data, from the top down, which a line
+    joins.
     """
     ny, nx = shape
     places = as_integers(cells, "cells").reshape(-1, 2) + 0.5

@@ -21,8 +21,8 @@ def proportions_chart(
 ) -> go.Figure:
     """Return a chart with a row for each facies: dots for realizations, a red stroke for the image.
 
-    Shares of cells are from 0 to 1. `reference`, shape (n_facies,), has the training image's
-    shares; `each`, shape (n, n_facies), has the shares of each realization.
+    Shares of cells are from 0 to 1. `reference`, shape (n_facies,), are the training image's
+    shares; `each`, shape (n, n_facies), are the shares of each realization.
     """
     traces = []
     edge = {"opacity": 0.75, "line": {"width": 0.8, "color": theme.quiet}}
@@ -70,7 +70,7 @@ def proportions_chart(
 def compared_proportions_chart(
     names: Sequence[str], reference: Floats, settings: Mapping[str, Floats], theme: Theme
 ) -> go.Figure:
-    """Return a chart with a block for each facies; each block has a line of dots for each setting.
+    """Return a chart with a block for each facies, and in it a line of dots for each setting.
 
     Dots show differences from the training image, and the red stroke at 0 is the training image.
     `settings` maps the name of each setting to its realizations' shares, shape (n, n_facies).

@@ -152,7 +152,7 @@ def blank_chart(
 
 
 def line(name: str, x: ArrayLike, y: ArrayLike, colour: str, width: float, **more: Any) -> Any:
-    """Return a plotly line with an escaped name, without hover text; `more` goes to plotly."""
+    """Return a plotly line with an escaped name, without hover text; `more` is passed to plotly."""
     more = {"mode": "lines", "hoverinfo": "skip", **more}
     if "hovertemplate" in more:
         del more["hoverinfo"]

@@ -44,8 +44,8 @@ def sweep_chart(
 
     CPU times, errors and spreads have shape (n,); NaN values are not drawn. A spread, drawn as a
     bar, is the variation of an error between realizations. Labels are beside the dots if there is
-    room. `front` has the indices of the settings on the front, fastest first. The setting
-    `selected` has a ring, and the setting `recommended` is a diamond.
+    room. `front` are the indices of the settings on the front, fastest first. The setting
+    `selected` is ringed, and the setting `recommended` is a diamond.
     """
     on_front = [int(k) for k in front]
     x_title = "CPU time of a realization (ms)"
@@ -106,7 +106,7 @@ def _axis(values: NDArray[np.float64], margin: float) -> dict[str, Any]:
 
 
 def _steps(corners: NDArray[np.float64]) -> list[Box]:
-    """Return the lines of the front as boxes; from each point, a line goes right and then down."""
+    """Return the lines of the front as boxes; from each point, a line runs right and then down."""
     boxes: list[Box] = []
     for (x, y), (right, below) in pairwise(corners.tolist()):
         boxes += [(x, y - 1, right, y + 1), (right - 1, y, right + 1, below)]

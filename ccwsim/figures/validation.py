@@ -89,7 +89,7 @@ def data_status_chart(
     """Return a bar chart of the mean share of hard data by data status.
 
     Examples of `names` are "raster" and "re-simulated, 8 cells"; the bar of the last name has a
-    warning colour. `shares`, shape (n_realizations, n_names), has values from 0 to 1.
+    warning colour. `shares`, shape (n_realizations, n_names), are from 0 to 1.
     """
     chart = blank_chart(theme, height=height, x_title="share of the data (%)", y_title="")
     rows, means = as_written(names), 100 * shares.mean(axis=0)

@@ -125,7 +125,7 @@ def connectivity_chart(stacks: Mapping[str, NDArray], image: TrainingImage, lags
 
 
 def caption_of_cases(e: Ensemble) -> str:
-    """Return the caption of a chart of several methods; `e` has the realizations of one of them."""
+    """Return the caption of a chart of several methods; `e` are realizations of one of them."""
     realizations = f"{e.n} realizations of each of our cases, seed {e.seed}"
     return f"{describe_inputs(e)}; {SETTINGS}; {realizations}."
 

@@ -81,7 +81,7 @@ def reproduce(
     experiments: Sequence[Experiment] = EXPERIMENTS,
     on_finished: Callable[[Finished], None] | None = None,
 ) -> Reproduction:
-    """Run experiments of the paper; a stopped run has the experiments that are finished."""
+    """Run experiments of the paper; a stopped run returns the finished experiments."""
     start, finished, stopped = time.perf_counter(), [], False
 
     def tried(experiment: Experiment, watch: Watch) -> Finished:

@@ -128,7 +128,7 @@ class Section:
 
 @dataclass(frozen=True, eq=False)
 class Document:
-    """A report; `opening` precedes the table of contents, `colophon` has facts for reproduction."""
+    """A report; `opening` precedes the table of contents, `colophon` states how it was made."""
 
     title: str
     sections: tuple[Section, ...]

@@ -43,7 +43,7 @@ class ComparisonRun(TrialsRun[comparison.Comparison, comparison.Comparison]):
     """A run that compares settings, or adds curves of `facies` to the comparison `base`.
 
     The last of `rows` is the comparison so far. `second` is setting A with the second training
-    image, if there is one; `second_ensemble` has its realizations.
+    image, if there is one; `second_ensemble` are its realizations.
     """
 
     beside: Beside
@@ -130,7 +130,7 @@ class ComparePageState(RunState[ComparisonRun]):
 
     `others` are the settings besides the setting of the study; an element None stands for a default
     setting, derived from the study. `n` is the number of realizations per setting, or None until
-    the page is first drawn. `earlier` is the run whose results are shown while `run` has none.
+    the page is first drawn. `earlier` is a run whose results are shown until `run` has results.
     """
 
     others: list[Parameters | None] = field(default_factory=lambda: [None, None])

@@ -97,7 +97,7 @@ def draw_opened(state: State, *, compared: bool = False) -> None:
             _draw_example(state, example, compared)
         elif state.own_seed is not None and not compared:
             own_seed, seed = state.own_seed, state.choices.seed
-            changed = "" if own_seed == seed else f" The study has {seed} now."
+            changed = "" if own_seed == seed else f" The study uses {seed} now."
             text = f"<b>Your own seed in this class is {own_seed}.</b>{changed}"
             st.html(f'<p class="opened">{text}</p>')
         elif state.welcome and not compared:

@@ -140,8 +140,8 @@ class Quiz:
     `image` is the name of a bundled training image, or empty for the image of the study. `level`,
     `n_candidates` and `refine` are parameters of the realizations. `seed` is random, one per
     session, and `n_rounds` is added to it. `job` computes the round with the settings `asked`.
-    `picked` is the picture that the user picked as the training image. `tallies` has the number of
-    right picks and the number of picks for each setting.
+    `picked` is the picture that the user picked as the training image. `tallies` are the numbers of
+    right picks and of all picks for each setting.
     """
 
     image: str = "channels"

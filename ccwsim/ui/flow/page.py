@@ -352,7 +352,8 @@ def with_tracks(
 ) -> CellMap:
     """Return a map with tracks and with particles after a share (%) of the median travel time.
 
-    Tracks to the well have the last colour. A volume also has the well and colours of times.
+    Tracks to the well are drawn in the last colour. A volume also shows the well, and tracks are
+    coloured by time.
     """
     accent = chart_theme().reference
     if len(well := settings.well or ()) == 3:

@@ -288,7 +288,7 @@ def worth(capture: Capture, truth: NDArray[np.bool_] | None) -> str:
     better = "hardly better than" if score > 0.8 * constant else "better than"
     better = "no better than" if score >= 0.98 * constant else better
     return (
-        f"Brier score {three_digits(score)} against {against}; one constant probability has "
+        f"Brier score {three_digits(score)} against {against}; one constant probability scores "
         f"{three_digits(constant)}. The map is {better} a constant."
     )
 

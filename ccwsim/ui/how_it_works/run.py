@@ -48,7 +48,7 @@ class How:
 
 
 def parameters_of(state: State) -> Parameters:
-    """Return the setting of the page, or the setting of the study if the page has none."""
+    """Return the setting of the page, or the setting of the study by default."""
     parameters = state.page(How).parameters
     return state.choices.parameters if parameters is None else parameters
 

@@ -98,7 +98,7 @@ def describe_path(trace: Trace) -> str:
     start = f"the <b>{'-'.join(corner)}</b> and runs <b>{frame.direction}</b>, {line} after {line}"
     if volume:
         order = ORDER_WORDS[[axes[0] for axes in ORDERS].index(ORDERS[trace.path.order][0])]
-        start = f"the corner <b>{listing(corner)}</b> and goes {order}"
+        start = f"the corner <b>{listing(corner)}</b> and proceeds {order}"
 
     def along(lengths: Triple) -> str:
         in_grid = along_path(lengths, trace.path.orientation)

@@ -127,7 +127,7 @@ def _draw_range(page_state: SweepState, name: str, values: list[Any], chosen: li
     def write(new: list[Any]) -> None:
         page_state.ranges = {**page_state.ranges, name: list(new)}
 
-    # the key contains the values, so that a widget with new values has no old state
+    # the key contains the values, so that a widget with new values gets a new state
     key = f"range_{name}_{'_'.join(map(str, values))}"
     field(
         st.pills,
@@ -381,7 +381,7 @@ def two(spread: float) -> str:
 def draw_settings(
     run: SweepRun, names: list[str], marked: tuple[int, int], choose: Callable[[int], None]
 ) -> None:
-    """Draw a tile per finished setting; `marked` has the shown and the recommended number."""
+    """Draw a tile per finished setting; `marked` are the shown and the recommended number."""
     rows = run.latest_result.rows
     while len(run.tiles) < len(rows):
         first = rows[len(run.tiles)].realizations[:1]
