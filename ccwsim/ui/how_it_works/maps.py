@@ -81,7 +81,7 @@ class PatchView:
         return Frame(self.trace.path.orientation, shape)
 
     def where(self, location: PlaceFate) -> str:
-        """Return the first image cell, as it was read, of a patch at a location, as (x, y[, z])."""
+        """Return the first cell (x, y[, z]) of a patch at a location, in the image as read."""
         first = np.multiply(location_of(location, len(self.block)), self.block).tolist()
         part = self.trace.image_frame.box_to_grid(first, self.step.cells.shape)
         return f"({', '.join(str(side.start) for side in reversed(part))})"
