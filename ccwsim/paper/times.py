@@ -9,7 +9,7 @@ from ccwsim.experiments.timing import data_trials, grid_trials, growth, time_tri
 from ccwsim.experiments.trials import TrialResult
 from ccwsim.figures import LIGHT, TimeSeries, timings_chart
 from ccwsim.model.numbers import duration, minus
-from ccwsim.model.parameters import Parameters
+from ccwsim.model.parameters import Method, Parameters
 from ccwsim.paper import methods, verdicts
 from ccwsim.paper.experiment import ExperimentRun, Outcome, said
 from ccwsim.paper.methods import SETTINGS, TITLES
@@ -129,10 +129,12 @@ def times_with_data(run: ExperimentRun) -> Outcome:
     """Measure CPU times of the three methods, with published settings and with exact data."""
     image, side = run.inputs.image("channel"), run.extent.side(512)
     numbers = [max(round(n * side * side / PAPER_CELLS), k + 1) for k, n in enumerate(TABLE_2_DATA)]
+    levels_of: dict[Method, tuple[int, ...]]
+    levels_of = {"ms-ccsim": LEVELS, "ccwsim": LEVELS, "ccsim": (0,)}
     settings = [
         methods.paper_parameters(method, level, exact=exact)
         for exact in (False, True)
-        for method, levels in (("ms-ccsim", LEVELS), ("ccwsim", LEVELS), ("ccsim", (0,)))
+        for method, levels in levels_of.items()
         for level in levels
     ]
     n = run.extent.n_timed
