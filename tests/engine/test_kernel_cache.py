@@ -79,7 +79,7 @@ def test_a_truncated_file_is_left_to_the_process_that_compiles(function, tmp_pat
 def test_a_moved_copied_or_touched_file_finds_what_is_compiled(function, tmp_path):
     folder = tmp_path / "kernels-1"
     assert compiled(function, folder)(3) == 6
-    gc.collect()  # after the first function is gone, Numba imports its module
+    gc.collect()  # Numba imports the module once the first function is deleted
     copy = tmp_path / "copy"
     shutil.copytree(folder, copy / folder.name)
     os.utime(tmp_path / "a_module.py", (1e9, 1e9))

@@ -1,4 +1,4 @@
-"""Messages of errors: each of `errors.toml` is raised, with the values that it names."""
+"""Test that each message of `errors.toml` is raised with the values that it names."""
 
 import ast
 import tomllib

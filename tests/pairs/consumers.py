@@ -461,7 +461,7 @@ WITHOUT_STUDIES = {
         *("pareto_front", "recommended", "run_trials", "usual_work"),
     },
 }
-"""Functions that take files, settings or numbers, but neither a study nor what is made of it."""
+"""Functions that take files, settings or numbers, but neither a study nor its results."""
 
 
 def public_functions() -> set[str]:

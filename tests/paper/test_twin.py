@@ -1,4 +1,4 @@
-"""Test that the paper's method gives the same cells as an independent program of 150 lines."""
+"""Test that the paper's method gives the same cells as an independent program of 170 lines."""
 
 from __future__ import annotations
 

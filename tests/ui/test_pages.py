@@ -322,7 +322,7 @@ def test_the_state_is_kept_when_a_page_is_left():
     app = launched()
     app.number_input(key="seed").set_value(5).run()
     other = open_menus(AppTest.from_file(str(ROOT / "app.py"), default_timeout=120))
-    other.session_state[KEY] = app.session_state[KEY]  # a change of the page keeps only this
+    other.session_state[KEY] = app.session_state[KEY]  # only this survives a change of page
     other.run()
     assert other.number_input(key="seed").value == 5
     assert other.session_state[KEY].ensemble is app.session_state[KEY].ensemble

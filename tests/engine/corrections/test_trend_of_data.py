@@ -1,4 +1,4 @@
-"""Data whose proportions differ from place to place are not spread evenly over the grid."""
+"""Test that the proportions of realizations follow a trend of the data."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def test_expected_proportions_are_those_of_the_cells_that_are_done(offset):
 
 
 def test_facies_stay_where_data_show_them():
-    """Channels of an image without trend do not fill the part of the grid where data have none."""
+    """Test that channels of an image without trend do not fill a part without data of channels."""
     image = TrainingImage(blobs((1, 100, 100), 2)[0])
     rng = np.random.default_rng(2)
     at = rng.choice(120 * 100, 400, replace=False)
