@@ -28,7 +28,7 @@ SMALL = Parameters(24, 6, 1)
 
 
 def along_east(cells: np.ndarray) -> float:
-    """Return the share of equal neighbours from west to east, less that from south to north."""
+    """Return the share of equal neighbours from west to east, minus that from south to north."""
     return float((cells[:, 1:] == cells[:, :-1]).mean() - (cells[1:] == cells[:-1]).mean())
 
 
