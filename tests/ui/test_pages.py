@@ -265,7 +265,7 @@ def test_what_a_browser_still_says_of_replaced_widgets_changes_nothing():
 def test_an_image_says_on_demand_which_parameters_suit_it_and_they_can_be_taken():
     app = launched(SMALL)
     app.switch_page(IMPORT_PAGE).run()
-    assert "What suits it" in html(app)
+    assert "Advised values" in html(app)
     settled(app.button(key="use_advice").click().run())
     advised = diagnose(datasets.load("channels"))
     parameters = app.session_state[KEY].choices.parameters

@@ -16,7 +16,7 @@ Write = Callable[..., None]
 
 @dataclass(frozen=True)
 class Question:
-    """A question about a file; `options` are its possible answers, without them it is a number."""
+    """A question about a file; the answer is one of `options` or, without options, a number."""
 
     key: str  # of the widget; also the name of the answer, unless `answers` returns others
     text: str
@@ -76,4 +76,12 @@ def tabs(
     **look: Any,
 ) -> Question:
     """Return a question whose options are side by side."""
-    return Question(key, text, value, options, answers, st.segmented_control, look)
+    return Question(
+        key=key,
+        text=text,
+        value=value,
+        options=options,
+        answers=answers,
+        widget=st.segmented_control,
+        look=look,
+    )
