@@ -187,8 +187,8 @@ def _ask_reference(page_state: Editor, choice: ImageChoice, volume: bool) -> Non
 
 
 def _ask_way(page_state: Editor, volume: bool) -> None:
-    ways = WAYS_VOLUME if volume else WAYS
-    if page_state.sampling.way not in ways or (volume and page_state.sampling == Sampling()):
+    labels = WAYS_VOLUME if volume else WAYS
+    if page_state.sampling.way not in labels or (volume and page_state.sampling == Sampling()):
         page_state.sampling = Sampling("vertical", n=10, every=1) if volume else Sampling()
     sampling = page_state.sampling
 
@@ -196,7 +196,7 @@ def _ask_way(page_state: Editor, volume: bool) -> None:
         page_state.sampling = replace(page_state.sampling, **changes)
 
     way = bound_to(sampling, "way", change)
-    field(st.selectbox, "Where", key="sample_way", **way, **options_of(ways))
+    field(st.selectbox, "Where", key="sample_way", **way, **options_of(labels))
     if sampling.way != "grid":
         label = "How many data" if sampling.way == "random" else "How many wells"
         number = bound_to(sampling, "n", change, min_value=1, max_value=MAX_SAMPLED)

@@ -45,8 +45,8 @@ def draw_editor(state: State) -> None:
         draw_style("hard_data/editor.css")
         problem = problem_of_data(state.choices)
         local = None if problem else answer(state)
-        rest = REST if state.choices.grid.nz is None else REST_VOLUME
-        start_run_if_needed(state, live=True, after=rest if local else 0.0)
+        delay = REST if state.choices.grid.nz is None else REST_VOLUME
+        start_run_if_needed(state, live=True, after=delay if local else 0.0)
         draw_news(state, wait=local is None)
         with st.container(key="editing"):
             if problem:

@@ -109,8 +109,8 @@ def edited_rows(base: pd.DataFrame, edits: Mapping[str, Any]) -> pd.DataFrame:
     frame = frame.drop(index=list(edits.get("deleted_rows", [])))
     added = [{n: row.get(n) for n in base.columns} for row in edits.get("added_rows", [])]
     if added:
-        more = pd.DataFrame(added, columns=base.columns).astype(float)
-        frame = more if frame.empty else pd.concat([frame, more], ignore_index=True)
+        new_rows = pd.DataFrame(added, columns=base.columns).astype(float)
+        frame = new_rows if frame.empty else pd.concat([frame, new_rows], ignore_index=True)
     return frame.reset_index(drop=True)
 
 

@@ -79,14 +79,14 @@ def rows_of_wells(data: HardData, wells: CellsOfWells = ()) -> WellRows:
 
 def table_of_wells(data: HardData, grid: Grid, rows: WellRows) -> pd.DataFrame:
     """Return a table of wells: name, position of the top datum, range of z, number of data."""
-    low = data.cells[[which[0] for which in rows.data]]
-    high = data.cells[[which[-1] for which in rows.data]]
+    low = data.cells[[indices[0] for indices in rows.data]]
+    high = data.cells[[indices[-1] for indices in rows.data]]
     centers = grid.centers_of(high)
     height, base = grid.cell_size[-1], grid.origin[-1]
     columns: dict[str, Any] = {"well": rows.names} if any(rows.names) else {}
     columns |= {"x": centers[:, 0], "y": centers[:, 1]}
     columns |= {"from z": base + height * low[:, 0], "to z": base + height * (high[:, 0] + 1)}
-    return pd.DataFrame(columns | {"data": [len(which) for which in rows.data]})
+    return pd.DataFrame(columns | {"data": [len(indices) for indices in rows.data]})
 
 
 def describe_wells(data: HardData, rows: WellRows) -> str:
@@ -126,9 +126,9 @@ def remove_wells(state: State, rows: list[int]) -> None:
     out = np.zeros(data.n, bool)
     for k in rows:
         out[wells.data[k]] = True
-    for k, which in enumerate(wells.data):
+    for k, indices in enumerate(wells.data):
         if k not in rows:
-            out[which] = False
+            out[indices] = False
     gone = {wells.names[k] for k in rows}
     remaining = HardData(data.cells[~out], data.facies[~out])
     kept = tuple(well for well in named if well[0] not in gone)

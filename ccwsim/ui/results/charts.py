@@ -71,8 +71,8 @@ def titled_chart(
 
 def chart_menu(title: str, key: str) -> None:
     """Draw the menu that saves the chart with the key `key`."""
-    data = {"title": title, "chart": f"chart_{key}", "name": key}
-    draw_component("chart_menu", f"menu_{key}", data, width="content")
+    content = {"title": title, "chart": f"chart_{key}", "name": key}
+    draw_component("chart_menu", f"menu_{key}", content, width="content")
 
 
 SMALL_SHARES = 4_000_000

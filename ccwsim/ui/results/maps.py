@@ -49,9 +49,9 @@ def is_wide(grid: Grid) -> bool:
     return grid.nx >= WIDE * grid.ny
 
 
-def middle_layer(cells: NDArray[Any]) -> NDArray[Any]:
+def middle_layer(array: NDArray[Any]) -> NDArray[Any]:
     """Return the middle layer of a volume; return a map unchanged."""
-    return cells[len(cells) // 2] if cells.ndim == 3 else cells
+    return array[len(array) // 2] if array.ndim == 3 else array
 
 
 def middle_layers(stack: NDArray[Any]) -> NDArray[Any]:
@@ -302,17 +302,17 @@ def draw_ghost(state: State) -> None:
         left, middle, right = map_columns((SMALLEST_IMAGE, *MAP_WIDTHS), 1, grid)
     with left, st.container(key="image_beside"):
         draw_training_image(image, colours_of(state))
-    shape = f"aspect-ratio: {grid.nx} / {grid.ny}"
+    css_size = f"aspect-ratio: {grid.nx} / {grid.ny}"
     with middle:
         text = "A field that has the patterns of the training image and honours the data"
-        ghost_panel(text, shape, "Realization", "ghost large")
+        ghost_panel(text, css_size, "Realization", "ghost large")
     with right:
         text = "The probability of a facies: the share of realizations with this facies in a cell"
-        ghost_panel(text, shape, "E-type")
+        ghost_panel(text, css_size, "E-type")
 
 
-def ghost_panel(text: str, shape: str, title: str = "", kind: str = "ghost") -> None:
-    """Draw the outline of a future result; `shape` is the size of the outline in CSS."""
+def ghost_panel(text: str, css_size: str, title: str = "", kind: str = "ghost") -> None:
+    """Draw the outline of a future result; `css_size` is the size of the outline in CSS."""
     if title:
         panel_title(title)
-    st.html(f'<div class="{kind}" style="{shape}">{escape(text)}</div>')
+    st.html(f'<div class="{kind}" style="{css_size}">{escape(text)}</div>')

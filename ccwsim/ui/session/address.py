@@ -31,9 +31,9 @@ def take_address(state: State) -> None:
     state.choices, state.notes = choices, (*notes, *changes)
     state.needs_confirmation = True
     show(state, shown)
-    image, data = drafts_for_reload(choices)
-    state.image_draft = image if isinstance(image, ImageChoice) else None
-    state.data_draft = data if isinstance(data, DataChoice) else None
+    image_draft, data_draft = drafts_for_reload(choices)
+    state.image_draft = image_draft if isinstance(image_draft, ImageChoice) else None
+    state.data_draft = data_draft if isinstance(data_draft, DataChoice) else None
 
 
 def own_seed(state: State, choices: Choices) -> Choices:

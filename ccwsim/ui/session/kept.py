@@ -142,5 +142,5 @@ def drafts_for_reload(choices: Choices) -> list[Own | None]:
 
 
 def _names_of_drafts(choices: Choices) -> tuple[str, str]:
-    study = digest(sorted(link_of(choices).items()))
-    return f"image beside {study}", f"data beside {study}"
+    study_digest = digest(sorted(link_of(choices).items()))
+    return f"image beside {study_digest}", f"data beside {study_digest}"

@@ -289,9 +289,9 @@ def imported_data(choices: Choices) -> io.HardDataImport:
 
 @cached(max_entries=32, hash_funcs={**CONTENT, DataChoice: vars})
 def _imported_cells(
-    choice: DataChoice, image: ImageChoice, grid: Grid, parameters: Parameters
+    choice: DataChoice, image_choice: ImageChoice, grid: Grid, parameters: Parameters
 ) -> io.HardDataImport:
-    return _settled(placed_data(Choices(image, choice, grid, parameters)), choice.answers)
+    return _settled(placed_data(Choices(image_choice, choice, grid, parameters)), choice.answers)
 
 
 def placed_data(choices: Choices) -> io.PlacedPoints:
@@ -307,14 +307,14 @@ def _names(choices: Choices) -> Names:
 
     Data for the image itself need no names, so the user may rename the facies of the image.
     """
-    choice, image = choices.data, choices.image
+    choice, image_choice = choices.data, choices.image
     bundled = choice.source == "bundled"
     data_image = datasets.hard_data_training_image(choice.bundled) if bundled else ""
-    if not data_image or (image.upload is None and image.bundled == data_image):
+    if not data_image or (image_choice.upload is None and image_choice.bundled == data_image):
         return (), ()
     words = datasets.load(data_image).facies_names
     answered = dict(choice.answers).get("facies_names", ())
-    return words, (*taken_by_code(words, image_of(image)).items(), *answered)
+    return words, (*taken_by_code(words, image_of(image_choice)).items(), *answered)
 
 
 def taken_by_code(words: Sequence[str], image: TrainingImage) -> dict[str, int]:
@@ -516,12 +516,12 @@ def _sampled(
     return sample_random(reference.realizations[0], n, seed)
 
 
-def same_realizations(study: Choices, other: Choices) -> bool:
-    """Return whether two studies give the same realizations; names and colours are ignored."""
+def same_realizations(choices: Choices, other: Choices) -> bool:
+    """Return whether two choices give the same realizations; names and colours are ignored."""
     try:
-        return study == other or (
-            study.n_realizations == other.n_realizations
-            and not study_of(study).differs_from(study_of(other))
+        return choices == other or (
+            choices.n_realizations == other.n_realizations
+            and not study_of(choices).differs_from(study_of(other))
         )
     except CCWSIMError:  # one of the studies cannot be simulated
         return False

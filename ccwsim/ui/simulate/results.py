@@ -257,8 +257,8 @@ def go_back(state: State, key: str) -> None:
 def place_of(state: State) -> int:
     """Return the index of the run whose results are on the page, or −1 if none is."""
     latest = state.ensemble and state.ensemble.indices  # facies may have been renamed since
-    places = [k for k, run in enumerate(state.runs.runs) if run.ensemble.indices is latest]
-    return places[0] if places else -1
+    matching = [k for k, run in enumerate(state.runs.runs) if run.ensemble.indices is latest]
+    return matching[0] if matching else -1
 
 
 def entry(runs: list[PastRun], k: int) -> dict[str, Any]:

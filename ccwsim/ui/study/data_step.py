@@ -242,9 +242,12 @@ def bundled_data(state: State) -> tuple[str, ...]:
     """Return bundled hard data that suit the study; for volumes, wells of the image come first."""
     if state.choices.grid.nz is None:
         return datasets.hard_data_names()
-    image = state.choices.image.bundled
-    wells = datasets.WELLS
-    return tuple(sorted(wells, key=lambda name: datasets.hard_data_training_image(name) != image))
+    image_name, wells = state.choices.image.bundled, datasets.WELLS
+
+    def is_of_other_image(name: str) -> bool:
+        return datasets.hard_data_training_image(name) != image_name
+
+    return tuple(sorted(wells, key=is_of_other_image))
 
 
 def keep_data_button(state: State, key: str, label: str = "Keep the data as they were") -> None:
@@ -290,8 +293,8 @@ class DataFitState:
 
 def is_judged(data: HardData, grid: Grid, secondary: Secondary | None) -> bool:
     """Return whether data are automatically compared with the image as it was read."""
-    other = secondary is not None and secondary.is_of_other_images
-    return data.n >= MIN_PLACES and grid.n_cells <= MAX_CELLS and not other
+    uses_other_images = secondary is not None and secondary.is_of_other_images
+    return data.n >= MIN_PLACES and grid.n_cells <= MAX_CELLS and not uses_other_images
 
 
 def flagged(fit: DataFit) -> bool:

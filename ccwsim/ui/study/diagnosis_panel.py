@@ -69,8 +69,8 @@ def draw_advice(
     st.html(advice_table(diagnosis, parameters))
     thin = min(range(image.n_facies), key=lambda k: diagnosis.thickness[k])
     n = diagnosis.thickness[thin]
-    cells = "1 cell" if n == 1 else f"{n} cells"
-    step_note(f"Thinnest feature: {image.facies_names[thin]}, {cells} thick.")
+    thickness = "1 cell" if n == 1 else f"{n} cells"
+    step_note(f"Thinnest feature: {image.facies_names[thin]}, {thickness} thick.")
     advised = {advice.parameter: advice.value for advice in diagnosis.advice}
     differs = any(getattr(parameters, name) != value for name, value in advised.items())
     if differs:

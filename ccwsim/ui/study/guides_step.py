@@ -111,24 +111,24 @@ def _draw_problem(state: State) -> None:
 
 
 def _choice(
-    label: str, shape: Any, shapes: Mapping[str, Any], change: Callable[..., None], attribute: str
+    label: str, guide: Any, defaults: Mapping[str, Any], change: Callable[..., None], attribute: str
 ) -> None:
-    """Draw the choice between named shapes (None or default values) and uploaded files."""
-    chosen = next((name for name, offered in shapes.items() if type(offered) is type(shape)), "")
-    if files := GuideChoice(**{attribute: shape}).files:
+    """Draw the choice between None, other `defaults` of a guide by name, and uploaded files."""
+    chosen = next((name for name, offered in defaults.items() if type(offered) is type(guide)), "")
+    if files := GuideChoice(**{attribute: guide}).files:
         chosen = f"file {' and '.join(file.name for file in files)}"
 
     def write(name: str) -> None:
-        change(**{attribute: shapes.get(name)})
+        change(**{attribute: defaults.get(name)})
 
-    options = options_of({name: name for name in (*shapes, chosen)})
+    options = options_of({name: name for name in (*defaults, chosen)})
     field(st.selectbox, label, key=f"guides_{attribute}", value=chosen, write=write, **options)
 
 
 def _probabilities(state: State, guides: GuideChoice, change: Callable[..., None]) -> None:
     image, probabilities = image_of(state.choices.image), guides.probabilities
-    shapes = {"none": None, "a gradient": Gradient(), "drawn on the map": ()}
-    _choice("Probabilities of facies", probabilities, shapes, change, "probabilities")
+    defaults = {"none": None, "a gradient": Gradient(), "drawn on the map": ()}
+    _choice("Probabilities of facies", probabilities, defaults, change, "probabilities")
     if probabilities is not None:
         field(
             st.selectbox,
@@ -166,22 +166,22 @@ def _probabilities(state: State, guides: GuideChoice, change: Callable[..., None
 
 
 def _numbers(
-    shape: Any, change: Callable[..., None], attribute: str, labels: Mapping[str, str], **look: Any
+    guide: Any, change: Callable[..., None], attribute: str, labels: Mapping[str, str], **look: Any
 ) -> None:
-    """Draw numbers of a shape, side by side if there are two."""
+    """Draw number fields of a guide, side by side if there are two."""
 
     def write(**changes: Any) -> None:
-        change(**{attribute: replace(shape, **changes)})
+        change(**{attribute: replace(guide, **changes)})
 
     places = pair() if len(labels) > 1 else [st.container()]
     for place, (name, label) in zip(places, labels.items(), strict=True):
-        number = bound_to(shape, name, write, **look)
+        number = bound_to(guide, name, write, **look)
         field(place.number_input, label, key=f"guides_{attribute}_{name}", **number)
 
 
 def _active(state: State, guides: GuideChoice, change: Callable[..., None]) -> None:
-    shapes = {"none": None, "inside an outline": frame(state.choices.grid)}
-    _choice("Active cells", guides.active, shapes, change, "active")
+    defaults = {"none": None, "inside an outline": frame(state.choices.grid)}
+    _choice("Active cells", guides.active, defaults, change, "active")
     tip = "A grid with 0 or no value in inactive cells, or polygons in GeoJSON."
     file_uploader(
         "or a mask", key="guides_mask_file", take=lambda upload: change(active=upload), help=tip
@@ -199,8 +199,8 @@ def frame(grid: Grid, first: float = 0.1, last: float = 0.9) -> Corners:
 def _auxiliary(guides: GuideChoice, change: Callable[..., None]) -> None:
     auxiliary = guides.auxiliary
     image, grid = auxiliary if isinstance(auxiliary, tuple) else (None, None)
-    shapes = {"none": None, "position along a direction": Directions()}
-    _choice("Auxiliary variable", auxiliary, shapes, change, "auxiliary")
+    defaults = {"none": None, "position along a direction": Directions()}
+    _choice("Auxiliary variable", auxiliary, defaults, change, "auxiliary")
     if isinstance(auxiliary, Directions):
         labels = {name: f"Azimuth, {name}" for name in ("image", "grid")}
         _numbers(auxiliary, change, "auxiliary", labels, **AZIMUTH)
@@ -223,8 +223,8 @@ def _auxiliary(guides: GuideChoice, change: Callable[..., None]) -> None:
 
 def _copies(state: State, guides: GuideChoice, change: Callable[..., None]) -> None:
     angle_choice = guides.angle
-    shapes = {"none": None, "one angle": 45.0, "along drawn lines": ()}
-    shapes |= {"turning across the grid": Gradient(90.0, 0.0, 90.0)}
+    defaults = {"none": None, "one angle": 45.0, "along drawn lines": ()}
+    defaults |= {"turning across the grid": Gradient(90.0, 0.0, 90.0)}
 
     def turn(angle: Any) -> None:
         if not isinstance(angle, tuple):
@@ -233,7 +233,7 @@ def _copies(state: State, guides: GuideChoice, change: Callable[..., None]) -> N
         azimuth, _ = main_direction(image_of(state.choices.image))
         change(angle=angle, flow_azimuth=float(round(azimuth)))  # bodies follow the lines at first
 
-    _choice("Turned image", angle_choice, shapes, turn, "angle")
+    _choice("Turned image", angle_choice, defaults, turn, "angle")
     if isinstance(angle_choice, float):
         tip = "Azimuth to which the north of the image is turned, clockwise, in degrees."
         angle = bound_to(guides, "angle", change, **AZIMUTH | {"help": tip})
@@ -316,10 +316,10 @@ def _images(state: State, guides: GuideChoice, change: Callable[..., None]) -> N
         return
     n = len(images) + 1
     outlines = tuple(frame(grid, (k + 0.1) / n, (k + 0.9) / n) for k in range(1, n))
-    shapes = {"all for each patch": None, "a share of patches": 0.5, "inside outlines": outlines}
+    defaults = {"all for each patch": None, "a share of patches": 0.5, "inside outlines": outlines}
     if grid.nz is not None:
-        shapes["by layer"] = ZoneLayers(tuple(k * grid.nz // n for k in range(1, n)))
-    _choice("Use of the images", guides.zones, shapes, change, "zones")
+        defaults["by layer"] = ZoneLayers(tuple(k * grid.nz // n for k in range(1, n)))
+    _choice("Use of the images", guides.zones, defaults, change, "zones")
     if isinstance(guides.zones, float):
         field(
             st.slider,
@@ -406,17 +406,19 @@ def _arrows(secondary: Secondary | None, azimuth: float, grid: Grid) -> dict[str
 
 def take_drawing(state: State, drawn: Mapping[str, Any]) -> None:
     """Use strokes (value, radius, softness, points), lines and outlines; false means not drawn."""
-    guides, shapes = state.guides_draft or state.choices.guides, dict[str, Any]()
+    guides, changes = state.guides_draft or state.choices.guides, dict[str, Any]()
     outlines = {name: _points(corners) for name, corners in drawn["outlines"].items()}
     if "outline" in outlines:
-        shapes["active"] = outlines.pop("outline")
+        changes["active"] = outlines.pop("outline")
     if outlines and isinstance(guides.zones, tuple):
-        shapes["zones"] = tuple(outlines[name] for name in sorted(outlines))
+        changes["zones"] = tuple(outlines[name] for name in sorted(outlines))
     if (strokes := drawn["strokes"]) is not False:
-        shapes["probabilities"] = tuple(Stroke(v, r, s, _points(line)) for v, r, s, line in strokes)
+        changes["probabilities"] = tuple(
+            Stroke(v, r, s, _points(line)) for v, r, s, line in strokes
+        )
     if (lines := drawn["flow"]) is not False and isinstance(guides.angle, tuple):
-        shapes["angle"] = tuple(map(_points, lines))
-    _change(state, **shapes)
+        changes["angle"] = tuple(map(_points, lines))
+    _change(state, **changes)
 
 
 def _points(line: Sequence[Sequence[float]]) -> Corners:

@@ -261,6 +261,11 @@ def _histogram(values: Floats, edges: Sequence[float], write: Answer) -> None:
         else:
             write(threshold=limits[0])
 
-    data = {"counts": counts.tolist(), "low": low, "high": high, "label": "Limit between facies"}
-    data["edges"] = [questions.rounded(edge) for edge in edges]
-    draw_component("histogram", "image_histogram", data, "edges", moved)
+    content = {
+        "counts": counts.tolist(),
+        "low": low,
+        "high": high,
+        "label": "Limit between facies",
+        "edges": [questions.rounded(edge) for edge in edges],
+    }
+    draw_component("histogram", "image_histogram", content, "edges", moved)

@@ -60,8 +60,8 @@ def _bundled_sheet() -> dict[str, Any]:
     """Return the middles of the bundled images, at equal scale, as the picture of tiles."""
     images = [datasets.load(name) for name in datasets.IMAGES]
     maps = [_fullest_layer(image) for image in images]
-    corners = [[(side - MIDDLE) // 2 for side in cells.shape] for cells in maps]
-    parts = [c[y : y + MIDDLE, x : x + MIDDLE] for c, (y, x) in zip(maps, corners, strict=True)]
+    corners = [[(side - MIDDLE) // 2 for side in layer.shape] for layer in maps]
+    parts = [k[y : y + MIDDLE, x : x + MIDDLE] for k, (y, x) in zip(maps, corners, strict=True)]
     colours = facies_colours(max(images, key=lambda image: image.n_facies))
     png, columns = contact_sheet(np.stack(parts), colours, longest=MIDDLE)
     return {
@@ -98,8 +98,8 @@ def problem_of_image(choice: ImageChoice) -> str:
 @cached(max_entries=64)
 def thumbnail(image: TrainingImage, colours: list[str], pixels: int = 2 * THUMB) -> bytes:
     """Return a picture of an image, or its fullest layer, with the largest cells that fit."""
-    cells = _fullest_layer(image)
-    return map_png(cells, colours, scale=max(1, pixels // max(cells.shape)))
+    layer = _fullest_layer(image)
+    return map_png(layer, colours, scale=max(1, pixels // max(layer.shape)))
 
 
 def image_uploader(label: str, key: str, take: Callable[[Upload], object]) -> None:
@@ -140,18 +140,20 @@ def use_image(state: State, choice: ImageChoice) -> None:
         _part_from_data(state, before.data)
 
 
-def _part_from_data(state: State, data: DataChoice) -> None:
+def _part_from_data(state: State, choice: DataChoice) -> None:
     """Remove the hard data of the previous image; ask whether to keep the user's data."""
-    image = state.choices.image
-    if data.source in ("file", "placed"):
-        state.data_draft = data
+    image_choice = state.choices.image
+    if choice.source in ("file", "placed"):
+        state.data_draft = choice
         state.change(data=DataChoice())
-    elif data.source == "bundled":
-        data_image = datasets.hard_data_training_image(data.bundled)
-        if image.upload is not None or image.bundled != data_image:
+    elif choice.source == "bundled":
+        data_image = datasets.hard_data_training_image(choice.bundled)
+        if image_choice.upload is not None or image_choice.bundled != data_image:
             state.change(data=DataChoice())
-            st.toast(f"Removed data {pretty(data.bundled)} with their image {pretty(data_image)}.")
-    elif data.source == "sampled" and state.choices.grid.nz is not None:
+            st.toast(
+                f"Removed data {pretty(choice.bundled)} with their image {pretty(data_image)}."
+            )
+    elif choice.source == "sampled" and state.choices.grid.nz is not None:
         state.change(data=DataChoice())  # the bundled data are sampled from maps
 
 

@@ -98,14 +98,17 @@ def say_open(choices: Choices, problem: str) -> None:
 def troubles_of(placed: PlacedPoints) -> dict[str, str]:
     """Return a short phrase for each kind of problem that the data have, by question in `WAYS`."""
     n, rows = placed.points.n, Counter(problem.option for problem in placed.points.problems)
-    outside, unknown, cells = map(len, (placed.outside, placed.unknown, placed.collisions))
+    n_outside, n_unknown, n_cells = map(len, (placed.outside, placed.unknown, placed.collisions))
     kinds = {
         name: (rows[name], f"{kind[:1].lower()}{kind[1:]}: {rows[name]}")
         for name, kind in KINDS_OF_ROWS.items()
     } | {
-        "on_outside": (outside, f"{outside} of {n} data outside the grid"),
-        "on_unknown": (unknown, f"{unknown} of {n} data of facies that the image does not have"),
-        "on_collision": (cells, f"cells with more than one facies: {cells}"),
+        "on_outside": (n_outside, f"{n_outside} of {n} data outside the grid"),
+        "on_unknown": (
+            n_unknown,
+            f"{n_unknown} of {n} data of facies that the image does not have",
+        ),
+        "on_collision": (n_cells, f"cells with more than one facies: {n_cells}"),
     }
     return {name: words for name, (count, words) in kinds.items() if count}
 
@@ -415,14 +418,14 @@ def _draw_table(rows: Mapping[str, Any], n: int) -> None:
         st.caption(f"The first {len(table)} of {n} rows.")
 
 
-def _list_rows(placed: PlacedPoints, which: Ints, wide: bool) -> None:
+def _list_rows(placed: PlacedPoints, indices: Ints, wide: bool) -> None:
     points = placed.points
     if not wide:
-        st.caption(plain(points.named(which).capitalize()))
+        st.caption(plain(points.named(indices).capitalize()))
         return
     axes, n = ("layer", "row", "column"), points.places.shape[1]
     names = ("x", "y", "z")[:n] if points.world else axes[-n:]
-    first = which[:MAX_LISTED]
+    first = indices[:MAX_LISTED]
     rows: dict[str, Any] = {points.counted: points.lines[first]}
     if points.wells:
         rows["well"] = [points.wells.get(line, "") for line in points.lines[first].tolist()]
@@ -432,4 +435,4 @@ def _list_rows(placed: PlacedPoints, which: Ints, wide: bool) -> None:
         ", ".join(f"{axis} {k}" for axis, k in zip(axes[-len(cell) :], cell, strict=True))
         for cell in placed.cells[first].tolist()
     ]
-    _draw_table(rows, len(which))
+    _draw_table(rows, len(indices))

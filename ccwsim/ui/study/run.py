@@ -254,8 +254,8 @@ def _begun(
     names = image.name, image.facies_names  # the page shows the names
     key = *resolve.study_of(choices).key(), n, *names
 
-    if (kept := runs.get(key)) is not None:
-        return Job(lambda job: kept, choices, n=n)
+    if (ensemble := runs.get(key)) is not None:
+        return Job(lambda job: ensemble, choices, n=n)
 
     def begun(n_first: int, copies: int) -> Job[Ensemble]:
         def work(job: Job[Ensemble]) -> Ensemble:
@@ -290,8 +290,8 @@ def in_parts(
     whole = _with_part(job, simulate_range, None, size)
     while whole.n < job.n:
         job.publish_partial(whole)
-        each = (time.monotonic() - start) / whole.n
-        size = part_size(job.n - whole.n, budget / each)
+        seconds_each = (time.monotonic() - start) / whole.n
+        size = part_size(job.n - whole.n, budget / seconds_each)
         whole = _with_part(job, simulate_range, whole, size)
         budget *= 2
     return whole
@@ -322,8 +322,8 @@ def first_part(choices: Choices, latest: Ensemble | None) -> int:
     """Return the number of realizations in the first part, based on the latest run's speed."""
     if latest is None or latest.wall_seconds <= 0:
         return MIN_PART
-    each = latest.wall_seconds / latest.n * choices.grid.n_cells / latest.grid.n_cells
-    return part_size(choices.n_realizations, AT_ONCE / each)
+    seconds_each = latest.wall_seconds / latest.n * choices.grid.n_cells / latest.grid.n_cells
+    return part_size(choices.n_realizations, AT_ONCE / seconds_each)
 
 
 def part_size(n_left: int, fits: float) -> int:

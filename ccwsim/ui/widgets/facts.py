@@ -48,8 +48,8 @@ def _time(ensemble: Ensemble) -> str:
     count = plural(ensemble.n, "realization")
     if ensemble.is_stored:
         return f"{count} stored with the program, not run on this machine"
-    each = duration(float(ensemble.cpu_seconds.mean()))
-    return f"{count} in {duration(ensemble.wall_seconds)}, {each} CPU each"
+    cpu_time = duration(float(ensemble.cpu_seconds.mean()))
+    return f"{count} in {duration(ensemble.wall_seconds)}, {cpu_time} CPU each"
 
 
 def _proportions(ensemble: Ensemble) -> list[str]:

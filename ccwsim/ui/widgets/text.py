@@ -103,15 +103,15 @@ def numbers_table(
 
     Adjacent equal headings of several words are merged.
     """
-    lines = [_headings(cells) for cells in (head, subhead) if cells]
+    lines = [_headings(texts) for texts in (head, subhead) if texts]
     lines += [f"<th>{name}</th>" + "".join(f"<td>{c}</td>" for c in cells) for name, *cells in rows]
     body = "".join(f"<tr>{line}</tr>" for line in lines)
     return f'<table class="{f"numbers {kind}".strip()}">{body}</table>'
 
 
-def _headings(cells: Sequence[str]) -> str:
+def _headings(texts: Sequence[str]) -> str:
     headings = []
-    for text, equal in groupby(cells):
+    for text, equal in groupby(texts):
         n = len(list(equal))
         merged = n > 1 and " " in text
         headings += [f"<th colspan={n}>{text}</th>"] if merged else [f"<th>{text}</th>"] * n
