@@ -22,7 +22,7 @@ _ramp = cache(ramp)
 N_STEPS = 200
 """Number of colour steps of a probability map; shares of 200 realizations are not rounded."""
 MAX_NAMES = 30
-"""Maximum number of wells in a picture whose names are written; others are shown on hovering."""
+"""Maximum number of wells whose names are written; with more wells, names appear on hovering."""
 COMPRESSION = {2: 4, 3: 6}
 """Compression level of zlib by number of dimensions. Higher levels save a third of the bytes of a
 volume, but take six times as long for a map of probabilities."""

@@ -93,7 +93,7 @@ def size_of(choice: Own) -> int:
 
 @cache
 def kept_choices() -> KeptChoices:
-    """Return the store of images and data, of which a process has only one."""
+    """Return the only store of images and data in this process."""
     return KeptChoices(limits_of_environment().uploads // SHARE_OF_UPLOADS, KEPT_SECONDS)
 
 

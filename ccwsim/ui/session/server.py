@@ -163,5 +163,5 @@ class SessionMonitor:
 
 @cache
 def session_monitor() -> SessionMonitor:
-    """Return the session monitor, of which a process has only one."""
+    """Return the only session monitor in this process."""
     return SessionMonitor(server_queue())

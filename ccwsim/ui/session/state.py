@@ -165,7 +165,7 @@ class State:
     choices: Choices = field(default_factory=Choices)  # the present study, whose files are readable
     # choices that are not usable yet: a file is broken or needs an answer
     image_draft: ImageChoice | None = None
-    visit_import: bool = False  # the study column opens the page Import for a file given there
+    visit_import: bool = False  # whether the study column opens the page Import for a new file
     data_draft: DataChoice | None = None
     guides_draft: GuideChoice | None = None
     # requested and used values of parameters that are too large for the image (see `refitted`)

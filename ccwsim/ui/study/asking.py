@@ -18,7 +18,7 @@ Write = Callable[..., None]
 class Question:
     """A question about a file; the answer is one of `options` or, without options, a number."""
 
-    key: str  # of the widget; also the name of the answer, unless `answers` returns others
+    key: str  # key of the widget, and name of the answer unless `answers` returns others
     text: str
     value: Any = None  # present answer or guess; None if the question is open
     options: Mapping[Any, str] | None = None  # labels by answer; one of the answers may be None

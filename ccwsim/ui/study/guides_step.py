@@ -231,7 +231,9 @@ def _copies(state: State, guides: GuideChoice, change: Callable[..., None]) -> N
             change(angle=angle)
             return
         azimuth, _ = main_direction(image_of(state.choices.image))
-        change(angle=angle, flow_azimuth=float(round(azimuth)))  # bodies follow the lines at first
+        change(
+            angle=angle, flow_azimuth=float(round(azimuth))
+        )  # geobodies follow the lines at first
 
     _choice("Turned image", angle_choice, defaults, turn, "angle")
     if isinstance(angle_choice, float):
@@ -242,7 +244,7 @@ def _copies(state: State, guides: GuideChoice, change: Callable[..., None]) -> N
         _numbers(angle_choice, change, "angle", ENDS, **AZIMUTH)
         _numbers(angle_choice, change, "angle", TOWARDS, **AZIMUTH)
     elif isinstance(angle_choice, tuple):
-        tip = "Direction in the image that follows the lines; at first, that of its bodies."
+        tip = "Direction in the image that follows the lines; at first, the direction of geobodies."
         azimuth = bound_to(guides, "flow_azimuth", change, **AZIMUTH | {"help": tip})
         field(st.number_input, "Azimuth, image", key="guides_angle_azimuth", **azimuth)
 

@@ -209,7 +209,7 @@ def describe_price(choices: Choices, **changes: Any) -> str:
 
 
 def describe_levels(choices: Choices) -> str:
-    """Return the prices of the levels one lower and one higher than in a study."""
+    """Describe the times of a realization at the next lower and the next higher level."""
     shape, p = resolve.image_of(choices.image).shape, choices.parameters
     z, _, present = p.along(shape).level
     near = [k for k in levels(shape) if abs(k - present) == 1 and p.method != "ccsim"]

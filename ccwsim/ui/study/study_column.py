@@ -237,7 +237,7 @@ def parameter_field(
             **options,
         )
     else:
-        if isinstance(value, tuple):  # a weight that applies only along z is kept so
+        if isinstance(value, tuple):  # weights of 0 remain 0
 
             def write_per_axis(new: float) -> None:
                 per_axis = tuple(new if weight else 0.0 for weight in value)
