@@ -255,9 +255,9 @@ def _histogram(values: Floats, edges: Sequence[float], write: Answer) -> None:
     counts, _ = np.histogram(values, BINS, (low, high))
 
     def moved(edges: list[float]) -> None:
-        limits = tuple(map(float, edges))
+        limits = list(map(float, edges))
         if len(limits) > 1:
-            write(classes=limits)
+            write(classes=tuple(limits))
         else:
             write(threshold=limits[0])
 
