@@ -28,7 +28,7 @@ SMALL = Parameters(24, 6, 1)
 
 
 def along_east(cells: np.ndarray) -> float:
-    """Return the share of equal neighbours from west to east, less that from south to north."""
+    """Return the share of equal neighbours from west to east, minus that from south to north."""
     return float((cells[:, 1:] == cells[:, :-1]).mean() - (cells[1:] == cells[:-1]).mean())
 
 
@@ -63,7 +63,7 @@ def test_many_angles_take_at_most_sixteen_copies():
 
 
 def test_north_turns_to_the_azimuth():
-    """Stripes from west to east run from north to south if north is turned to the east."""
+    """Test that stripes from west to east run north to south if north is turned to the east."""
     for angle, sign in ((0.0, 1), (90.0, -1), (180.0, 1), (270.0, -1)):
         e = simulate(STRIPES, (60, 70), SMALL, secondary=Secondary(angle=angle), seed=1)
         assert np.sign(along_east(e.indices[0])) == sign, angle
@@ -233,7 +233,7 @@ def test_volumes_of_every_kind_honour_their_data(seed):
 
 
 def test_a_piece_is_never_pasted_across_a_border():
-    """The image has one facies, the gaps of its turned copy would be seen as another."""
+    """Test an image of one facies: pasted gaps of its turned copy would show as a second facies."""
     image = TrainingImage(np.pad(np.zeros((50, 50), int), ((0, 0), (0, 1)), constant_values=1))
     study = Study(image, Grid(40, 40), Parameters(12, 4, 1), secondary=Secondary(angle=45.0))
     prepared = PreparedImage(study)

@@ -54,7 +54,7 @@ def is_known(cells: NDArray[np.uint8], patterns: Patterns, weights: NDArray[np.u
 
 
 class OneByOne:
-    """The same repair in plain Python, for a grid with only one part."""
+    """Cell repair in plain Python, for a grid with only one part."""
 
     def __init__(self, target: Target, patterns: Patterns) -> None:
         self.patterns, self.weights = patterns, cell_weights(patterns)
@@ -181,7 +181,7 @@ class OneByOne:
 
 
 FIVE = [(SHAPES[0], False), (SHAPES[0], True), (SHAPES[1], False)]
-"""Shapes and walks with five facies; walks through a volume take plain Python a minute then."""
+"""Shapes and walks with five facies; plain Python takes a minute for walks through a volume."""
 
 
 @pytest.mark.parametrize(

@@ -185,7 +185,7 @@ def test_other_guides_make_the_comparison_an_old_one():
 
 
 def first_settings(found: Comparison, n: int) -> Comparison:
-    """Return a comparison as it is known after the simulation of `n` settings."""
+    """Return a comparison of which `n` settings are simulated."""
     return Comparison(found.names[:n], found.ensembles[:n])
 
 
