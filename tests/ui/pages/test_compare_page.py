@@ -444,7 +444,7 @@ def test_half_of_the_realizations_are_from_a_second_image():
     app = with_beside(ImageChoice("stone_wall"), replace(SMALL, data=placed))
     assert not texts(app)
     assert "Second image: stone wall" in html(app)
-    assert "do not tell whether that image is right" in html(app)
+    assert "show whether that image is right" in html(app)
     page_state = state_of(app).page(ComparePageState)
     first, second = page_state.run.latest_result.ensembles[0], page_state.run.second_ensemble
     alone = simulate(datasets.load("stone_wall"), (48, 64), OWN, placed.placed, 3)
