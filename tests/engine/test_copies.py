@@ -95,7 +95,7 @@ def test_copies_keep_proportions_and_every_cell(angle, scale):
     n = CHANNELS.indices.size * scale**2
     assert abs(known.size - n) < 0.02 * n
     assert copies.indices.size <= n_cells_of_copies(study)
-    origins = copies.origins[copies.known]
+    origins = copies.origins[copies.known_mask]
     np.testing.assert_array_equal(known, CHANNELS.indices.ravel()[origins])
 
 
@@ -239,7 +239,7 @@ def test_a_piece_is_never_pasted_across_a_border():
     prepared = PreparedImage(study)
     oriented = prepared.oriented(0, (1, 12, 12))
     for z, y, x in np.argwhere(oriented.illegal == 0):
-        piece = prepared.copies.known[z, 2 * y : 2 * y + 12, 2 * x : 2 * x + 12]
+        piece = prepared.copies.known_mask[z, 2 * y : 2 * y + 12, 2 * x : 2 * x + 12]
         assert piece.all()
 
 

@@ -50,7 +50,7 @@ def is_known(cells: NDArray[np.uint8], patterns: Patterns, weights: NDArray[np.u
     """Return whether a pattern, or another pattern with its number, is in the image."""
     labels = patterns.labels[cells.ravel()].astype(np.uint64)
     number = int((labels * weights).sum() % 2**32) >> patterns.shift
-    return bool(patterns.known[number // 8] >> number % 8 & 1)
+    return bool(patterns.known_bits[number // 8] >> number % 8 & 1)
 
 
 class OneByOne:
