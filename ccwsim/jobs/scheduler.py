@@ -252,7 +252,7 @@ class Turns(Scheduler[Lease]):
 
     @contextmanager
     def paused(self) -> Iterator[None]:
-        """End the turn of this thread, if it has one, while it waits; then it comes next."""
+        """End the turn of this thread, if it has one, during a wait; the thread is then next."""
         lease, self._mine.lease = getattr(self._mine, "lease", None), None
         if lease is None:
             yield

@@ -215,9 +215,7 @@ def repair_seams(
     work.
     """
     patterns, window = repair.patterns, repair.window
-    places = unseen_places(target.grid, patterns, window, repair.least, watch=watch, active=active)[
-        :most
-    ]
+    places = unseen_places(target.grid, patterns, window, repair.least, watch, active=active)[:most]
     n_changed = 0
     if any(n > m for n, m in zip(window, target.grid.shape, strict=True)):
         places = places[:0]  # the grid is smaller than a window

@@ -123,7 +123,7 @@ class PartRunner:
         return True
 
     def _send(self, content: bytes) -> tuple[Any, Any]:
-        """Return what is sent with each part: the content, and the channel of the workers."""
+        """Return the content that is sent with each part, and the channel of the workers."""
         return content, Folder()
 
     def n_workers(self) -> int:
