@@ -71,7 +71,7 @@ class Case(NamedTuple):
 
 @dataclass
 class Sampled:
-    """All cases of one study, with the study's training image and data."""
+    """All cases with one training image and one set of data."""
 
     image: TrainingImage
     data: HardData
@@ -83,7 +83,17 @@ class Sampled:
             distances = methods.mean_distances(images, self.image)
             tau = methods.relative_tau(images, self.image)
             wrong = methods.wrong_share(images, self.image, self.data)
-            self.cases.append(Case(method, level, whose, images, distances, tau, wrong))
+            self.cases.append(
+                Case(
+                    method=method,
+                    level=level,
+                    whose=whose,
+                    images=images,
+                    distances=distances,
+                    tau=tau,
+                    wrong=wrong,
+                )
+            )
 
     def of(self, whose: str) -> list[Case]:
         """Return the cases whose `Case.whose` is `whose`."""
@@ -106,7 +116,7 @@ def sampled_data(run: ExperimentRun) -> Outcome:
     image, side = run.inputs.image("channel"), run.extent.side(512)
     shape = side, side
     data = data_of(run, image, shape)
-    study = Sampled(image, data)
+    sampled = Sampled(image, data)
     for method in METHODS:
         for level in LEVELS:
             for whose in WHOSE:
@@ -114,22 +124,30 @@ def sampled_data(run: ExperimentRun) -> Outcome:
                     method, level, exact=whose != "ours", default=whose == "default"
                 )
                 e = run.simulate(image, shape, p, data, run.extent.n_few)
-                study.add(method, level, whose, e.indices)
+                sampled.add(method, level, whose, e.indices)
             name = f"{TITLES[method]}_channel512_t2_1000_L{level}"
-            study.add(method, level, "published", methods.published(run, image, name, shape))
+            sampled.add(method, level, "published", methods.published(run, image, name, shape))
     lags = methods.lags_for(image.shape, shape, largest=run.extent.largest_lag)
-    exact = {case.name: case.images for case in study.of("exact")}
-    rough = {case.name: case.images for case in study.of("ours") + study.of("published")}
-    groups = study.of("exact"), study.of("default"), study.of("published") or study.of("ours")
+    exact = {case.name: case.images for case in sampled.of("exact")}
+    rough = {case.name: case.images for case in sampled.of("ours") + sampled.of("published")}
+    groups = (
+        sampled.of("exact"),
+        sampled.of("default"),
+        sampled.of("published") or sampled.of("ours"),
+    )
     maps = [
         Row(tuple(methods.paper_map(case.images[0], image, case.name, data) for case in group))
         for group in groups
     ]
     charts = [methods.connectivity_chart(stacks, image, lags) for stacks in (exact, rough)]
     curves = Row(tuple(charts), methods.caption_of_cases(e))
-    blocks = (*maps, curves, _table_of_cases(study, side), methods.DEFAULT_WORDS)
+    blocks = (*maps, curves, _table_of_cases(sampled, side), methods.DEFAULT_WORDS)
     run.step()
-    judgements = (*_methods(study), *_against_published(study), *_in_search_only(study))
+    judgements = (
+        *_method_judgements(sampled),
+        *_against_published(sampled),
+        *_in_search_only(sampled),
+    )
     return Outcome(blocks, judgements)
 
 
@@ -137,25 +155,27 @@ def data_of(run: ExperimentRun, image: TrainingImage, shape: tuple[int, int]) ->
     """Return the authors' data, or data of equal density from our own realization."""
     if run.inputs.is_own("channel"):
         return run.inputs.data("channel", N_DATA, shape)
-    other = ExperimentRun(run.inputs, run.extent, run.seed + 1, Watch(cancel=run.watch.cancel))
-    field = other.simulate(image, shape, methods.paper_parameters("ccwsim", 1)).realizations[0]
-    return sample_random(field, max(round(N_DATA * field.size / 512**2), 1), run.seed)
+    other_run = ExperimentRun(run.inputs, run.extent, run.seed + 1, Watch(cancel=run.watch.cancel))
+    realization = other_run.simulate(
+        image, shape, methods.paper_parameters("ccwsim", 1)
+    ).realizations[0]
+    return sample_random(realization, max(round(N_DATA * realization.size / 512**2), 1), run.seed)
 
 
-def _table_of_cases(study: Sampled, side: int) -> Table:
-    at = (f"τ at {lag}" for lag in study.cases[0].tau)
+def _table_of_cases(sampled: Sampled, side: int) -> Table:
+    tau_names = (f"τ at {lag}" for lag in sampled.cases[0].tau)
     rows = []
-    for case in study.cases:
+    for case in sampled.cases:
         distances = methods.format_distances(case.distances)
         tau = (f"{v:.2f}" for v in case.tau.values())
         counts = str(len(case.images)), percent(case.wrong)
         rows.append((case.name, *counts, distances, *tau))
-    caption = said("cases", n=study.data.n, side=side)
-    header = ("realizations", "n", "data wrong", "pattern distance 1, 1/2, 1/3", *at)
+    caption = said("cases", n=sampled.data.n, side=side)
+    header = ("realizations", "n", "data wrong", "pattern distance 1, 1/2, 1/3", *tau_names)
     return Table(header, tuple(rows), caption)
 
 
-def _methods(study: Sampled) -> Iterator[Judgement]:
+def _method_judgements(sampled: Sampled) -> Iterator[Judgement]:
     """Judge the statement that CCWSIM beats MS-CCSIM in connectivity and patterns."""
     claim = "CCWSIM enhances facies connectivity and pattern reproduction (abstract)."
     engines = {
@@ -164,16 +184,17 @@ def _methods(study: Sampled) -> Iterator[Judgement]:
         "default": f"Our engine, {DEFAULT}",
     }
     for whose, who in engines.items():
-        for level, ours, other in study.pairs(("ccwsim", whose), ("ms-ccsim", whose)):
-            found = said("methods", who=who, level=level, ours=ours, other=other)
-            yield verdicts.judged(claim, found, verdicts.of_both(*ours.compare(other)))
+        for level, ours, other in sampled.pairs(("ccwsim", whose), ("ms-ccsim", whose)):
+            finding = said("methods", who=who, level=level, ours=ours, other=other)
+            connectivity, patterns = ours.compare(other)
+            yield verdicts.judged(claim, finding, verdicts.of_both(connectivity, patterns))
 
 
-def _against_published(study: Sampled) -> Iterator[Judgement]:
+def _against_published(sampled: Sampled) -> Iterator[Judgement]:
     """Judge our CCWSIM against realizations of the authors' code."""
     claim = "The authors' CCWSIM code, same data."
-    for level, ours, theirs in study.pairs(("ccwsim", "exact"), ("ccwsim", "published")):
-        found = said(
+    for level, ours, theirs in sampled.pairs(("ccwsim", "exact"), ("ccwsim", "published")):
+        finding = said(
             "against",
             level=level,
             ours=ours,
@@ -184,20 +205,20 @@ def _against_published(study: Sampled) -> Iterator[Judgement]:
         orders = *ours.compare(theirs), verdicts.sign_of(theirs.wrong - ours.wrong)
         low, high = min(orders), max(orders)
         if low < 0 < high:
-            yield verdicts.judged(claim, found, verdicts.PART)
+            yield verdicts.judged(claim, finding, verdicts.PART)
         else:
-            yield verdicts.of_order(claim, found, low or high)
+            yield verdicts.of_order(claim, finding, low or high)
 
 
-def _in_search_only(study: Sampled) -> Iterator[Judgement]:
+def _in_search_only(sampled: Sampled) -> Iterator[Judgement]:
     """Judge whether our engine (published settings) misses as many data as the authors' codes."""
     for method in METHODS:
         claim = f"The share of data that the published {TITLES[method]} code misses."
-        for level, ours, theirs in study.pairs((method, "ours"), (method, "published")):
-            found = said(
+        for level, ours, theirs in sampled.pairs((method, "ours"), (method, "published")):
+            finding = said(
                 "search", level=level, wrong=percent(ours.wrong), missed=percent(theirs.wrong)
             )
-            yield verdicts.of_claim(claim, found, abs(ours.wrong - theirs.wrong) <= LIKE_SHARE)
+            yield verdicts.of_claim(claim, finding, abs(ours.wrong - theirs.wrong) <= LIKE_SHARE)
 
 
 def stone_wall(run: ExperimentRun) -> Outcome:
@@ -206,18 +227,18 @@ def stone_wall(run: ExperimentRun) -> Outcome:
     image, side = run.inputs.image("stone wall"), run.extent.side(512)
     shape, n = (side, side), run.extent.n_few
     data = run.inputs.data("stone wall", 300, shape)
-    study, times = Sampled(image, data), []
+    sampled, times = Sampled(image, data), []
     for whose, method, level in product(("ours", "default"), METHODS, LEVELS):
         p = methods.paper_parameters(method, level, default=whose == "default")
         e = run.simulate(image, shape, p, data, n, workers=1)
-        study.add(method, level, whose, e.indices)
+        sampled.add(method, level, whose, e.indices)
         times.append(duration(methods.median_seconds(e)))
     for method in METHODS:
         name = f"{TITLES[method]}_stonewall512_hd300_L1"
-        study.add(method, 1, "published", methods.published(run, image, name, shape))
+        sampled.add(method, 1, "published", methods.published(run, image, name, shape))
     rows, pictures = [], []
-    times += ["–"] * len(study.of("published"))
-    for case, time in zip(study.cases, times, strict=True):
+    times += ["–"] * len(sampled.of("published"))
+    for case, time in zip(sampled.cases, times, strict=True):
         name = case.name if case.whose == "published" else f"ours, {case.name}"
         numbers = methods.format_distances(case.distances), percent(case.wrong), time
         rows.append((name, str(len(case.images)), *numbers))
@@ -227,13 +248,13 @@ def stone_wall(run: ExperimentRun) -> Outcome:
     table = Table(header, tuple(rows), f"{side} × {side} cells, {data.n} data, T 32, OR 8.")
     first = methods.image_picture(image, run.inputs.describe("stone wall"), share=0.5)
     run.step()
-    theirs = (case.wrong for case in study.of("published") if case.method == "ccwsim")
-    honoured = verdicts.of_data(study.cases[0].wrong, data.n, next(theirs, None))
+    theirs = (case.wrong for case in sampled.of("published") if case.method == "ccwsim")
+    honoured = verdicts.of_data(sampled.cases[0].wrong, data.n, next(theirs, None))
     maps = Row((first, *pictures[:2])), Row(tuple(pictures[2:]))
-    return Outcome((*maps, table, methods.DEFAULT_WORDS), (*_patterns(study), honoured))
+    return Outcome((*maps, table, methods.DEFAULT_WORDS), (*_patterns(sampled), honoured))
 
 
-def _patterns(study: Sampled) -> Iterator[Judgement]:
+def _patterns(sampled: Sampled) -> Iterator[Judgement]:
     """Compare pattern distances: CCWSIM with MS-CCSIM, and our CCWSIM with the authors' code."""
     claim = "CCWSIM is comparable to MS-CCSIM and enhances pattern reproduction (abstract)."
     engines = {
@@ -242,15 +263,15 @@ def _patterns(study: Sampled) -> Iterator[Judgement]:
         "published": "the published codes",
     }
     for whose, who in engines.items():
-        for level, ours, other in study.pairs(("ccwsim", whose), ("ms-ccsim", whose)):
+        for level, ours, other in sampled.pairs(("ccwsim", whose), ("ms-ccsim", whose)):
             both = f"{ours.distance:.4f} against {other.distance:.4f} bits."
-            found = f"Mean pattern distance, {who}, level {level}: {both}"
-            yield verdicts.of_claim(claim, found, ours.distance <= LIKE_DISTANCE * other.distance)
+            finding = f"Mean pattern distance, {who}, level {level}: {both}"
+            yield verdicts.of_claim(claim, finding, ours.distance <= LIKE_DISTANCE * other.distance)
     claim = "The authors' CCWSIM code, same data."
-    for level, ours, theirs in study.pairs(("ccwsim", "ours"), ("ccwsim", "published")):
+    for level, ours, theirs in sampled.pairs(("ccwsim", "ours"), ("ccwsim", "published")):
         near, far = ours.distance, theirs.distance
-        found = f"Level {level}: mean pattern distance {near:.4f} against {far:.4f} bits."
-        yield verdicts.of_order(claim, found, ours.compare(theirs)[1])
+        finding = f"Level {level}: mean pattern distance {near:.4f} against {far:.4f} bits."
+        yield verdicts.of_order(claim, finding, ours.compare(theirs)[1])
 
 
 def variability(run: ExperimentRun) -> Outcome:
@@ -261,12 +282,12 @@ def variability(run: ExperimentRun) -> Outcome:
     judgements: list[Judgement] = []
     for image in TABLE_1:
         side = run.extent.side(IMAGES[image]["anodi_side"])
-        found = _distances(run, image, side, IMAGES[image]["anodi_published"])
+        distances = _distances(run, image, side, IMAGES[image]["anodi_published"])
         title = f"{image} image, {side} × {side} cells, level {ANODI_LEVEL}, no data"
-        blocks.append(_anodi_table(found, title))
-        blocks.append(_table_1(found, image))
-        charts.append(_mds(found, image))
-        judgements += _anodi_judgements(found, image)
+        blocks.append(_anodi_table(distances, title))
+        blocks.append(_table_1(distances, image))
+        charts.append(_mds(distances, image))
+        judgements += _anodi_judgements(distances, image)
     words = Text(TEXTS["patterns"], quiet=True), methods.DEFAULT_WORDS
     caption = said("variability", level=ANODI_LEVEL, settings=SETTINGS, run=run)
     return Outcome((*blocks, Row(tuple(charts), caption), *words), tuple(judgements))
@@ -280,37 +301,38 @@ def _distances(run: ExperimentRun, image_name: str, side: int, files: list[str])
         e = run.simulate(image, (side, side), p, n=n)
         stacks[TITLES[method] + (f", {DEFAULT}" if default else "")] = e.indices
     for file in files:
-        there = methods.published(run, image, file, (side, side))
-        if there is not None:
+        published_images = methods.published(run, image, file, (side, side))
+        if published_images is not None:
             code = file.split("_")[0]
-            stacks[f"published {code}" if code in TITLES.values() else code] = there
+            stacks[f"published {code}" if code in TITLES.values() else code] = published_images
     coded = {name: Stack(images, image.codes) for name, images in stacks.items()}
-    found = anodi(coded, image)
+    distances = anodi(coded, image)
     run.step()
-    return found
+    return distances
 
 
-def _anodi_table(found: Anodi, title: str) -> Table:
+def _anodi_table(result: Anodi, title: str) -> Table:
     rows = []
-    for k, name in enumerate(found.names):
-        each = [methods.format_distances(row[k]) for row in (found.between, found.within)]
-        by_resolution, r = _each(found.ratio[0] / found.ratio[k]), found.relative("CCWSIM", name)[2]
-        n = int(np.count_nonzero(found.owner == k))
+    for k, name in enumerate(result.names):
+        each = [methods.format_distances(row[k]) for row in (result.between, result.within)]
+        by_resolution = _each(result.ratio[0] / result.ratio[k])
+        r = result.relative("CCWSIM", name)[2]
+        n = int(np.count_nonzero(result.owner == k))
         rows.append((name, str(n), *each, by_resolution, f"{r:.2f}"))
-    at = (f"{what}, at 1, 1/2, 1/3" for what in ("between", "within"))
-    header = ("method", "n", *at, "ratio of CCWSIM to this method", "r")
+    column_names = (f"{what}, at 1, 1/2, 1/3" for what in ("between", "within"))
+    header = ("method", "n", *column_names, "ratio of CCWSIM to this method", "r")
     caption = said("anodi", title=title[:1].upper() + title[1:])
     return Table(header, tuple(rows), caption)
 
 
-def _table_1(found: Anodi, image: str) -> Table:
+def _table_1(distances: Anodi, image: str) -> Table:
     """Return Table 1 (CCWSIM divided by MS-CCSIM) with numbers of the paper and of this run."""
     paper = TABLE_1[image]
     rows = [("the paper", *map(_each, paper[:2]), f"{paper.ratio:.2f}")]
-    for who, name, other in _pairs(found):
-        a, b = found.names.index(name), found.names.index(other)
-        each = (_each(row[a] / row[b]) for row in (found.between, found.within))
-        rows.append((who, *each, f"{found.relative(name, other)[2]:.2f}"))
+    for who, name, other in _pairs(distances):
+        a, b = distances.names.index(name), distances.names.index(other)
+        each = (_each(row[a] / row[b]) for row in (distances.between, distances.within))
+        rows.append((who, *each, f"{distances.relative(name, other)[2]:.2f}"))
     header = ("CCWSIM relative to MS-CCSIM", "between", "within", "r")
     caption = said("table_1", image=image)
     return Table(header, tuple(rows), caption)
@@ -320,42 +342,43 @@ def _each(values: Iterable[float]) -> str:
     return " ".join(f"{v:.2f}" for v in values)
 
 
-def _pairs(found: Anodi) -> list[tuple[str, str, str]]:
-    """Return (engine, CCWSIM name, MS-CCSIM name) for each engine with both methods in `found`."""
+def _pairs(distances: Anodi) -> list[tuple[str, str, str]]:
+    """Return (engine, CCWSIM name, MS-CCSIM name) for each engine with both methods."""
     pairs = [
         ("our engine", "CCWSIM", "MS-CCSIM"),
         (f"our engine {DEFAULT}", f"CCWSIM, {DEFAULT}", f"MS-CCSIM, {DEFAULT}"),
         ("the authors' codes", "published CCWSIM", "published MS-CCSIM"),
     ]
-    return [p for p in pairs if p[1] in found.names and p[2] in found.names]
+    return [p for p in pairs if p[1] in distances.names and p[2] in distances.names]
 
 
-def _mds(found: Anodi, image: str) -> Chart:
-    scaling, colours = found.scaling(), [methods.colour_of(name) for name in found.names]
+def _mds(distances: Anodi, image: str) -> Chart:
+    scaling, colours = distances.scaling(), [methods.colour_of(name) for name in distances.names]
     groups = [
-        Group(name, scaling.positions[found.owner == k], colours[k], SYMBOLS[k % len(SYMBOLS)])
-        for k, name in enumerate(found.names)
+        Group(name, scaling.positions[distances.owner == k], colours[k], SYMBOLS[k % len(SYMBOLS)])
+        for k, name in enumerate(distances.names)
     ]
     figure = mds_chart(scaling.positions[0], groups, LIGHT, height=420)
-    legend = (*zip(found.names, colours, strict=True), ("training image", LIGHT.reference))
+    legend = (*zip(distances.names, colours, strict=True), ("training image", LIGHT.reference))
     title = f"Fig. 12 · {image} image, {mds_title(scaling.stress)}"
     return Chart(figure, title, title, legend)
 
 
-def _anodi_judgements(found: Anodi, image: str) -> Iterator[Judgement]:
+def _anodi_judgements(distances: Anodi, image: str) -> Iterator[Judgement]:
     """Judge Table 1 for each engine, and our CCWSIM against the authors' code."""
     paper = TABLE_1[image]
-    stated = float(found.weights @ paper.within), paper.ratio
-    for whose, name, other in _pairs(found):
-        ratios, errors = found.relative(name, other)[1:], found.relative_errors(name, other)[1:]
+    stated = float(distances.weights @ paper.within), paper.ratio
+    for whose, name, other in _pairs(distances):
+        ratios = distances.relative(name, other)[1:]
+        errors = distances.relative_errors(name, other)[1:]
         for what, theirs, ours, error in zip(("within", "r"), stated, ratios, errors, strict=True):
             claim = f"Table 1: {what} of CCWSIM relative to MS-CCSIM, stone wall and channel image."
             image_of = f"{image.capitalize()} image, {whose}"
             words = f"{image_of}: {ours:.2f} ± {ours * error:.2f}, in the paper {theirs:.2f}."
             yield verdicts.of_ratio(claim, words, ours, theirs, error)
-    if "published CCWSIM" in found.names:
-        ratio = found.relative("CCWSIM", "published CCWSIM")[2]
-        error = found.relative_errors("CCWSIM", "published CCWSIM")[2]
+    if "published CCWSIM" in distances.names:
+        ratio = distances.relative("CCWSIM", "published CCWSIM")[2]
+        error = distances.relative_errors("CCWSIM", "published CCWSIM")[2]
         words = f"{image.capitalize()} image: r = {ratio:.2f} ± {ratio * error:.2f}."
         claim = "The authors' CCWSIM code: r of our CCWSIM relative to this code."
         yield verdicts.of_order(claim, words, verdicts.order_of(ratio, float(np.exp(2 * error))))

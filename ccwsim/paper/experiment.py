@@ -45,9 +45,9 @@ class PaperInputs:
         path = self._file(f"paper/{about['file']}.npy")
         if path is None:
             return datasets.load(about["bundled"])
-        found = read_training_image(path)
-        names = about["facies"] if len(about["facies"]) == found.n_facies else None
-        return TrainingImage(found.array, name=f"{name} (authors')", facies_names=names)
+        image = read_training_image(path)
+        names = about["facies"] if len(about["facies"]) == image.n_facies else None
+        return TrainingImage(image.array, name=f"{name} (authors')", facies_names=names)
 
     def describe(self, name: str) -> str:
         """Return a phrase that says which image is used for one of the paper's images."""
@@ -59,7 +59,7 @@ class PaperInputs:
         return self._file(f"paper/{IMAGES[name]['file']}.npy") is not None
 
     def data(self, name: str, n: int, shape: tuple[int, int]) -> HardData:
-        """Return about `n` data: of the authors inside the grid, or equally dense bundled data."""
+        """Return the authors' `n` data inside the grid, or bundled data of equal density."""
         stem = IMAGES[name]["data"][str(n)]
         ny, nx = map(int, stem.rsplit("grid", 1)[1].split("x"))
         path = self._file(f"{stem}.csv") if self.is_own(name) else None
@@ -105,13 +105,13 @@ def inputs_in(folder: str | Path | None) -> PaperInputs:
     """Return the inputs of a folder (also of its folder `paper`), or the bundled inputs."""
     if folder is None:
         return PaperInputs()
-    given = Path(folder)
-    if not given.is_dir():
+    path = Path(folder)
+    if not path.is_dir():
         raise CCWSIMError(f"{folder}: no such folder; give none to use the bundled images")
-    for candidate in (given, given.parent):
-        found = PaperInputs(candidate.resolve())
-        if any(found.is_own(name) for name in IMAGES):
-            return found
+    for candidate in (path, path.parent):
+        inputs = PaperInputs(candidate.resolve())
+        if any(inputs.is_own(name) for name in IMAGES):
+            return inputs
     raise refused("no_paper_images", folder=folder, file=IMAGES["channel"]["file"])
 
 
@@ -139,13 +139,31 @@ class Extent:
         """Whether grids are as large as in the paper; only then can times be compared."""
         return self.name != "quick"
 
-    def side(self, wanted: int) -> int:
-        """Return `side`, the side of one of the paper's grids, but at most `largest_side`."""
-        return min(wanted, self.largest_side)
+    def side(self, paper_side: int) -> int:
+        """Return the side of one of the paper's grids, but at most `largest_side`."""
+        return min(paper_side, self.largest_side)
 
 
-FULL = Extent("full", 100, 10, 50, 9, 1000, (500, 1000, 1500, 2000, 2500), 100)
-QUICK = Extent("quick", 6, 3, 4, 2, 144, (64, 128, 192), 40)
+FULL = Extent(
+    "full",
+    n_many=100,
+    n_few=10,
+    n_anodi=50,
+    n_timed=9,
+    largest_side=1000,
+    timed_sides=(500, 1000, 1500, 2000, 2500),
+    largest_lag=100,
+)
+QUICK = Extent(
+    "quick",
+    n_many=6,
+    n_few=3,
+    n_anodi=4,
+    n_timed=2,
+    largest_side=144,
+    timed_sides=(64, 128, 192),
+    largest_lag=40,
+)
 
 
 @dataclass

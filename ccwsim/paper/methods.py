@@ -10,6 +10,7 @@ from ccwsim.figures import LIGHT, Line, facies_colours, lines_chart
 from ccwsim.metrics import pattern_distance
 from ccwsim.metrics.bands import curves_of
 from ccwsim.metrics.stack import Stack
+from ccwsim.model.parameters import Method
 from ccwsim.paper.experiment import TEXTS, ExperimentRun
 from ccwsim.report.document import Chart, Picture, Text
 from ccwsim.report.pictures import map_picture
@@ -26,12 +27,18 @@ LAGS = (21, 41, 61, 81)  # lags in cells at which tables show connectivity
 
 
 def paper_parameters(
-    method: str, level: int, *, exact: bool = True, template: int = 32, default: bool = False
+    method: Method, level: int, *, exact: bool = True, template: int = 32, default: bool = False
 ) -> Parameters:
     """Return the authors' settings, as published unless `default`; `exact` honours all data."""
-    own = {"method": method, "exact_data": exact}
-    own |= {} if default else {"published_draw": True, "repair_seams": False}
-    return Parameters(template, 8, level, **own)
+    return Parameters(
+        template,
+        8,
+        level,
+        method=method,
+        exact_data=exact,
+        published_draw=not default,
+        repair_seams=default,
+    )
 
 
 def published(
@@ -40,8 +47,8 @@ def published(
     """Return realizations of a published code, or None if the code simulated another study."""
     if not run.inputs.is_own("stone wall" if "stonewall" in name else "channel"):
         return None
-    found = run.inputs.published(name, image)
-    return found if found is not None and found.shape[1:] == shape else None
+    images = run.inputs.published(name, image)
+    return images if images is not None and images.shape[1:] == shape else None
 
 
 def median_seconds(ensemble: Ensemble) -> float:
@@ -51,7 +58,7 @@ def median_seconds(ensemble: Ensemble) -> float:
 
 def wrong_share(images: NDArray, image: TrainingImage, data: HardData) -> float:
     """Return the mean share of data that the realizations (facies indices) do not honour."""
-    wrong = [data.n_mismatched(image.codes[one]) for one in images]
+    wrong = [data.n_mismatched(image.codes[indices]) for indices in images]
     return float(np.mean(wrong) / max(data.n, 1))
 
 
@@ -67,15 +74,15 @@ def format_distances(distances: NDArray[np.float64]) -> str:
 
 def relative_tau(images: NDArray, image: TrainingImage) -> dict[int, float]:
     """Return mean connectivity E–W relative to the image, at the `LAGS` that fit into the image."""
-    smallest = min(*images.shape[-2:], *image.shape)
+    smallest = min(images.shape[-2:] + image.shape)
     fits = [lag for lag in LAGS if lag <= smallest // 2] or [max(smallest // 4, 1)]
     code, stack = int(image.codes[-1]), Stack(images, image.codes)
-    own, reference = (
-        curves_of("connectivity", each, code, "E-W", np.array(fits)) for each in (stack, image)
+    curves, (reference,) = (
+        curves_of("connectivity", images, code, "E-W", np.array(fits)) for images in (stack, image)
     )
-    own, reference = np.array([np.mean(curve) for curve in own.T]), reference[0]
+    means = np.array([np.mean(values) for values in curves.T])
     with np.errstate(invalid="ignore", divide="ignore"):
-        return dict(zip(fits, (own / reference).tolist(), strict=True))
+        return dict(zip(fits, (means / reference).tolist(), strict=True))
 
 
 def lags_for(*shapes: tuple[int, ...], largest: int) -> NDArray[np.int64]:
@@ -118,9 +125,9 @@ def connectivity_chart(stacks: Mapping[str, NDArray], image: TrainingImage, lags
 
 
 def caption_of_cases(e: Ensemble) -> str:
-    """Return the caption of a chart of several methods; `e` has the realizations of one of them."""
-    many = f"{e.n} realizations of each of our cases, seed {e.seed}"
-    return f"{describe_inputs(e)}; {SETTINGS}; {many}."
+    """Return the caption of a chart of several methods; `e` are realizations of one of them."""
+    realizations = f"{e.n} realizations of each of our cases, seed {e.seed}"
+    return f"{describe_inputs(e)}; {SETTINGS}; {realizations}."
 
 
 def colour_of(name: str) -> str:

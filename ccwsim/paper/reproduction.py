@@ -81,7 +81,7 @@ def reproduce(
     experiments: Sequence[Experiment] = EXPERIMENTS,
     on_finished: Callable[[Finished], None] | None = None,
 ) -> Reproduction:
-    """Run experiments of the paper; a stopped run has the experiments that are finished."""
+    """Run experiments of the paper; a stopped run returns the finished experiments."""
     start, finished, stopped = time.perf_counter(), [], False
 
     def tried(experiment: Experiment, watch: Watch) -> Finished:
@@ -95,8 +95,14 @@ def reproduce(
                 on_finished(result)
     except Cancelled:
         stopped = True
-    seconds = time.perf_counter() - start
-    return Reproduction(inputs or PaperInputs(), extent, seed, tuple(finished), stopped, seconds)
+    return Reproduction(
+        inputs=inputs or PaperInputs(),
+        extent=extent,
+        seed=seed,
+        finished=tuple(finished),
+        stopped=stopped,
+        seconds=time.perf_counter() - start,
+    )
 
 
 def with_largest_grid(extent: Extent, side: int | None) -> Extent:

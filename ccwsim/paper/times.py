@@ -9,7 +9,7 @@ from ccwsim.experiments.timing import data_trials, grid_trials, growth, time_tri
 from ccwsim.experiments.trials import TrialResult
 from ccwsim.figures import LIGHT, TimeSeries, timings_chart
 from ccwsim.model.numbers import duration, minus
-from ccwsim.model.parameters import Parameters
+from ccwsim.model.parameters import Method, Parameters
 from ccwsim.paper import methods, verdicts
 from ccwsim.paper.experiment import ExperimentRun, Outcome, said
 from ccwsim.paper.methods import SETTINGS, TITLES
@@ -65,8 +65,8 @@ def grid_size(run: ExperimentRun) -> Outcome:
 def _grid_chart(by_level: dict[int, list[TrialResult]], sides: tuple[int, ...]) -> Chart:
     measured = []
     for level, times in by_level.items():
-        cells, values = np.array([(t.trial.grid.n_cells, t.seconds) for t in times], float).T
-        measured.append(TimeSeries(f"level {level}", level, cells, values))
+        n_cells, values = np.array([(t.trial.grid.n_cells, t.seconds) for t in times], float).T
+        measured.append(TimeSeries(f"level {level}", level, n_cells, values))
     named = sorted({*sides, PAPER_SIDE})
     ticks = {side**2: f"{side}²" for side in named}
     figure = timings_chart(measured, paper_series(), ticks, LIGHT, y_title="CPU time (s)", unit="s")
@@ -79,9 +79,9 @@ def paper_series(per_cell: bool = False) -> list[TimeSeries]:
     """Return the paper's times for the largest grid by level, in seconds or in µs per cell."""
     series = []
     for t in FIGURE_13:
-        cells, taken = np.array([t.n_cells], float), np.array([t.cpu_seconds], float)
-        values = 1e6 * taken / cells if per_cell else taken
-        series.append(TimeSeries(f"paper, level {t.level}", t.level or 0, cells, values))
+        n_cells, taken = np.array([t.n_cells], float), np.array([t.cpu_seconds], float)
+        values = 1e6 * taken / n_cells if per_cell else taken
+        series.append(TimeSeries(f"paper, level {t.level}", t.level or 0, n_cells, values))
     return series
 
 
@@ -94,8 +94,8 @@ def _grid_judgements(by_level: dict[int, list[TrialResult]]) -> Iterator[Judgeme
     each = ", ".join(f"{power:.2f} (level {level})" for level, power in powers.items())
     worst = max(abs(power - 1) for power in powers.values())
     claim = "Fig. 13: CPU times of five grids; only the time of the largest grid is available."
-    found = f"Time is proportional to the number of cells to the power {each}."
-    yield verdicts.judged(claim, found, "linear" if worst <= LINEAR else "not linear")
+    finding = f"Time is proportional to the number of cells to the power {each}."
+    yield verdicts.judged(claim, finding, "linear" if worst <= LINEAR else "not linear")
     largest = by_level[1][-1]
     side, taken_here = largest.trial.grid.nx, largest.seconds
     if side == PAPER_SIDE:
@@ -104,8 +104,8 @@ def _grid_judgements(by_level: dict[int, list[TrialResult]]) -> Iterator[Judgeme
         return
     claim = "Fig. 13: 56 s for 25 million cells at level 1."
     whole = duration(25e6 / largest.trial.grid.n_cells * taken_here)
-    found = said("largest", here=duration(taken_here), side=side, whole=whole)
-    yield verdicts.judged(claim, found, verdicts.OPEN)
+    finding = said("largest", here=duration(taken_here), side=side, whole=whole)
+    yield verdicts.judged(claim, finding, verdicts.OPEN)
 
 
 def level_change(taken: dict[int, list[float]], a: int, b: int) -> Judgement:
@@ -117,8 +117,8 @@ def level_change(taken: dict[int, list[float]], a: int, b: int) -> Judgement:
     )
     claim = f"Fig. 13: the CPU time changes by {each}, averaged over five sizes."
     largest = f"{duration(taken[a][-1])} and {duration(taken[b][-1])} at the largest"
-    found = f"Level {a} to {b}: {_change(ours)}, averaged over {len(taken[a])} sizes; {largest}."
-    return verdicts.of_ratio(claim, found, 1 + ours, 1 + theirs)
+    finding = f"Level {a} to {b}: {_change(ours)}, averaged over {len(taken[a])} sizes; {largest}."
+    return verdicts.of_ratio(claim, finding, 1 + ours, 1 + theirs)
 
 
 def _change(share: float) -> str:
@@ -129,10 +129,12 @@ def times_with_data(run: ExperimentRun) -> Outcome:
     """Measure CPU times of the three methods, with published settings and with exact data."""
     image, side = run.inputs.image("channel"), run.extent.side(512)
     numbers = [max(round(n * side * side / PAPER_CELLS), k + 1) for k, n in enumerate(TABLE_2_DATA)]
+    levels_of: dict[Method, tuple[int, ...]]
+    levels_of = {"ms-ccsim": LEVELS, "ccwsim": LEVELS, "ccsim": (0,)}
     settings = [
         methods.paper_parameters(method, level, exact=exact)
         for exact in (False, True)
-        for method, levels in (("ms-ccsim", LEVELS), ("ccwsim", LEVELS), ("ccsim", (0,)))
+        for method, levels in levels_of.items()
         for level in levels
     ]
     n = run.extent.n_timed
@@ -149,7 +151,7 @@ def times_with_data(run: ExperimentRun) -> Outcome:
     theirs = _paper("ccwsim", 1, 1)
     time = verdicts.of_time(what, measured, theirs, "Table 2", run.extent.is_full)
     blocks = table, _table_2(), Text(remark, quiet=True)
-    return Outcome(blocks, (*_methods(times), *_ratios(times), time))
+    return Outcome(blocks, (*_time_judgements(times), *_ratios(times), time))
 
 
 def _table_2() -> Table:
@@ -171,20 +173,20 @@ def _key(p: Parameters) -> tuple[str, int, bool]:
 
 def _row(p: Parameters, times: Times) -> tuple[str, ...]:
     method, level, exact = _key(p)
-    cells = [TITLES[method], str(level), "exact" if exact else "as published"]
+    texts = [TITLES[method], str(level), "exact" if exact else "as published"]
     for k in (0, 1):
         t = times[method, level, exact, k]
         wrong = 100 * float(t.n_mismatched.mean()) / max(t.trial.n_data, 1)
-        cells += [duration(t.seconds), f"{wrong:.1f} %"]
+        texts += [duration(t.seconds), f"{wrong:.1f} %"]
     for source, n in product((PAPER, OCTAVE), TABLE_2_DATA):
         taken = None if exact else _published(source, method, level, n)
-        cells.append("–" if taken is None else duration(taken))
-    return tuple(cells)
+        texts.append("–" if taken is None else duration(taken))
+    return tuple(texts)
 
 
 def _published(source: Source, method: str, level: int, n_data: int) -> float | None:
-    found = published_time(source, method, level, PAPER_CELLS, n_data)
-    return None if found is None else found.cpu_seconds
+    stated = published_time(source, method, level, PAPER_CELLS, n_data)
+    return None if stated is None else stated.cpu_seconds
 
 
 def _paper(method: str, level: int, k: int) -> float:
@@ -197,19 +199,21 @@ def _ratio(
     times: Times, first: tuple[str, int, int], second: tuple[str, int, int]
 ) -> tuple[float, float]:
     """Return our and the paper's ratio of the CPU times of two cases (method, level, k)."""
-    ours = [times[method, level, True, k].seconds for method, level, k in (first, second)]
-    return ours[0] / ours[1], _paper(*first) / _paper(*second)
+    cases = first, second
+    ours = [times[method, level, True, k].seconds for method, level, k in cases]
+    theirs = [_paper(method, level, k) for method, level, k in cases]
+    return ours[0] / ours[1], theirs[0] / theirs[1]
 
 
-def _methods(times: Times) -> Iterator[Judgement]:
+def _time_judgements(times: Times) -> Iterator[Judgement]:
     """Judge whether CCWSIM or MS-CCSIM is faster at levels 1 and 3, with all data honoured."""
     claim = "Table 2: CCWSIM takes less time than MS-CCSIM at level 1, about the same at level 3."
     shares = []
     for level, (k, n) in product(LEVELS_OF_TABLE_2, enumerate(TABLE_2_DATA)):
         ours, theirs = _ratio(times, ("ccwsim", level, k), ("ms-ccsim", level, k))
         shares.append(ours)
-        found = f"Level {level}, {n} data: {ours:.2f} times as long, in the paper {theirs:.2f}."
-        yield verdicts.of_ratio(claim, found, ours, theirs)
+        finding = f"Level {level}, {n} data: {ours:.2f} times as long, in the paper {theirs:.2f}."
+        yield verdicts.of_ratio(claim, finding, ours, theirs)
     less = [f"{share:.2f}" for share in shares]
     efficient = said("efficient", ratios=", ".join(less[:-1]), last=less[-1])
     word = AGREES if max(shares) < 1 / NOISE else PART if min(shares) < 1 / NOISE else DIFFERS
@@ -232,5 +236,5 @@ def _ratios(times: Times) -> Iterator[Judgement]:
     ]
     for claim, case, first, second in pairs:
         ours, theirs = _ratio(times, first, second)
-        found = f"{case}: {ours:.2f} times, in the paper {theirs:.2f}."
-        yield verdicts.of_ratio(claim, found, ours, theirs)
+        finding = f"{case}: {ours:.2f} times, in the paper {theirs:.2f}."
+        yield verdicts.of_ratio(claim, finding, ours, theirs)

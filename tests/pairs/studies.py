@@ -278,12 +278,12 @@ def run_study(study: Study, n: int = 2, **options: Any) -> Ensemble:
 
 
 def faults_of_row(row: Row, seed: int) -> list[str]:
-    """Return what is wrong with a study with the features of a row."""
+    """Return the faults of a study with the features of a row."""
     return faults_of(make_study(row, seed))
 
 
 def faults_of(study: Study) -> list[str]:
-    """Return what is wrong in the realizations of a study and whatever is made from them."""
+    """Return the faults in the realizations of a study and in everything derived from them."""
     ensemble = run_study(study, n_workers=1)
     faults = faults_in(ensemble)
     if not _are_equal(ensemble, run_study(study, n_workers=2)):
@@ -309,7 +309,7 @@ def faults_of(study: Study) -> list[str]:
 
 
 def _faults_of_revision(study: Study, ensemble: Ensemble) -> list[str]:
-    """Return what is wrong after some data were removed, changed and added."""
+    """Return the faults after some data were removed, changed and added."""
     rng = np.random.default_rng(study.seed)
     image, data = study.training_image, study.hard_data
     values = np.full(study.grid.shape, np.nan)
@@ -334,7 +334,7 @@ def _are_equal(a: Ensemble, b: Ensemble) -> bool:
 
 
 def faults_in(ensemble: Ensemble) -> list[str]:
-    """Return what is wrong in realizations, by plain comparisons with their inputs."""
+    """Return the faults in realizations, by plain comparisons with their inputs."""
     faults, indices = [], np.asarray(ensemble.indices)
     image, data, shape = ensemble.training_image, ensemble.hard_data, ensemble.grid.shape
     active = np.ones(shape, bool) if ensemble.active is None else ensemble.active

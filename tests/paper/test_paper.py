@@ -121,7 +121,8 @@ def test_the_same_seed_gives_the_same_words():
     a, b = (reproduce(extent=TINY, seed=5, experiments=chosen) for _ in range(2))
     for one, other in zip(a.finished, b.finished, strict=True):
         first, second = (
-            [j.found for j in f.outcome.judgements if " ms" not in j.found] for f in (one, other)
+            [j.finding for j in f.outcome.judgements if " ms" not in j.finding]
+            for f in (one, other)
         )
         assert first == second
 
@@ -168,7 +169,7 @@ def test_progress_never_falls_and_ends_at_one():
 def test_words_follow_the_numbers():
     times = [of_time("x", s, 2.0, "Fig.").word for s in (0.1, 1.9, 9.0)]
     assert times == ["less time", "like time", "more time"]
-    assert "no speed-up of the method" in of_time("x", 0.1, 2.0, "Fig.").found
+    assert "no speed-up of the method" in of_time("x", 0.1, 2.0, "Fig.").finding
     beside_code = [of_data(w, 100, t).word for w, t in ((0, 0.1), (0, 0), (0.2, 0.1))]
     assert beside_code == ["better", "agrees", "behind"]
     assert [of_data(w, 100, None).word for w in (0.0, 0.1)] == ["agrees", "differs"]
@@ -199,8 +200,8 @@ def test_ratios_agree_where_order_and_size_do(ours, theirs, word):
 def test_levels_take_less_time_only_where_each_does():
     told = of_levels({1: 0.0101, 2: 0.00434, 3: 0.00522})
     assert told.word == "differs"
-    assert "level 1 10.1 ms, level 2 4.34 ms, level 3 5.22 ms" in told.found
-    assert "level 2 takes less than level 1, level 3 takes more than level 2" in told.found
+    assert "level 1 10.1 ms, level 2 4.34 ms, level 3 5.22 ms" in told.finding
+    assert "level 2 takes less than level 1, level 3 takes more than level 2" in told.finding
     assert of_levels({1: 56.0, 2: 32.0, 3: 20.0}).word == "agrees"
     assert of_levels({1: 56.0, 2: 32.0, 3: 31.0}).word == "differs"  # equal times, within noise
     ends = of_levels({1: 10.0, 2: 12.0, 3: 5.0})  # decreases overall, but not in the middle
@@ -212,9 +213,9 @@ def test_the_change_from_level_to_level_is_set_beside_the_papers():
     first, second = level_change(taken, 1, 2), level_change(taken, 2, 3)
     assert "−54.8 %" in first.claim
     assert (first.word, second.word) == ("agrees", "differs")
-    assert "−56.0 %" in first.found
+    assert "−56.0 %" in first.finding
     assert "−17.4 %" in second.claim
-    assert "+4.6 %" in second.found
+    assert "+4.6 %" in second.finding
 
 
 def test_two_measures_bear_a_claim_out_only_where_both_do():
@@ -250,7 +251,7 @@ def test_both_methods_are_compared_as_published_and_again_by_default(small):
         for method in ("CCWSIM", "MS-CCSIM"):
             assert any(method in row and row.endswith("by default") for row in first)
             assert any(method in row and "default" not in row for row in first)
-        found = [j.found for j in judgements if "by default" in j.found]
+        found = [j.finding for j in judgements if "by default" in j.finding]
         assert 1 <= len(found) <= len(judgements)
         words = [b.words for b in blocks if isinstance(b, Text)]
         assert any("and seams are repaired" in text for text in words)

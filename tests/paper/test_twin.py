@@ -1,4 +1,4 @@
-"""Test that the paper's method gives the same cells as an independent program of 150 lines."""
+"""Test that the paper's method gives the same cells as an independent program of 170 lines."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def image_of(n_facies: int) -> TrainingImage:
 
 
 def data_of(image: TrainingImage, n: int, seed: int) -> HardData:
-    """Return data that no patch honours alone, because half of them are random."""
+    """Return data that no single patch honours, because half of them are random."""
     rng = np.random.default_rng(seed)
     cells = np.unique(rng.integers(0, SHAPE, (n, 2)), axis=0)
     facies = image.codes[image.indices[tuple(cells.T)]]

@@ -265,7 +265,7 @@ def test_what_a_browser_still_says_of_replaced_widgets_changes_nothing():
 def test_an_image_says_on_demand_which_parameters_suit_it_and_they_can_be_taken():
     app = launched(SMALL)
     app.switch_page(IMPORT_PAGE).run()
-    assert "What suits it" in html(app)
+    assert "Advised values" in html(app)
     settled(app.button(key="use_advice").click().run())
     advised = diagnose(datasets.load("channels"))
     parameters = app.session_state[KEY].choices.parameters
@@ -322,7 +322,7 @@ def test_the_state_is_kept_when_a_page_is_left():
     app = launched()
     app.number_input(key="seed").set_value(5).run()
     other = open_menus(AppTest.from_file(str(ROOT / "app.py"), default_timeout=120))
-    other.session_state[KEY] = app.session_state[KEY]  # a change of the page keeps only this
+    other.session_state[KEY] = app.session_state[KEY]  # only this survives a change of page
     other.run()
     assert other.number_input(key="seed").value == 5
     assert other.session_state[KEY].ensemble is app.session_state[KEY].ensemble

@@ -59,13 +59,18 @@ class PaperRun(PageRun[Reproduction]):
 
     def work(self, job: Job[Reproduction]) -> Reproduction:
         extent, on_finished = QUICK if self.quick else FULL, self.finished.append
-        report, cancel = job.report, job.is_cancelled
-        found = reproduction.reproduce(
-            self.inputs, extent, self.seed, report, cancel, EXPERIMENTS, on_finished
+        reproduced = reproduction.reproduce(
+            self.inputs,
+            extent,
+            self.seed,
+            progress=job.report,
+            cancel=job.is_cancelled,
+            experiments=EXPERIMENTS,
+            on_finished=on_finished,
         )
-        if found.finished:
-            self.report = report_html(reproduction.document_of(found)).encode()
-        return found
+        if reproduced.finished:
+            self.report = report_html(reproduction.document_of(reproduced)).encode()
+        return reproduced
 
 
 @dataclasses.dataclass
@@ -215,7 +220,7 @@ def _judged(finished: Finished) -> str:
     if finished.outcome is None:
         return ""
     rows = "".join(
-        f"<tr><td>{escape(j.claim)}</td><td>{escape(j.found)}</td>"
+        f"<tr><td>{escape(j.claim)}</td><td>{escape(j.finding)}</td>"
         f'<td class="{j.tone}">{escape(j.word)}</td></tr>'
         for j in finished.outcome.judgements
     )
