@@ -140,7 +140,7 @@ def report_of(state: State):
             colours,
             facts=facts,
             link=link,
-            how=reproduction_recipe(choices, study_of(choices), file_name(choices)),
+            recipe=reproduction_recipe(choices, study_of(choices), file_name(choices)),
         )
         return report_html(document).encode()
 
