@@ -173,7 +173,7 @@ def _curve_charts(ensemble: Ensemble, facies: int) -> tuple[document.Row, ...]:
         bundles, notes = {}, []
         for way in axes_of(ensemble.grid.shape):
             lags = np.arange(max_lag(way, image.shape, ensemble.grid.shape) + 1)
-            bundles[way] = bundle_of(statistic, images, image, code, way=way, lags=lags)
+            bundles[way] = bundle_of(statistic, images, image, code, direction=way, lags=lags)
             fit = fit_curve(ensemble, statistic, code, way)
             notes.append(f"{verdicts.way_name(way)}: {verdicts.describe_curve(fit, statistic)}")
         each = [curves for b in bundles.values() for curves in (b.each.max(), b.reference.max())]
