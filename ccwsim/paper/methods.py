@@ -11,33 +11,36 @@ from ccwsim.metrics import pattern_distance
 from ccwsim.metrics.bands import curves_of
 from ccwsim.metrics.stack import Stack
 from ccwsim.model.parameters import Method
+from ccwsim.model.published import Variant
 from ccwsim.paper.experiment import TEXTS, ExperimentRun
-from ccwsim.report.document import Chart, Picture, Text
+from ccwsim.report.document import Chart, Picture
 from ccwsim.report.pictures import map_picture
 from ccwsim.report.settings import describe_inputs
 
 TITLES = {"ccwsim": "CCWSIM", "ms-ccsim": "MS-CCSIM", "ccsim": "CCSIM"}
-SETTINGS = "T 32, OR 8, 20 candidates, search fraction 0.1, CT 2"  # as in the authors' script
-DEFAULT = "by default"
-DEFAULT_WORDS = Text(TEXTS["by_default"], quiet=True)
-"""Sentence that explains the settings "by default", in contrast to "as published"."""
-COLOURS = {"training image": LIGHT.reference, **TEXTS["colours"]}
+AUTHORS_SETTINGS = "T 32, OR 8, 20 candidates, search fraction 0.1, CT 2"  # as in their script
+COLUMNS: dict[str, str] = TEXTS["columns"]
+"""Titles of columns by variant, and of the column of the authors' realizations ("authors")."""
+COMPARED: tuple[Variant, ...] = ("paper", "ours")
+"""Variants that every experiment simulates, beside the paper's numbers."""
+METHOD_COLOURS = {"training image": LIGHT.reference, **TEXTS["colours"]}
 """Colour of each method in all charts of the report."""
 LAGS = (21, 41, 61, 81)  # lags in cells at which tables show connectivity
 
 
 def paper_parameters(
-    method: Method, level: int, *, exact: bool = True, template: int = 32, default: bool = False
+    method: Method, level: int, variant: Variant = "paper", template: int = 32
 ) -> Parameters:
-    """Return the authors' settings, as published unless `default`; `exact` honours all data."""
-    return Parameters(
-        template,
-        8,
-        level,
+    """Return the authors' settings of a method, with the rules of a variant.
+
+    The paper counts the levels of MS-CCSIM from 1, which is the image itself.
+    """
+    return Parameters.published(
+        variant,
+        template_size=template,
+        overlap_size=8,
+        wavelet_level=level - 1 if method == "ms-ccsim" else level,
         method=method,
-        exact_data=exact,
-        published_draw=not default,
-        repair_seams=default,
     )
 
 
@@ -47,8 +50,8 @@ def published(
     """Return realizations of a published code, or None if the code simulated another study."""
     if not run.inputs.is_own("stone wall" if "stonewall" in name else "channel"):
         return None
-    images = run.inputs.published(name, image)
-    return images if images is not None and images.shape[1:] == shape else None
+    stored = run.inputs.published(name, image)
+    return stored if stored is not None and stored.shape[1:] == shape else None
 
 
 def median_seconds(ensemble: Ensemble) -> float:
@@ -112,8 +115,8 @@ def connectivity_chart(stacks: Mapping[str, NDArray], image: TrainingImage, lags
     for name, images in stacks.items():
         stack = Stack(images, image.codes)
         mean = np.nanmean(curves_of("connectivity", stack, code, "E-W", lags), axis=0)
-        dash = "dash" if "level 3" in name else "dot" if "exact" in name else "solid"
-        lines.append(Line(name, lags, mean, colour_of(name), dash))
+        dash = "dash" if "level 3" in name else "solid"
+        lines.append(Line(name, lags, mean, method_colour(name), dash))
     reference = curves_of("connectivity", image, code, "E-W", lags)[0]
     lines.append(Line("training image", lags, reference, LIGHT.reference))
     title = f"Connectivity E–W of {image.facies_names[-1]}, mean"
@@ -127,9 +130,9 @@ def connectivity_chart(stacks: Mapping[str, NDArray], image: TrainingImage, lags
 def caption_of_cases(e: Ensemble) -> str:
     """Return the caption of a chart of several methods; `e` are realizations of one of them."""
     realizations = f"{e.n} realizations of each of our cases, seed {e.seed}"
-    return f"{describe_inputs(e)}; {SETTINGS}; {realizations}."
+    return f"{describe_inputs(e)}; {AUTHORS_SETTINGS}; {realizations}."
 
 
-def colour_of(name: str) -> str:
-    """Return the colour of a method, by its full name or by the part before a comma."""
-    return COLOURS.get(name, COLOURS.get(name.split(",")[0], "#7A7F86"))
+def method_colour(name: str) -> str:
+    """Return the colour of a method, by its full name or by the part before “, level”."""
+    return METHOD_COLOURS.get(name, METHOD_COLOURS.get(name.split(", level")[0], "#7A7F86"))

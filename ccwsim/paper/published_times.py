@@ -92,8 +92,6 @@ def published_time(
     return next((t for t in ALL_TIMES if case_of(t) == case), None)
 
 
-def stated_seconds(where: str) -> float:
-    """Return the time that the paper states for a figure."""
-    seconds = next(t.cpu_seconds for t in ALL_TIMES if t.where == where)
-    assert seconds is not None
-    return seconds
+def stated_seconds(where: str) -> float | None:
+    """Return the time that the paper states for a figure, or None if it states none."""
+    return next((t.cpu_seconds for t in ALL_TIMES if t.where == where), None)

@@ -88,7 +88,7 @@ def of_ratio(
     return judged(claim, finding, AGREES if apart <= 2 * error else SAME_ORDER)
 
 
-def of_levels(times: Mapping[int, float]) -> Judgement:
+def of_levels(times: Mapping[int, float], title: str) -> Judgement:
     """Judge whether each level takes less CPU time (in seconds) than the level below."""
     levels = sorted(times)
     words = {-1: "less than", 0: "as long as", 1: "more than"}
@@ -97,7 +97,7 @@ def of_levels(times: Mapping[int, float]) -> Judgement:
     each = ", ".join(f"level {level} {duration(times[level])}" for level in levels)
     falls = all(order < 0 for order in orders.values())
     claim = "Fig. 13: each level takes less CPU time than the level below."
-    return of_claim(claim, f"{each}: {', '.join(steps)}.", falls)
+    return of_claim(claim, f"{title}, {each}: {', '.join(steps)}.", falls)
 
 
 def of_both(connectivity: int, patterns: int) -> str:
@@ -107,9 +107,10 @@ def of_both(connectivity: int, patterns: int) -> str:
     return PART if max(connectivity, patterns) > 0 else DIFFERS
 
 
-def of_data(wrong: float, n_data: int, theirs: float | None) -> Judgement:
+def of_data(wrong: float, n_data: int, theirs: float | None, title: str) -> Judgement:
     """Judge the share of missed data, compared with the published code's share if that is known."""
-    finding = said("honoured" if wrong == 0 else "missed", n=n_data, wrong=percent(wrong))
+    text = "honoured" if wrong == 0 else "missed"
+    finding = said(text, title=title, n=n_data, wrong=percent(wrong))
     claim = "Section 4.4: the method searches for a candidate that honours the data."
     if theirs is None:
         return of_claim(claim, finding, wrong == 0)

@@ -34,6 +34,7 @@ PAGES = (
     ("Flow", "pages/flow.py"),
     ("Examples", "pages/examples.py"),
     ("How it works", "pages/how_it_works.py"),
+    ("The paper's and ours", "pages/paper_and_ours.py"),
     ("Paper", "pages/paper.py"),
     ("Benchmark", "pages/benchmark.py"),
 )

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import runpy
 from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -21,7 +24,8 @@ from ccwsim import (
 from ccwsim.engine.realization import random_numbers
 from ccwsim.engine.trace import Trace
 from ccwsim.model.study import Study
-from tests.paper import twin
+
+twin = SimpleNamespace(**runpy.run_path(str(Path(__file__).parents[2] / "docs" / "the_paper.py")))
 
 SHAPE = (53, 60)
 

@@ -119,12 +119,18 @@ def _headings(texts: Sequence[str]) -> str:
 
 
 @cache
-def how_tos() -> dict[str, str]:
-    """Return the texts of all how-tos and of the definitions of measures, by title."""
+def documents() -> Path | None:
+    """Return the folder of the documentation, beside or inside the package; None if missing."""
     package = Path(ccwsim.__file__).parent
     folders = (package / "docs", package.parent / "docs")
-    docs = next((folder for folder in folders if (folder / "how-to").is_dir()), None)
-    if docs is None:  # the documents are not installed
+    return next((folder for folder in folders if (folder / "how-to").is_dir()), None)
+
+
+@cache
+def how_tos() -> dict[str, str]:
+    """Return the texts of all how-tos and of the definitions of measures, by title."""
+    docs = documents()
+    if docs is None:  # package metadata are missing
         return {}
     texts = {}
     for path in (*sorted((docs / "how-to").glob("*.md")), docs / "measures.md"):
