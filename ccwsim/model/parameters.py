@@ -204,10 +204,13 @@ def fitted(parameters: Parameters, shape: Shape, **changes: Any) -> Parameters:
     """Return parameters with `changes`; sizes become the nearest ones that an image allows.
 
     For a volume, numbers become triples; along z, the size is halved, and the level is lower by
-    one. For a map, a triple is replaced by the number along x.
+    one. For a map, a triple is replaced by the number along x. A published variant is for maps; it
+    sets the parameters that it needs.
     """
-    values = vars(parameters) | changes
-    is_ccsim, volume = values["method"] == "ccsim", len(shape) == 3
+    volume = len(shape) == 3
+    variant = "ours" if volume else changes.get("variant", parameters.variant)
+    values = vars(parameters.as_in(variant)) | changes
+    is_ccsim = values["method"] == "ccsim"
     templates, overlaps, levels = (_along_axes(name, values[name]) for name in PER_AXIS)
     z, y, x = (
         fitted_sizes(t, o, j, shape, along_z=volume and axis == "z", is_ccsim=is_ccsim)
@@ -217,9 +220,8 @@ def fitted(parameters: Parameters, shape: Shape, **changes: Any) -> Parameters:
         values[name] = per_axis((sizes[0], sizes[1], sizes[2]), shape)
     if not volume and isinstance(weight := values["location_weight"], tuple):
         values["location_weight"] = max(weight[1:])  # a map has no weight along z
-    of_variant = SETTINGS[values["variant"]]
-    if volume or any(values[name] != needed for name, needed in of_variant.items()):
-        values["variant"] = "ours"  # the published variants are for maps and have no additions
+    if volume or any(values[name] != needed for name, needed in SETTINGS[variant].items()):
+        values["variant"] = "ours"  # the published variants have no additions
     return Parameters(**values)
 
 

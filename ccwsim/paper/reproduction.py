@@ -133,8 +133,7 @@ def usual_seconds(extent: Extent) -> float:
     if not extent.is_full:
         return QUICK_SECONDS
     larger = max(extent.timed_sides) ** 2 / max(FULL.timed_sides) ** 2 - 1
-    timed = next(e.weight for e in EXPERIMENTS if e.run is grid_size)
-    return sum(e.weight for e in EXPERIMENTS) + larger * timed
+    return sum(e.weight for e in EXPERIMENTS) + larger * TEXTS["experiments"]["grid_size"]["weight"]
 
 
 def with_largest_grid(extent: Extent, side: int | None) -> Extent:

@@ -20,7 +20,7 @@ SHORT_NAMES = {
 }
 VALUES = {"ccwsim": "CCWSIM", "ccsim": "CCSIM", "ms-ccsim": "MS-CCSIM", "ssd": "squared difference"}
 VALUES |= {
-    "ours": "as in our method",
+    "ours": "ours",
     "paper": "as in the paper",
     "code": "as in the authors' code",
 }

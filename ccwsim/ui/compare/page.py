@@ -39,7 +39,7 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.study.changes import image_name
 from ccwsim.ui.study.image_questions import image_of_file
 from ccwsim.ui.study.image_step import image_uploader
-from ccwsim.ui.study.study_column import parameter_field, size_fields
+from ccwsim.ui.study.study_column import parameter_field, size_fields, variant_field
 from ccwsim.ui.study.trials import draw_run_news, use_button
 from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, download, field, options_of
@@ -47,7 +47,7 @@ from ccwsim.ui.widgets.text import page_text, pair, panel_title, plain, scrolled
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 SHOWN_AT_ONCE = {
-    *("method", "wavelet_level", "template_size", "overlap_size"),
+    *("variant", "method", "wavelet_level", "template_size", "overlap_size"),
     *("n_candidates", "search_fraction", "refine"),
 }
 """Parameters of a setting that are shown on the page, outside the setting's menu."""
@@ -126,6 +126,7 @@ def _draw_parameters(state: State, k: int, p: Parameters) -> None:
     shape, prefix = image_of(state.choices.image).shape, f"{LETTERS[k]}_"
     change = partial(settings.change_setting, state, k)
 
+    variant_field(p, shape, change, prefix)
     left, right = pair()
     with left:
         parameter_field(p, "method", change, prefix)

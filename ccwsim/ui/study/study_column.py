@@ -15,9 +15,11 @@ from ccwsim.metrics.diagnosis import TREND_WEIGHT
 from ccwsim.model import bounds
 from ccwsim.model.arrays import AXES, Shape
 from ccwsim.model.parameters import PER_AXIS, Parameters, fitted
+from ccwsim.model.published import SETTINGS, WITHOUT_ADDITIONS
 from ccwsim.model.sizes import levels, overlap_sizes, template_sizes
 from ccwsim.report.settings import VALUES
 from ccwsim.ui.session import resolve
+from ccwsim.ui.session.address import page_link
 from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import State
@@ -29,7 +31,8 @@ from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field, help_o
 from ccwsim.ui.widgets.text import page_labels, pair, plain, step_note, step_title
 
 SIDES = {"nx": "Cells E–W", "ny": "Cells N–S", "nz": "Layers"}
-ON_TOP = ("template_size", "overlap_size", "wavelet_level", "n_candidates")
+ON_TOP = ("variant", "template_size", "overlap_size", "wavelet_level", "n_candidates")
+NOT_IN_PAPER = "⁺"  # after the names of parameters that the paper does not have
 NUMBERS = {
     "n_candidates": (1, bounds.MAX_CANDIDATES_OFFERED, 1),
     "search_fraction": (0.01, 1.0, 0.01),
@@ -112,6 +115,7 @@ def method_step(state: State) -> None:
     p, image = state.choices.parameters, resolve.image_of(state.choices.image)
     shape, change = image.shape, partial(set_parameters, state)
     sweeps = is_live(state) and len(shape) == 2
+    variant_field(p, shape, change)
     with size_fields(p, shape, change, along_z=(False,), slider=sweeps) or nullcontext():
         parameter_field(p, "n_candidates", change, "", st.number_input)
         if sweeps:
@@ -134,6 +138,7 @@ def method_step(state: State) -> None:
 
 def _advanced(state: State, p: Parameters, shape: Shape, change: Callable[..., None]) -> None:
     """Draw the fields of the menu of parameters that are seldom changed."""
+    page_link("pages/paper_and_ours.py", f"{NOT_IN_PAPER} not in the paper: the paper's and ours")
     if len(shape) == 3:
         size_fields(p, shape, change, along_z=(True,))
     for name in PARAMETERS:
@@ -215,6 +220,14 @@ def set_parameters(state: State, **changes: object) -> None:
     state.change(parameters=fitted(state.choices.parameters, shape, **changes))
 
 
+def variant_field(
+    p: Parameters, shape: Shape, change: Callable[..., None], prefix: str = "p_"
+) -> None:
+    """Ask whose method is simulated; the published methods are for maps."""
+    if len(shape) == 2:
+        parameter_field(p, "variant", change, prefix)
+
+
 def parameter_field(
     p: Parameters,
     name: str,
@@ -222,10 +235,17 @@ def parameter_field(
     prefix: str = "p_",
     of_numbers: Callable[..., Any] = st.slider,
 ) -> None:
-    """Draw a control for the type of a parameter; the key of the control starts with `prefix`."""
+    """Draw a control for the type of a parameter; the key of the control starts with `prefix`.
+
+    A parameter that the paper does not have is marked; it is disabled if a variant switches it off.
+    """
     value = getattr(p, name)
     label = LABELS.get(name, name.replace("_", " ").capitalize())
-    options = bound_to(p, name, change, key=f"{prefix}{name}", help=help_of(name))
+    if name in WITHOUT_ADDITIONS:
+        label = f"{label} {NOT_IN_PAPER}"
+    fixed = name in SETTINGS[p.variant]
+    key = f"{prefix}{name}"
+    options = bound_to(p, name, change, key=key, help=help_of(name), disabled=fixed)
     if isinstance(value, bool):
         field(st.checkbox, label, **options)
     elif isinstance(value, str):

@@ -29,7 +29,9 @@ from ccwsim.ui.results.maps import ghost_panel, middle_layers, step_buttons, wit
 from ccwsim.ui.session.address import page_link
 from ccwsim.ui.session.file_names import grid_part
 from ccwsim.ui.session.fragments import error_boundary
+from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
+from ccwsim.ui.study.study_column import set_parameters, variant_field
 from ccwsim.ui.study.trials import draw_run_news, study_key, use_button
 from ccwsim.ui.sweep import planning
 from ccwsim.ui.sweep.planning import SweepRun, SweepState
@@ -98,6 +100,8 @@ def _draw_controls(state: State) -> None:
     step_note(planning.describe_study(state))
     page_link("pages/simulate.py", "Change on Simulate")
     step_title(2, "Ranges")
+    own, shape = state.choices.parameters, image_of(state.choices.image).shape
+    variant_field(own, shape, partial(set_parameters, state))
     ranges = planning.ranges_of(state)
     for name, values in planning.values_on_offer(state.choices).items():
         with st.container(key=f"range_{name}"):
