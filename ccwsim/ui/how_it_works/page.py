@@ -26,6 +26,7 @@ from ccwsim.ui.how_it_works.resimulation import draw_resimulation
 from ccwsim.ui.how_it_works.run import How, forget_own, parameters_of, set_own, trace_of, use_own
 from ccwsim.ui.how_it_works.words import say
 from ccwsim.ui.results.maps import colours_of
+from ccwsim.ui.session.address import page_link
 from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import image_of
@@ -63,6 +64,7 @@ def draw_how(state: State) -> None:
     )
     with st.container(key="how_after"):
         _after(state)
+    page_link("pages/paper_and_ours.py", "Each step beside the paper, and the paper in 170 lines")
 
 
 def _draw(state: State, timed: bool) -> None:
