@@ -55,7 +55,7 @@ EXPERIMENTS = tuple(
 """All experiments, in the order of the paper's sections; weights are seconds (`PROBE_SECONDS`)."""
 PROBE_SHAPE, PROBE_SECONDS = (512, 512), 0.04
 """Grid of a timed realization, and its CPU seconds where the weights were measured."""
-QUICK_SECONDS = 45.0  # duration of a quick run there
+QUICK_SECONDS = 15.0  # duration of a quick run there
 
 
 @dataclass(frozen=True, eq=False)
