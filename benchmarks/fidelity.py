@@ -73,7 +73,7 @@ from ccwsim.datasets.sampling import sample_random
 from ccwsim.engine import raster
 from ccwsim.flow import flow_efficiency
 from ccwsim.metrics import copying, pattern_distance, unseen_patterns
-from ccwsim.paper.experiment import IMAGES, inputs_in
+from ccwsim.paper.experiment import PAPER_IMAGES, inputs_in
 from tools.datasets import generate
 
 CHOSEN = (
@@ -283,7 +283,7 @@ def studies() -> Iterator[tuple[str, TrainingImage, HardData, tuple[int, ...]]]:
         truth = datasets.load_reference_field(name)
         yield f"{image.name}, {n} data", image, sample_random(truth.array, n, 3), truth.shape
     authors = inputs_in(os.environ.get("CCWSIM_DATA"))
-    each = ((kind, *data) for kind, about in IMAGES.items() for data in about["data"].items())
+    each = ((kind, *data) for kind, about in PAPER_IMAGES.items() for data in about["data"].items())
     for kind, number, file in each:
         if authors.is_own(kind):
             n, (ny, nx) = int(number), map(int, file.rsplit("grid", 1)[1].split("x"))

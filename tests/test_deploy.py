@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from packaging.requirements import Requirement
 
-from ccwsim.jobs.limits import PROCESSES
+from ccwsim.jobs.limits import PROCESSES_VARIABLE
 
 ROOT = Path(__file__).parents[1]
 DEPLOY = ROOT / "deploy"
@@ -77,7 +77,7 @@ def test_the_container_runs_without_rights_and_has_all_it_copies():
 
 def test_the_container_and_the_service_simulate_in_worker_processes():
     for name in ("Dockerfile", "ccwsim.service"):
-        assert re.search(rf"\b{PROCESSES}=1\b", read("deploy", name)), name
+        assert re.search(rf"\b{PROCESSES_VARIABLE}=1\b", read("deploy", name)), name
 
 
 @pytest.mark.skipif(not shutil.which("hadolint"), reason="there is no hadolint")

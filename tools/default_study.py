@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ccwsim import Ensemble, datasets, simulate
-from ccwsim.datasets.default_study import STORED
+from ccwsim.datasets.default_study import STORED_ENSEMBLE
 from ccwsim.sharing.choices import Choices
 
 
@@ -25,7 +25,7 @@ def simulated() -> Ensemble:
 def write() -> None:
     """Store the default study with one bit per cell, because the study has two facies."""
     e = simulated()
-    np.savez_compressed(STORED, bits=np.packbits(e.indices), data_status=e.data_status)
+    np.savez_compressed(STORED_ENSEMBLE, bits=np.packbits(e.indices), data_status=e.data_status)
 
 
 if __name__ == "__main__":

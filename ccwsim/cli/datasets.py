@@ -21,7 +21,7 @@ def command(name: str | None, output: str | None) -> None:
 
     images = {name: datasets.describe(name) for name in datasets.names()}
     volumes = {name: datasets.describe(name) for name in datasets.volume_names()}
-    hard_data = {name: datasets.describe_hard_data(name) for name in datasets.HARD_DATA}
+    hard_data = {name: datasets.describe_hard_data(name) for name in datasets.BUNDLED_DATA}
     described = images | volumes | hard_data
     if name is None:
         if output is not None:

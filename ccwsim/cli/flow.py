@@ -44,7 +44,7 @@ def command(
     e = io.read_realizations(realizations)
     effective = flow.effective_k(e, values, axis, anisotropy=anisotropy)
     if not quiet:
-        click.echo(summary(effective, unit))
+        click.echo(conductivity_summary(effective, unit))
     written = [path for path in (output, modflow) if path is not None]
     options: dict[str, Any] = {"unit": unit, "anisotropy": anisotropy}
     if output is not None:
@@ -59,7 +59,7 @@ def command(
             click.echo(f"Written: {path}", err=True)
 
 
-def summary(effective: EffectiveK, unit: str) -> str:
+def conductivity_summary(effective: EffectiveK, unit: str) -> str:
     """Return a text: quantiles and bounds of the effective conductivity, and that of the image."""
     import numpy as np
 

@@ -13,11 +13,11 @@ from ccwsim import Auxiliary, CCWSIMError, Grid, HardData, Parameters, Secondary
 from ccwsim.cli import options as types
 from ccwsim.cli.options import GroupedOption, suggestion
 from ccwsim.model.errors import refused, shown
-from ccwsim.model.parameters import CHOICES, PER_AXIS, parameter_table
+from ccwsim.model.parameters import PARAMETER_CHOICES, PER_AXIS, parameter_table
 from ccwsim.sharing.codec import fields_of
 
 DEFAULT_SHAPE = (256, 256)
-KINDS: dict[str, dict[str, Any]] = {
+OPTION_KINDS: dict[str, dict[str, Any]] = {
     "text": {},
     "number": {"type": float},
     "whole number": {"type": int},
@@ -41,7 +41,7 @@ KINDS: dict[str, dict[str, Any]] = {
     "name and code": {"type": types.name_and_code, "multiple": True},
 }
 """Arguments of `click.option`, by the kind of value in the table of options."""
-EXAMPLES = {
+OPTION_EXAMPLES = {
     "template_size": "32x32x16 (along z from 1)",
     "overlap_size": "8x8x4 (along z from 0)",
     "wavelet_level": "2x2x1",
@@ -57,7 +57,7 @@ class OptionRow(NamedTuple):
     argument: str  # argument of the file reader
     option: str
     metavar: str
-    kind: str  # one of `KINDS`, or the allowed words, separated by "|"
+    kind: str  # one of `OPTION_KINDS`, or the allowed words, separated by "|"
     help: str
 
     @property
@@ -117,7 +117,7 @@ def options_in(groups: dict[str, list[str]]) -> Callable[[Any], Any]:
     for heading, names in groups.items():
         for row in [*_rows(names), *(_parameter_rows() if "parameters" in names else [])]:
             choices = {"type": click.Choice(row.kind.split("|"))}
-            settings = choices if "|" in row.kind else KINDS[row.kind]
+            settings = choices if "|" in row.kind else OPTION_KINDS[row.kind]
             options.append(
                 click.option(
                     *row.option.split(),
@@ -142,14 +142,14 @@ def _parameter_rows() -> list[OptionRow]:
             "choice": ("yes or no", ""),
             "number": ("number", "SHARE"),
             "whole": ("whole number", row["symbol"] or "N"),
-            "word": ("text", "|".join(CHOICES.get(name, ()))),
+            "word": ("text", "|".join(PARAMETER_CHOICES.get(name, ()))),
         }[spec.kind]
         if spec.no_option:
             option, allowed = f"{option}/{spec.no_option}", ""
         text = f"{row['meaning']} ({allowed}default: {usual})"
-        if name in EXAMPLES:
+        if name in OPTION_EXAMPLES:
             kind += " per axis"
-            text += f"; for a volume, one number or three, such as {EXAMPLES[name]}"
+            text += f"; for a volume, one number or three, such as {OPTION_EXAMPLES[name]}"
         rows.append(OptionRow("parameters", name, option, metavar=metavar, kind=kind, help=text))
     return rows
 
@@ -162,7 +162,7 @@ def inputs_of(options: Any) -> SimulationInputs:
         return _of_project(options)
     if options.training_image is None:
         raise CCWSIMError("give a training image (TI), or give a project file with --project")
-    image, grid = image_of(options), grid_of(options)
+    image, grid = read_image_option(options), grid_of(options)
     hard_data, notes = hard_data_of(options, grid, image)
     usual = Parameters()
     if not _given(options, PER_AXIS):
@@ -172,12 +172,12 @@ def inputs_of(options: Any) -> SimulationInputs:
     return SimulationInputs(
         training_image=image,
         grid=grid,
-        parameters=parameters_of(options, usual),
+        parameters=read_parameter_options(options, usual),
         hard_data=hard_data,
         n_realizations=1 if options.n_realizations is None else options.n_realizations,
         seed=options.seed or 0,
         notes=notes,
-        secondary=secondary_of(options, grid, image),
+        secondary=read_secondary_options(options, grid, image),
     )
 
 
@@ -193,7 +193,7 @@ def _of_project(options: Any) -> SimulationInputs:
     return SimulationInputs(
         training_image=study.training_image,
         grid=study.grid,
-        parameters=parameters_of(options, study.parameters),
+        parameters=read_parameter_options(options, study.parameters),
         hard_data=study.hard_data,
         n_realizations=project.n_realizations if n is None else n,
         seed=study.seed if seed is None else seed,
@@ -207,7 +207,7 @@ def _given(options: Any, names: Iterable[str]) -> dict[str, Any]:
     return {name: value for name, value in values.items() if value not in (None, ())}
 
 
-def parameters_of(options: Any, usual: Parameters) -> Parameters:
+def read_parameter_options(options: Any, usual: Parameters) -> Parameters:
     """Return the parameters. Options override `--parameters`, which overrides `usual`.
 
     `--as` first switches to a published variant, or back.
@@ -223,13 +223,13 @@ def parameters_of(options: Any, usual: Parameters) -> Parameters:
     return Parameters(**{**asdict(usual), **_given(options, names)})
 
 
-def image_of(options: Any, name: str | None = None) -> TrainingImage:
+def read_image_option(options: Any, name: str | None = None) -> TrainingImage:
     """Return the training image given in a command line, or another one by its name."""
     from ccwsim import datasets
     from ccwsim.io import read_training_image
 
     name = name or str(options.training_image)
-    reading, bundled = _given(options, IMAGE_ARGUMENTS), datasets.IMAGES
+    reading, bundled = _given(options, IMAGE_ARGUMENTS), datasets.BUNDLED_IMAGES
     if name in bundled:
         if reading:
             raise refused("image_is_bundled", name=name)
@@ -252,7 +252,7 @@ def grid_of(options: Any) -> Grid:
     if image_grid is not None:
         return image_grid
     shape = options.grid or DEFAULT_SHAPE
-    if options.grid is None and options.hard_data in datasets.HARD_DATA:
+    if options.grid is None and options.hard_data in datasets.BUNDLED_DATA:
         shape = datasets.hard_data_grid_shape(options.hard_data)
     cell, origin = options.cell_size or (1.0, 1.0), options.origin or (0.0, 0.0)
     height, bottom = options.cell_height, options.bottom
@@ -270,7 +270,7 @@ def _grid_of_image(options: Any) -> Grid | None:
     from ccwsim.io import read_geometry
 
     name = options.training_image
-    if _given(options, _OF_GRID) or name in datasets.IMAGES or options.transpose:
+    if _given(options, _OF_GRID) or name in datasets.BUNDLED_IMAGES or options.transpose:
         return None
     return read_geometry(name, **_given(options, IMAGE_ARGUMENTS))
 
@@ -282,7 +282,7 @@ def hard_data_of(
     from ccwsim import datasets
     from ccwsim.io import import_hard_data, import_wells
 
-    name, bundled = options.hard_data, datasets.HARD_DATA
+    name, bundled = options.hard_data, datasets.BUNDLED_DATA
     reading = {READING_DATA[key]: value for key, value in _given(options, READING_DATA).items()}
     collars, surveys = options.collars, options.surveys
     if (reading or collars or surveys) and (name is None or name in bundled):
@@ -312,7 +312,7 @@ def hard_data_of(
     return report.hard_data, report.notes
 
 
-def secondary_of(options: Any, grid: Grid, image: TrainingImage) -> Secondary | None:
+def read_secondary_options(options: Any, grid: Grid, image: TrainingImage) -> Secondary | None:
     """Return the secondary information given in a command line, or None if there is none."""
     from ccwsim.io import angles_along, read_active, read_lines, read_probabilities, read_values
     from ccwsim.metrics import main_direction
@@ -355,7 +355,7 @@ def secondary_of(options: Any, grid: Grid, image: TrainingImage) -> Secondary | 
         probabilities=probabilities or None,
         auxiliary=auxiliary,
         soft_weight=options.soft_weight,
-        images=[image_of(options, name) for name in options.other_images],
+        images=[read_image_option(options, name) for name in options.other_images],
         zones=options.zones and read_values(options.zones, grid),
         weights=weights,
         **{name: field(name) for name in ("angle", "scale", "dip")},

@@ -48,7 +48,7 @@ def command(
     with stop_on_signals() as stopped:
         try:
             if progress:
-                expected = duration(paper.expected_seconds(inputs, extent), rough=True)
+                expected = duration(paper.expected_duration(inputs, extent), rough=True)
                 progress.write(f"{n} experiments, about {expected} on this machine")
             reproduction = paper.reproduce(
                 inputs, extent, seed or 0, progress, stopped, on_finished=report
@@ -64,5 +64,5 @@ def command(
         click.echo(f"ccwsim: {done}{output_note}", err=True)
         return stopped.exit_code
     if not quiet:
-        click.echo(f"{paper.summary(reproduction)}\nWritten: {output}", err=True)
+        click.echo(f"{paper.reproduction_summary(reproduction)}\nWritten: {output}", err=True)
     return 0

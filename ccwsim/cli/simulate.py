@@ -75,7 +75,10 @@ def command(**values: Any) -> int:
             click.echo(f"ccwsim: {message}", err=True)
         if ensemble is not None:
             _write([path for path in options.output if path != streamed], ensemble)
-            _say(options, [summary(ensemble), *(f"Written: {path}" for path in options.output)])
+            _say(
+                options,
+                [ensemble_summary(ensemble), *(f"Written: {path}" for path in options.output)],
+            )
     return stopped.exit_code if message else 0
 
 
@@ -99,9 +102,9 @@ def executor_of(options: Any) -> Iterator[Any]:
 def check_output(path: str) -> None:
     """Raise an error if an output file cannot be written; called before a long run."""
     from ccwsim.io.atomic import format_of
-    from ccwsim.io.realizations import FORMATS
+    from ccwsim.io.realizations import REALIZATION_FORMATS
 
-    format_of(path, None, (*FORMATS, STREAMED))
+    format_of(path, None, (*REALIZATION_FORMATS, STREAMED))
     check_writable(path)
 
 
@@ -113,7 +116,7 @@ def streamed_output(paths: Sequence[str]) -> str | None:
     return streamed[0] if streamed else None
 
 
-def summary(e: Ensemble) -> str:
+def ensemble_summary(e: Ensemble) -> str:
     """Return a summary of an ensemble: size, times, honoured data and proportions."""
     from ccwsim.model.arrays import describe_shape
 

@@ -18,7 +18,7 @@ def command(quiet: bool) -> None:
     """
     from ccwsim.cli.progress import ProgressLine
     from ccwsim.engine import compilation
-    from ccwsim.engine.kernel_cache import FOLDER
+    from ccwsim.engine.kernel_cache import KERNEL_FOLDER
     from ccwsim.experiments.warm_up import usual_work
 
     start = time.perf_counter()
@@ -34,6 +34,7 @@ def command(quiet: bool) -> None:
         line.close()
         seconds = time.perf_counter() - start
         click.echo(
-            f"{len(requests)} compiled in {seconds:.1f} s; compiled kernels are stored in {FOLDER}",
+            f"{len(requests)} compiled in {seconds:.1f} s; compiled kernels are stored in "
+            f"{KERNEL_FOLDER}",
             err=True,
         )

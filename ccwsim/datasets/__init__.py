@@ -5,9 +5,9 @@ therefore reproducible and free to use. All functions that take a name raise `CC
 name is unknown or a file is missing.
 """
 
-from ccwsim.datasets.catalogue import HARD_DATA as HARD_DATA
-from ccwsim.datasets.catalogue import IMAGES as IMAGES
-from ccwsim.datasets.catalogue import WELLS as WELLS
+from ccwsim.datasets.catalogue import BUNDLED_DATA as BUNDLED_DATA
+from ccwsim.datasets.catalogue import BUNDLED_IMAGES as BUNDLED_IMAGES
+from ccwsim.datasets.catalogue import BUNDLED_WELLS as BUNDLED_WELLS
 from ccwsim.datasets.catalogue import describe as describe
 from ccwsim.datasets.catalogue import describe_hard_data as describe_hard_data
 from ccwsim.datasets.catalogue import hard_data_grid_shape as hard_data_grid_shape

@@ -55,14 +55,16 @@ def _rows(kind: type[Row], table: str) -> dict[str, Row]:
 DATASETS = _rows(Dataset, "images")
 VOLUMES = _rows(Dataset, "volumes")
 """Bundled volumes; ten vertical wells for each volume were sampled from a similar volume."""
-IMAGES = DATASETS | VOLUMES
+BUNDLED_IMAGES = DATASETS | VOLUMES
 """Descriptions of the bundled training images, maps and volumes, by name."""
 WELLS_SHAPE = (48, 100, 100)  # shape of the simulation grid for the bundled wells
 
-SURVEYS = _rows(Survey, "surveys")
-WELLS = {f"{name}_10_wells": Survey(name, WELLS_SHAPE, "10 vertical wells") for name in VOLUMES}
+BUNDLED_SURVEYS = _rows(Survey, "surveys")
+BUNDLED_WELLS = {
+    f"{name}_10_wells": Survey(name, WELLS_SHAPE, "10 vertical wells") for name in VOLUMES
+}
 """Descriptions of the bundled wells, by name of the hard data."""
-HARD_DATA = SURVEYS | WELLS
+BUNDLED_DATA = BUNDLED_SURVEYS | BUNDLED_WELLS
 """Descriptions of all bundled hard data, by name."""
 
 FIELD_SIDES = {"channels": (256, 512), "stone_wall": (512,), "barchans": (512, 1000)}
@@ -93,7 +95,7 @@ def volume_names() -> tuple[str, ...]:
 
 @cache
 def load(name: str) -> TrainingImage:
-    """Read a bundled training image, one of `IMAGES`.
+    """Read a bundled training image, one of `BUNDLED_IMAGES`.
 
     Examples
     --------
@@ -132,7 +134,7 @@ def hard_data_names() -> tuple[str, ...]:
     >>> "channels_60_wells" in hard_data_names()
     True
     """
-    return tuple(SURVEYS)
+    return tuple(BUNDLED_SURVEYS)
 
 
 @cache
@@ -197,7 +199,7 @@ def load_reference_field(name: str) -> TrainingImage:
     0
     """
     survey = _survey(name)
-    if name in WELLS:
+    if name in BUNDLED_WELLS:
         raise CCWSIMError(f"the volume from which {name} were sampled is not bundled")
     ny, nx = survey.grid_shape
     return reference_field(survey.training_image, (ny, nx))
@@ -222,7 +224,7 @@ def image_path(name: str) -> Path:
 
 def hard_data_path(name: str) -> Path:
     """Return the path of the file of hard data."""
-    return ASSETS / ("volumes" if name in WELLS else "hard_data") / f"{name}.csv"
+    return ASSETS / ("volumes" if name in BUNDLED_WELLS else "hard_data") / f"{name}.csv"
 
 
 def field_path(image: str, side: int) -> Path:
@@ -243,12 +245,16 @@ def _present(path: Path) -> Path:
 
 
 def _dataset(name: str) -> Dataset:
-    if name not in IMAGES:
-        raise CCWSIMError(f"training image {shown(name)} is unknown; there are {', '.join(IMAGES)}")
-    return IMAGES[name]
+    if name not in BUNDLED_IMAGES:
+        raise CCWSIMError(
+            f"training image {shown(name)} is unknown; there are {', '.join(BUNDLED_IMAGES)}"
+        )
+    return BUNDLED_IMAGES[name]
 
 
 def _survey(name: str) -> Survey:
-    if name not in HARD_DATA:
-        raise CCWSIMError(f"hard data {shown(name)} are unknown; there are {', '.join(HARD_DATA)}")
-    return HARD_DATA[name]
+    if name not in BUNDLED_DATA:
+        raise CCWSIMError(
+            f"hard data {shown(name)} are unknown; there are {', '.join(BUNDLED_DATA)}"
+        )
+    return BUNDLED_DATA[name]

@@ -11,7 +11,7 @@ from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.hard_data import HardData
 
 DIRECTIONS = ("N-S", "E-W")
-VERTICAL = "vertical"
+VERTICAL_WELLS = "vertical"
 MAX_PERMUTED = 4_000_000
 """Maximum number of cells to permute; more cells would block other threads for too long."""
 
@@ -38,14 +38,14 @@ def sample_wells(
     distance between data along a well, in cells.
     """
     shape = _shape(field)
-    directions = DIRECTIONS if len(shape) == 2 else (VERTICAL,)
+    directions = DIRECTIONS if len(shape) == 2 else (VERTICAL_WELLS,)
     way = directions[0] if direction is None else direction
     if way not in directions:
         allowed = " or ".join(f'"{one}"' for one in directions)
         raise CCWSIMError(f"direction = {shown(direction)} must be {allowed}")
     n, every = check_int("the number of wells", n, 1), check_int("every", every, 1)
     *_, ny, nx = shape
-    if way == VERTICAL:
+    if way == VERTICAL_WELLS:
         columns = _distinct(_random(seed), ny * nx, min(n, ny * nx))
         layers, positions = np.meshgrid(np.arange(0, shape[0], every), columns, indexing="ij")
         rows, columns = np.divmod(positions.ravel(), nx)

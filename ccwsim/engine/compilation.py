@@ -23,16 +23,22 @@ from numba import config
 from numba.core import event
 
 from ccwsim.engine import numba_hooks
-from ccwsim.engine.kernel_cache import FOLDER, FOLDER_VARIABLE, NAME, note_use, remove_unused
+from ccwsim.engine.kernel_cache import (
+    FOLDER_VARIABLE,
+    KERNEL_FOLDER,
+    KERNEL_FOLDER_NAME,
+    note_use,
+    remove_unused,
+)
 from ccwsim.jobs.child import ChildProcess, can_start, connect_to_parent
 from ccwsim.jobs.workers import without_cores
 from ccwsim.system.machine import n_cores
 
-MAX_PROCESSES = 3
+MAX_COMPILERS = 3
 """Maximum number of compiling processes. More processes would not finish earlier, because compiling
 the largest kernel takes a third of the total time."""
 IDLE_SECONDS = 5.0  # time in seconds after which a compiling process without requests ends
-POLL_SECONDS = 0.1
+COMPILER_POLL_SECONDS = 0.1
 NOW, SOON, LATER = 0, 1, 2
 """Urgency of a request: a call waits for the kernel, will soon need it, or may need it later."""
 ENTRY_KERNELS = {"simulate_patches", "resimulate_windows", "repair_windows", "change_cells"}
@@ -40,21 +46,23 @@ ENTRY_KERNELS = {"simulate_patches", "resimulate_windows", "repair_windows", "ch
 OPTIMIZING = 0.5  # time to optimize a kernel, divided by the time to infer the types in the kernel
 
 
-Kernel = Any
+AnyKernel = Any
 """The class `kernels.Kernel`; it cannot be imported here, because `kernels` imports this file."""
 _walking = threading.Lock()
-"""Lock held by `walk`, because Numba's table of types is not thread-safe."""
-_walk: ContextVar[Callable[[Kernel, tuple[Any, ...]], None] | None] = ContextVar(
-    "walk", default=None
+"""Lock held by `list_missing_kernels`, because Numba's table of types is not thread-safe."""
+_walk: ContextVar[Callable[[AnyKernel, tuple[Any, ...]], None] | None] = ContextVar(
+    "list_missing_kernels", default=None
 )
 
 
 class MissingKernelError(Exception):
-    """Raised inside `walk` to end the call of a missing kernel."""
+    """Raised inside `list_missing_kernels` to end the call of a missing kernel."""
 
 
 @contextmanager
-def walk(on_missing: Callable[[Kernel, tuple[Any, ...]], None]) -> Iterator[None]:
+def list_missing_kernels(
+    on_missing: Callable[[AnyKernel, tuple[Any, ...]], None],
+) -> Iterator[None]:
     """Run a computation only to list its missing kernels.
 
     `on_missing(kernel, signature)` is called for each missing kernel. Kernels are not run: each
@@ -69,17 +77,17 @@ def walk(on_missing: Callable[[Kernel, tuple[Any, ...]], None]) -> Iterator[None
 
 
 def is_walking() -> bool:
-    """Return whether the caller runs inside `walk`."""
+    """Return whether the caller runs inside `list_missing_kernels`."""
     return _walk.get() is not None
 
 
-def compile_missing(kernel: Kernel, signature: tuple[Any, ...]) -> None:
+def compile_missing(kernel: AnyKernel, signature: tuple[Any, ...]) -> None:
     """Wait until another process has compiled a kernel, if other processes can compile kernels.
 
     Raises
     ------
     MissingKernelError
-        If called inside `walk`, which only records missing kernels.
+        If called inside `list_missing_kernels`, which only records missing kernels.
     """
     if on_missing := _walk.get():
         on_missing(kernel, signature)
@@ -100,7 +108,7 @@ class CompilationProgress(NamedTuple):
 class CompileRequest:
     """A request to compile a kernel for one signature, that is, for given types of arguments."""
 
-    def __init__(self, kernel: Kernel, signature: tuple[Any, ...], urgency: int) -> None:
+    def __init__(self, kernel: AnyKernel, signature: tuple[Any, ...], urgency: int) -> None:
         self.kernel, self.signature, self.urgency = kernel, signature, urgency
         self.n_functions, self.n_typed = kernel.n_functions, 0
         self.is_taken, self.ended = False, threading.Event()
@@ -125,7 +133,7 @@ class _Compilers:
         self._queue: list[tuple[int, int, int, CompileRequest]] = []
         self._n_asked = self._n_running = self._n_idle = 0
 
-    def ask(self, kernel: Kernel, signature: tuple[Any, ...], urgency: int) -> CompileRequest:
+    def ask(self, kernel: AnyKernel, signature: tuple[Any, ...], urgency: int) -> CompileRequest:
         """Return the request for a kernel; add a new request to the queue if necessary."""
         with self._changed:
             key = f"{kernel.__module__}.{kernel.__name__}", signature
@@ -136,7 +144,7 @@ class _Compilers:
                 request.urgency, self._n_asked = urgency, self._n_asked + 1
                 heapq.heappush(self._queue, (urgency, -request.n_functions, self._n_asked, request))
                 more = len(self._queue) > self._n_idle
-                if more and self._n_running < min(n_cores(), MAX_PROCESSES):
+                if more and self._n_running < min(n_cores(), MAX_COMPILERS):
                     self._start()
                 self._changed.notify()
             return request
@@ -148,7 +156,7 @@ class _Compilers:
                 self.awaited, self.since = [], time.monotonic()
             self.awaited += [request for request in requests if request not in self.awaited]
         for request in requests:
-            while not request.ended.wait(POLL_SECONDS):
+            while not request.ended.wait(COMPILER_POLL_SECONDS):
                 check()
 
     def _start(self) -> None:
@@ -216,12 +224,12 @@ def _can_compile_apart() -> bool:
     Worker processes compile kernels themselves; otherwise each would start several processes.
     """
     is_main = multiprocessing.parent_process() is None and FOLDER_VARIABLE not in os.environ
-    kept = bool(FOLDER) and numba_hooks.are_known() and not getattr(config, "DISABLE_JIT", 0)
+    kept = bool(KERNEL_FOLDER) and numba_hooks.are_known() and not getattr(config, "DISABLE_JIT", 0)
     return is_main and kept and can_start()
 
 
 def ask_for(work: Callable[[], object], urgency: int = LATER) -> list[CompileRequest]:
-    """Find all missing kernels of a computation by `walk`, and return requests to compile them.
+    """Find all missing kernels of a computation, and return requests to compile them.
 
     If no other process can compile kernels, run the computation, which compiles its kernels.
     """
@@ -231,10 +239,10 @@ def ask_for(work: Callable[[], object], urgency: int = LATER) -> list[CompileReq
     requests: dict[CompileRequest, None] = {}  # a dictionary as an ordered set
     compilers = _of_this_process()
 
-    def ask(kernel: Kernel, signature: tuple[Any, ...]) -> None:
+    def ask(kernel: AnyKernel, signature: tuple[Any, ...]) -> None:
         requests[compilers.ask(kernel, signature, urgency)] = None
 
-    with _walking, without_cores(), walk(ask):
+    with _walking, without_cores(), list_missing_kernels(ask):
         work()
     return list(requests)
 
@@ -262,17 +270,19 @@ def compilation() -> CompilationProgress | None:
 
 def must_compile() -> bool:
     """Return whether any kernel that every study needs is missing or damaged on disk."""
-    files = Path(FOLDER).rglob("*.nbc") if FOLDER else ()
+    files = Path(KERNEL_FOLDER).rglob("*.nbc") if KERNEL_FOLDER else ()
     names = ((file, file.name.split(".")[1].rsplit("-", 1)[0]) for file in files)
     entries = ((file, name) for file, name in names if name in ENTRY_KERNELS)
-    return not {name for file, name in entries if numba_hooks.is_whole(file)} >= ENTRY_KERNELS
+    return (
+        not {name for file, name in entries if numba_hooks.is_complete_file(file)} >= ENTRY_KERNELS
+    )
 
 
 def _start_process() -> ChildProcess:
-    """Start a process that runs `serve`."""
-    note_use(FOLDER)
-    remove_unused(FOLDER)
-    return ChildProcess(serve, {FOLDER_VARIABLE: FOLDER})
+    """Start a process that runs `serve_compilation`."""
+    note_use(KERNEL_FOLDER)
+    remove_unused(KERNEL_FOLDER)
+    return ChildProcess(serve_compilation, {FOLDER_VARIABLE: KERNEL_FOLDER})
 
 
 def _let_compile(process: ChildProcess, request: CompileRequest) -> None:
@@ -285,9 +295,9 @@ def _let_compile(process: ChildProcess, request: CompileRequest) -> None:
         request.n_typed += 1
 
 
-def serve() -> None:
+def serve_compilation() -> None:
     """Compile kernels requested by another process, until that process ends or closes the input."""
-    if os.path.basename(FOLDER) != NAME:
+    if os.path.basename(KERNEL_FOLDER) != KERNEL_FOLDER_NAME:
         return  # the source has changed since the other process was started
     requests, answers = connect_to_parent()
     gc.freeze()

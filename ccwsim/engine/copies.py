@@ -26,7 +26,7 @@ from ccwsim.model.study import Study
 MAX_TURNS = 16  # maximum number of combinations of angle, scale and dip
 WIDER = 1.25  # factor by which tolerances grow until there are at most MAX_TURNS combinations
 SCALE_TOLERANCE = 0.04  # maximum difference of ln(scale) from the map
-MAX_CELLS = 400_000_000  # maximum number of cells of all copies
+MAX_COPIED_CELLS = 400_000_000  # maximum number of cells of all copies
 
 
 class Copies(NamedTuple):
@@ -69,8 +69,8 @@ def make_copies(study: Study) -> Copies | None:
     secondary = study.secondary
     if secondary is None or not secondary.has_copies:
         return None
-    if (n_cells := n_cells_of_copies(study)) > MAX_CELLS:
-        raise refused("too_many_copies", n=n_cells, most=MAX_CELLS)
+    if (n_cells := n_cells_of_copies(study)) > MAX_COPIED_CELLS:
+        raise refused("too_many_copies", n=n_cells, most=MAX_COPIED_CELLS)
     images = [study.training_image, *secondary.images]
     turns, turn_of = turns_of(secondary, in_layers(study.grid.shape))
     together = secondary.zones is None and secondary.weights is None

@@ -79,22 +79,22 @@ def make_guide(
     tables_of, weights = [*range(n_soft)], [-c] * n_soft
     for k, variable in enumerate(auxiliary):
         cost = mismatch * variable.weight
-        tables_of += [guidance.WHOLE, guidance.SMALLER, n_soft + k]
+        tables_of += [guidance.WHOLE_PATCHES, guidance.SMALLER_PATCHES, n_soft + k]
         weights += [cost, cost / n_parts, -2 * cost]
     for axis, weight in located.items():
         along = along_path((0, 1, 2), orientation).index(axis)
         is_reversed = orientation & (FROM_ABOVE, 1, 2)[along] > 0
         tables_of.append(guidance.POSITION - along - 3 * is_reversed)
         weights.append(-2 * mismatch * weight)
-    tables_of += [guidance.EVERY] * bool(located)
+    tables_of += [guidance.EVERY_PATCH] * bool(located)
     weights += [mismatch] * bool(located)
     tables = prepared.part(("maps of grid", template), tables_of_grid)
     # sums over boxes change their sign with the direction of an axis
     turned = orientation & (1 | 2 | (FROM_ABOVE if tables.shape[1] > 1 else 0))
     signs = np.where(np.array(tables_of) < 0, 1, (-1) ** turned.bit_count())
     tables = to_path(tables.swapaxes(0, 1), orientation).swapaxes(0, 1)
-    n_terms, n_places = len(values) * n_parts + guidance.AT_ONCE, prod(values.shape[2:])
-    spread = c * guidance.SPREAD / n_soft if n_soft and not lengths.volume else 0.0
+    n_terms, n_places = len(values) * n_parts + guidance.TERMS_AT_ONCE, prod(values.shape[2:])
+    spread = c * guidance.RANDOM_COST_SPREAD / n_soft if n_soft and not lengths.volume else 0.0
     n_random = n_places if spread else 0
     return guidance.Guide(
         values=values,

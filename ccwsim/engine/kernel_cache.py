@@ -38,7 +38,7 @@ def _digest_of_sources(package: Path = PACKAGE) -> str:
 
 SOURCE = _digest_of_sources()  # digest of all files that contain kernels
 CHECKED = "-checked" if getattr(config, "BOUNDSCHECK", None) else ""
-NAME = f"kernels-{SOURCE}-numba{numba.__version__}{CHECKED}"
+KERNEL_FOLDER_NAME = f"kernels-{SOURCE}-numba{numba.__version__}{CHECKED}"
 """Name of the folder that contains the compiled kernels.
 
 Kernels that check the bounds of arrays (`NUMBA_BOUNDSCHECK=1`) have a folder of their own, because
@@ -53,7 +53,7 @@ def _user_folder() -> Path | None:
             caches = Path.home() / USER_CACHES.get(sys.platform, ".cache")
         except RuntimeError:  # in some containers users have no home folder
             return None
-    return caches / "ccwsim" / NAME
+    return caches / "ccwsim" / KERNEL_FOLDER_NAME
 
 
 def _cache_folder() -> str:
@@ -73,7 +73,7 @@ def _cache_folder() -> str:
     except OSError:
         return ""
     atexit.register(shutil.rmtree, temporary, ignore_errors=True)
-    folder = Path(temporary) / NAME
+    folder = Path(temporary) / KERNEL_FOLDER_NAME
     if place and os.path.isdir(place):
         for file in place.rglob("*.nb[ic]"):  # shutil.copytree would copy file modes
             copy = folder / file.relative_to(place)
@@ -89,7 +89,9 @@ def _is_writable(place: Path) -> bool:
     return os.access(existing, os.W_OK | os.X_OK)
 
 
-FOLDER = _cache_folder()  # folder of compiled kernels; an empty string if no folder is writable
+KERNEL_FOLDER = (
+    _cache_folder()
+)  # folder of compiled kernels; an empty string if no folder is writable
 
 
 def note_use(folder: str) -> None:
@@ -111,4 +113,4 @@ def remove_unused(folder: str, days: float = UNUSED_DAYS) -> None:
                 shutil.rmtree(other, ignore_errors=True)
 
 
-note_use(FOLDER)
+note_use(KERNEL_FOLDER)

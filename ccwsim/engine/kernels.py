@@ -15,7 +15,7 @@ from numba import config, njit
 
 from ccwsim.engine import numba_hooks
 from ccwsim.engine.compilation import MissingKernelError, compile_missing, is_walking
-from ccwsim.engine.kernel_cache import FOLDER
+from ccwsim.engine.kernel_cache import KERNEL_FOLDER
 
 _log = logging.getLogger(__name__)
 
@@ -24,11 +24,11 @@ class Kernel:
     """A compiled function that Python calls, made by `kernel` or `allocating_kernel`."""
 
     def __init__(self, function: Callable[..., Any], **options: Any) -> None:
-        self.dispatcher = _compiled(function, FOLDER, **options)
+        self.dispatcher = _compiled(function, KERNEL_FOLDER, **options)
         self.__doc__, self.__name__ = function.__doc__, function.__name__
         self.__module__, self.__wrapped__ = function.__module__, function
         self._allocates = "_nrt" not in options
-        if FOLDER and numba_hooks.are_known() and hasattr(self.dispatcher, "_cache"):
+        if KERNEL_FOLDER and numba_hooks.are_known() and hasattr(self.dispatcher, "_cache"):
             numba_hooks.ask_first(self.dispatcher, partial(compile_missing, self))
 
     def __call__(self, *values: Any, **named: Any) -> Any:
@@ -82,7 +82,9 @@ class part_of_kernel:  # noqa: N801 - a decorator
         options = {"no_cpython_wrapper": True, **self.options}
         if numba_hooks.are_known():
             options["pipeline_class"] = numba_hooks.LinkedCompiler
-        self._part = _compiled(function, "" if numba_hooks.are_known() else FOLDER, **options)
+        self._part = _compiled(
+            function, "" if numba_hooks.are_known() else KERNEL_FOLDER, **options
+        )
         if numba_hooks.are_known() and hasattr(self._part, "get_call_template"):
             numba_hooks.type_without_literals(self._part)
         self.__doc__, self.__name__ = function.__doc__, function.__name__
@@ -97,7 +99,9 @@ class part_of_kernel:  # noqa: N801 - a decorator
         if is_walking():
             return self.__wrapped__(*values, **named)
         if self._alone is None:  # separate folder: a cache confuses both versions
-            self._alone = _compiled(self.__wrapped__, FOLDER and os.path.join(FOLDER, "alone"))
+            self._alone = _compiled(
+                self.__wrapped__, KERNEL_FOLDER and os.path.join(KERNEL_FOLDER, "alone")
+            )
         return self._alone(*values, **named)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from ccwsim.engine.stages.conditioning import MAX_DATA
+from ccwsim.engine.stages.conditioning import MAX_PATCH_DATA
 from ccwsim.engine.stages.path import Triple, along_path, overlap_cells
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.parameters import Parameters
@@ -48,7 +48,7 @@ class ScaledLengths(NamedTuple):
 
         In maps, but not in volumes, the limit increases with the overlap.
         """
-        return MAX_DATA * (1.0 if self.volume else self.weight_of_data)
+        return MAX_PATCH_DATA * (1.0 if self.volume else self.weight_of_data)
 
     def along(self, orientation: int) -> ScaledLengths:
         """Return the lengths along the axes of a path."""

@@ -19,7 +19,7 @@ from ccwsim.engine.raster import MAX_PATCHES_PER_CALL, Plan, empty_grid, reporte
 from ccwsim.engine.stages.bits import take_strips
 from ccwsim.engine.stages.conditioning import PlacedData
 from ccwsim.engine.stages.path import Triple
-from ccwsim.engine.tiles import Simulated, box_of, cut_and_paste, make_placing
+from ccwsim.engine.tiles import Simulated, cut_and_paste, make_placing, patch_box
 from ccwsim.jobs.workers import Watch
 
 CELLS_PER_CALL = 100_000_000  # number of cells compared between two reports of progress
@@ -87,7 +87,7 @@ def refine_patches(first, last, inputs, placing, simulated):
     grid, locations = simulated.grid, simulated.locations
     strips, at_stake, cut = placing
     for number in range(first, last):
-        box = box_of(inputs.patches[number], inputs.overlap)
+        box = patch_box(inputs.patches[number], inputs.overlap)
         place = (
             block[0] * np.int64(locations[number, 0]),
             block[1] * np.int64(locations[number, 1]),

@@ -119,12 +119,12 @@ class _Pair(caching.IndexDataCacheFile):
 
     def _load_data(self, name: str) -> Any:
         path = Path(self._data_path(name))
-        if path.exists() and not is_whole(path):
+        if path.exists() and not is_complete_file(path):
             raise ValueError(f"{path.name} is incomplete")
         return super()._load_data(name)
 
 
-def is_whole(path: Path) -> bool:
+def is_complete_file(path: Path) -> bool:
     """Return whether a file of compiled code is complete and unchanged.
 
     With untested versions of Numba, the file counts as complete, because this is unknown.
@@ -167,7 +167,7 @@ class _Files:
             name = pair._load_index().get(key)
         except Exception:  # damaged pickles raise all kinds of errors
             return False
-        return name is not None and is_whole(Path(pair._data_path(name)))
+        return name is not None and is_complete_file(Path(pair._data_path(name)))
 
     def flush(self) -> None:
         """Delete the index files of all signatures."""

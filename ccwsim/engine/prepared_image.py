@@ -36,11 +36,11 @@ from ccwsim.jobs.workers import check_stop
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.study import Study
 
-KEPT_BYTES = 500_000_000
+MAX_PARTS_BYTES = 500_000_000
 """Maximum total size, in bytes, of the prepared parts of an image that are stored in memory."""
-MAX_IMAGES, MAX_IMAGES_BYTES = 16, 128 * 2**20
+MAX_PREPARED, MAX_PREPARED_BYTES = 16, 128 * 2**20
 """Maximum number and total size, in bytes, of prepared images that are kept between runs."""
-THIN = 3.0  # maximum mean thickness, in cells, of a facies that is thin
+MAX_THIN_CELLS = 3.0  # maximum mean thickness, in cells, of a facies that is thin
 
 
 class OrientedImage(NamedTuple):
@@ -222,7 +222,7 @@ class PreparedImage:
     """The prepared training image, which all realizations of a study share.
 
     Each part is computed once, when it is first needed. The most recently used parts, up to
-    KEPT_BYTES in total, remain in memory. No part depends on the seed.
+    MAX_PARTS_BYTES in total, remain in memory. No part depends on the seed.
     """
 
     study: Study
@@ -231,7 +231,7 @@ class PreparedImage:
         study = self.study
         self.lengths = lengths_of(study.parameters, study.grid.shape)
         """Lengths at each scale, along the axes of the grid, for the default template."""
-        self._parts: Memo[Any] = Memo(max_bytes=KEPT_BYTES)
+        self._parts: Memo[Any] = Memo(max_bytes=MAX_PARTS_BYTES)
 
     @cached_property
     def key(self) -> tuple[Hashable, ...]:
@@ -420,7 +420,7 @@ class PreparedImage:
         """Whether a facies consists of bodies that are only a few cells thick."""
         usual = int(np.argmax(self.study.training_image.proportions))
         thicknesses = np.delete(mean_thickness(self.base), usual)
-        return bool((thicknesses < THIN).any())
+        return bool((thicknesses < MAX_THIN_CELLS).any())
 
     @cached_property
     def isolated_datum_thresholds(self) -> NDArray[np.float64]:
@@ -428,7 +428,7 @@ class PreparedImage:
         return isolated_datum_thresholds(self.base)
 
 
-_images: Memo[PreparedImage] = Memo(MAX_IMAGES, MAX_IMAGES_BYTES, min_values=0)
+_images: Memo[PreparedImage] = Memo(MAX_PREPARED, MAX_PREPARED_BYTES, min_values=0)
 _keeps: ContextVar[bool] = ContextVar("keeps", default=True)
 keeps_images = _keeps.get
 """Return whether this thread uses and keeps prepared images of other runs."""
@@ -446,7 +446,7 @@ def fresh_images() -> Iterator[None]:
 
 def divide_images(n: int) -> None:
     """Divide the memory for prepared images among `n` processes."""
-    _images.max_bytes = MAX_IMAGES_BYTES / n
+    _images.max_bytes = MAX_PREPARED_BYTES / n
 
 
 def prepared_image(study: Study) -> PreparedImage:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import kernel, part_of_kernel
 from ccwsim.engine.prepared_image import OrientedImage, planes_of_codes
-from ccwsim.engine.stages.candidates import draw_index, place_of
+from ccwsim.engine.stages.candidates import draw_index, location_of_number
 from ccwsim.engine.stages.conditioning import data_ahead
 from ccwsim.engine.stages.cut import keep_old, paste
 from ccwsim.engine.stages.path import LEFT, TOP, Box
@@ -31,7 +31,7 @@ from ccwsim.engine.stages.similarity import (
     overlap_terms,
     score_places,
 )
-from ccwsim.engine.tiles import box_of
+from ccwsim.engine.tiles import patch_box
 from ccwsim.model.bounds import MIN_TEMPLATE
 from ccwsim.model.study import Study
 
@@ -77,7 +77,7 @@ def simulate_published(first, last, published, inputs, work, simulated, rng):
     illegal, energies = oriented.illegal, work.energies
     legal = (1 if illegal.size else 2) * excluded_from(scores) - 1  # largest score of a location
     for number in range(first, last):  # line 4: tiles in the order of the path
-        tile = box_of(inputs.patches[number], search.overlap)
+        tile = patch_box(inputs.patches[number], search.overlap)
         depth = part = 0  # number `part` of the 4^depth quarters of the tile
         while True:
             box = quarter(tile, depth, part)
@@ -104,9 +104,9 @@ def simulate_published(first, last, published, inputs, work, simulated, rng):
                 continue
             drawn = draw_index(rng, n) if box.sides else 0
             work.choice[0], work.choice[1], work.choice[2] = n, 1, drawn
-            place = place_of(places[drawn], n_places, block)
+            place = location_of_number(places[drawn], n_places, block)
             # Lines 13, 14: the inverse DWT is the slice at the location; it is cut and pasted
-            cut_and_paste(number, box, place, image, data, rules, cut, simulated)
+            cut_and_paste_as_published(number, box, place, image, data, rules, cut, simulated)
             part += 1
             while depth > 0 and part % 4 == 0:
                 depth, part = depth - 1, part // 4
@@ -124,17 +124,17 @@ def place_near(first, last, rules, inputs, placing, simulated):
     """
     image, data, block, locations = inputs.image, inputs.data, inputs.block, simulated.locations
     for number in range(first, last):
-        box = box_of(inputs.patches[number], inputs.overlap)
+        box = patch_box(inputs.patches[number], inputs.overlap)
         y = block[1] * np.int64(locations[number, 1])
         x = block[2] * np.int64(locations[number, 2])
         if data_ahead(data, box, 1):
             y, x = best_near(simulated.grid, image, data, box, y, x, rules)
         place = np.int64(0), y, x
-        cut_and_paste(number, box, place, image, data, rules, placing.cut, simulated)
+        cut_and_paste_as_published(number, box, place, image, data, rules, placing.cut, simulated)
 
 
 @part_of_kernel
-def cut_and_paste(number, box, place, image, data, rules, cut, simulated):
+def cut_and_paste_as_published(number, box, place, image, data, rules, cut, simulated):
     """Paste a patch along the cut of the paper or of the authors' code; record its location."""
     grid, sources, counts, locations = simulated
     if rules.is_code:

@@ -48,13 +48,13 @@ from ccwsim.model.watch import Watch
 
 TERMS_PER_CALL = 500_000_000  # number of terms of scores computed between two reports of progress
 MAX_PATCHES_PER_CALL = 512
-SLACK = 8
+CANDIDATE_SLACK = 8
 """Maximum number of wrong cells by which a candidate may exceed the best location, for an overlap
 of 448 cells without data. The limit is proportional to the overlap."""
 FEW_TEMPLATES, MAX_WIDER = 9, 4
-"""In a small image few locations fit well, and steering would have no choice. In maps, SLACK is
-therefore larger, by a factor of up to MAX_WIDER, if all locations of a patch together cover fewer
-than FEW_TEMPLATES templates."""
+"""In a small image few locations fit well, and steering would have no choice. In maps,
+CANDIDATE_SLACK is therefore larger, by a factor of up to MAX_WIDER, if all locations of a patch
+together cover fewer than FEW_TEMPLATES templates."""
 N_DRAWN = 2  # number of random locations per patch without data; the best after refinement is used
 N_DRAWN_THIN, LARGE_TEMPLATE = 6, 64
 """Value of N_DRAWN if an image has thin facies and the template is at least LARGE_TEMPLATE; the
@@ -74,7 +74,7 @@ WEIGHT_OF_MORE_FACIES = 2
 """Factor of the weights of data if there are over two facies; fewer locations then honour data."""
 DATUM_FACTOR = 25
 """Factor of the weights of data if data are not honoured exactly, as in the authors' code."""
-MAX_KEPT = 2**20
+MAX_STORED_CELLS = 2**20
 """Maximum number of cells of an empty data array that is stored for use in other realizations.
 Larger arrays would use too much memory."""
 RASTER_SHARE, REPAIR_SHARE = 0.7, 0.85
@@ -94,7 +94,7 @@ class Plan(NamedTuple):
 
     def workspace(self) -> tiles.PatchWorkspace:
         """Return the workspace to simulate the patches."""
-        return tiles.make_workspace(self.inputs, self.totals)
+        return tiles.make_tile_workspace(self.inputs, self.totals)
 
     def simulate_patches(
         self,
@@ -340,7 +340,7 @@ def totals_of(prepared: PreparedImage) -> type[np.signedinteger]:
     search = _search(prepared, prepared.lengths, 1)
     n_cells = prod(t * search.co_template for t in search.template)
     missed = min(study.hard_data.n, n_cells) * max(
-        conditioning.SPARSE.missed, conditioning.DENSE.missed
+        conditioning.SPARSE.missed, conditioning.DENSE_WEIGHTS.missed
     )
     overlap = prod(search.template) * prod(search.block)
     overlap += score_bound(study, prepared.lengths[-1], n_planes(study))
@@ -367,7 +367,11 @@ def _data_at(
             cells, facies = np.empty((0, 3), np.int64), np.empty(0, np.uint8)
             return conditioning.place_data(cells, facies, shape)
 
-        return no_data() if prod(shape) > MAX_KEPT else prepared.part(("no data", shape), no_data)
+        return (
+            no_data()
+            if prod(shape) > MAX_STORED_CELLS
+            else prepared.part(("no data", shape), no_data)
+        )
     cells = in_three(cells_to_path(study.hard_data.cells, study.grid.shape, path.orientation))
     cells = cells + np.array(path.offset)
     of_cells = p.exact_data or p.variant == "paper" or p.scale > 0
@@ -418,7 +422,7 @@ def _search(
     wider = min(max(FEW_TEMPLATES / n_templates, 1.0), MAX_WIDER)
     if coarse.volume or p.published_draw:
         wider = 1.0
-    slack = SLACK * coarse.weight_of_data * (0.75 if coarse.volume else wider)
+    slack = CANDIDATE_SLACK * coarse.weight_of_data * (0.75 if coarse.volume else wider)
     draws_once = p.published_draw or p.match_proportions
     may_try = not (draws_once or coarse.volume or p.scale)
     by_unseen = may_try and max(coarse.template) >= LARGE_TEMPLATE and prepared.has_thin_facies

@@ -28,12 +28,12 @@ from ccwsim.engine.stages.candidates import (
     best_places,
     draw_index,
     keep_within,
+    location_of_number,
     make_ranking,
-    place_of,
     rule_out_continuations,
 )
 from ccwsim.engine.stages.conditioning import (
-    DENSE,
+    DENSE_WEIGHTS,
     SPARSE,
     Misses,
     PlacedData,
@@ -140,7 +140,7 @@ class Simulated(NamedTuple):
     locations: NDArray[np.int32]  # shape (n_patches, 3): locations in the oriented TI
 
 
-def make_workspace(inputs: PatchInputs, totals: type[np.signedinteger]) -> PatchWorkspace:
+def make_tile_workspace(inputs: PatchInputs, totals: type[np.signedinteger]) -> PatchWorkspace:
     """Return the workspace for patches; `totals` is the type for scores plus costs."""
     oriented, data, search = inputs.oriented, inputs.data, inputs.search
     n_layers = int(inputs.layers[:, 1].max(initial=1))
@@ -178,7 +178,7 @@ def make_placing(
 
 
 @part_of_kernel
-def box_of(p, overlap):
+def patch_box(p, overlap):
     """Return the box of patch `p`, a row of the array from `make_patches`."""
     return Box(p[0], p[1], p[2], p[3], p[4], p[5], p[6], overlap[0], overlap[1], overlap[2])
 
@@ -192,7 +192,7 @@ def simulate_patches(first, last, inputs, work, simulated, rng):
     places, n_places = work.ranking.places, (oriented.places[1], oriented.places[2])
     coarse = block[0] > 1 or block[1] > 1 or block[2] > 1
     for number in range(first, last):  # line 4: patches in the order of the path
-        box = box_of(patches[number], search.overlap)
+        box = patch_box(patches[number], search.overlap)
         # Lines 5, 6: the first patch has no overlap, so all scores are 0. Ties are broken at
         # random, so the candidates are random locations.
         # Lines 8, 9: the coefficients of the overlap, here block sums
@@ -237,7 +237,7 @@ def simulate_patches(first, last, inputs, work, simulated, rng):
         n_drawn = search.n_drawn if by_unseen or (is_free and refine) else 1
         for _ in range(n_drawn):
             drawn = draw(n, number, box, inputs, simulated.counts, work, rng)
-            misfit, near = np.int64(0), place_of(places[drawn], n_places, block)
+            misfit, near = np.int64(0), location_of_number(places[drawn], n_places, block)
             if refine:
                 strips, missed = placing.strips, search.missed
                 misfit, z, y, x = refine_place(
@@ -279,7 +279,7 @@ def conditional_candidates(box, layer, is_split, grid, inputs, work, scores, tot
     `scores` and `totals` begin with layer `layer` of locations.
     """
     oriented, data, search = inputs.oriented, inputs.data, inputs.search
-    weights = DENSE if is_split else SPARSE
+    weights = DENSE_WEIGHTS if is_split else SPARSE
     share = 1.0 if weights.everywhere else search.share
     flat, places = totals.reshape(-1), work.total_ranking.places
     start_totals(scores.reshape(-1), share, oriented.illegal.size > 0, flat)

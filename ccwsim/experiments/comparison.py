@@ -24,7 +24,7 @@ from ccwsim.model.watch import Cancel, Progress, Watch
 
 MIN_SETTINGS, MAX_SETTINGS = 2, 4
 SIMULATED, CURVES_DONE = 0.7, 0.85  # share of work finished after simulation, and after curves
-LOW, HIGH = 0.05, 0.95  # quantiles that bound the bands of curves of a setting
+LOW_QUANTILE, HIGH_QUANTILE = 0.05, 0.95  # quantiles that bound the bands of curves of a setting
 MIN_ERRORS = 2.0  # a difference between settings counts if it exceeds these standard errors
 
 
@@ -54,7 +54,7 @@ def _compared_curves(
             low, high = next(ends)
             part = watch.part(low, high)
             each = curves_of(statistic, ensemble, code, way, lags, progress=part.tell)
-            bands.append(band(each, LOW, HIGH))
+            bands.append(band(each, LOW_QUANTILE, HIGH_QUANTILE))
             fits.append(fit_curve(ensemble, statistic, code, way))
         reference = curves_of(statistic, image, code, way, lags)[0]
         curves[code, statistic, way] = ComparedCurves(lags, reference, tuple(bands), tuple(fits))

@@ -28,7 +28,7 @@ from ccwsim.model.watch import Cancel, Progress, Watch
 _SENTENCES: dict[str, str] = tomllib.loads(
     Path(__file__).with_name("sweep.toml").read_text("utf-8")
 )
-ERRORS = {
+SWEEP_ERRORS = {
     "patterns": lambda quality: quality.pattern_distance,
     "connection": lambda quality: quality.tau_error,
     "proportions": lambda quality: abs(quality.proportion_error),
@@ -79,8 +79,8 @@ class Sweep:
         return np.array([row.quality.cpu_seconds for row in self.rows])
 
     def errors(self, kind: str = "patterns") -> NDArray[np.float64]:
-        """Return the error `kind` (a key of `ERRORS`) of each setting."""
-        return np.array([ERRORS[kind](row.quality) for row in self.rows], dtype=float)
+        """Return the error `kind` (a key of `SWEEP_ERRORS`) of each setting."""
+        return np.array([SWEEP_ERRORS[kind](row.quality) for row in self.rows], dtype=float)
 
     def spreads(self, kind: str) -> NDArray[np.float64]:
         """Return the spread of the error `kind` of each setting; NaN if unknown."""

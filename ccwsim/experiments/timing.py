@@ -9,15 +9,18 @@ from numpy.typing import NDArray
 
 from ccwsim import CCWSIMError, Grid, Parameters, TrainingImage
 from ccwsim.datasets.sampling import sample_random
-from ccwsim.engine.corrections.resimulation import MAX_COMPARED
-from ccwsim.engine.stages.conditioning import MAX_DATA
+from ccwsim.engine.corrections.resimulation import MAX_COMPARED_LOCATIONS
+from ccwsim.engine.stages.conditioning import MAX_PATCH_DATA
 from ccwsim.experiments.trials import Trial, TrialResult, run_trials
 from ccwsim.model.arrays import Shape, check_int, frozen
 from ccwsim.model.errors import refused
 from ccwsim.model.watch import Cancel, Progress, Watch
 
 CELLS_AT_ONCE = 32_000_000  # maximum cells of realizations in memory; a cell takes one byte
-LINEAR = (0.9, 1.1)  # growth is called linear if the exponent of the cells is in this range
+LINEAR_EXPONENTS = (
+    0.9,
+    1.1,
+)  # growth is called linear if the exponent of the cells is in this range
 
 
 def grid_trials(
@@ -142,7 +145,7 @@ class Growth:
     @property
     def linear(self) -> bool:
         """Whether twice the number of cells takes about twice the time."""
-        return LINEAR[0] <= self.exponent <= LINEAR[1]
+        return LINEAR_EXPONENTS[0] <= self.exponent <= LINEAR_EXPONENTS[1]
 
 
 def growth(timings: Sequence[TrialResult]) -> Growth:
@@ -225,7 +228,7 @@ def typical_seconds(
     for side in image_shape:
         locations *= max(side - size, 0) // block_size + 1
     tiles = max(n_cells / step**2, 1.0)
-    dense = n_data * size**2 / (n_cells * MAX_DATA)
+    dense = n_data * size**2 / (n_cells * MAX_PATCH_DATA)
     patches = tiles * min(max(dense, 1.0), (step // overlap) ** 2)
     planes = 1 if n_facies <= 2 else n_facies
     products = planes * (2 * size - overlap) * overlap / block_size**2
@@ -236,7 +239,7 @@ def typical_seconds(
         + patches * locations * (PER_LOCATION + products * PER_PRODUCT)
         + image_shape[0] * image_shape[1] * PER_IMAGE_CELL
         + seen * locations * PER_DATUM_SEEN
-        + min(n_data, N_MISSED * tiles) * MAX_COMPARED * size * PER_WINDOW_ROW
+        + min(n_data, N_MISSED * tiles) * MAX_COMPARED_LOCATIONS * size * PER_WINDOW_ROW
     )
 
 

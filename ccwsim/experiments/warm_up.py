@@ -14,13 +14,13 @@ from ccwsim.metrics import connectivity, etype, variogram
 from ccwsim.model.study import Study
 from ccwsim.model.watch import Watch
 
-MAP, VOLUME = (64, 64), (32, 32, 32)  # shapes of the training images and grids
+MAP_SHAPE, VOLUME_SHAPE = (64, 64), (32, 32, 32)  # shapes of the training images and grids
 STUDIES = {
-    "maps, 16-bit scores": (MAP, Parameters(16, 4, 2)),
-    "maps, 32-bit scores": (MAP, Parameters(32, 16, 3)),
-    "maps, levels 4 to 6": (MAP, Parameters(32, 16, 4)),
-    "maps, finer scales of ms-ccsim": (MAP, Parameters(16, 4, 2, method="ms-ccsim")),
-    "volumes": (VOLUME, Parameters(16, 4, 2)),
+    "maps, 16-bit scores": (MAP_SHAPE, Parameters(16, 4, 2)),
+    "maps, 32-bit scores": (MAP_SHAPE, Parameters(32, 16, 3)),
+    "maps, levels 4 to 6": (MAP_SHAPE, Parameters(32, 16, 4)),
+    "maps, finer scales of ms-ccsim": (MAP_SHAPE, Parameters(16, 4, 2, method="ms-ccsim")),
+    "volumes": (VOLUME_SHAPE, Parameters(16, 4, 2)),
 }
 """One study for each combination of the argument types of kernels."""
 

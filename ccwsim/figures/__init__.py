@@ -40,7 +40,7 @@ from ccwsim.figures.style import DASHES as DASHES
 from ccwsim.figures.style import ENTROPY as ENTROPY
 from ccwsim.figures.style import FACIES as FACIES
 from ccwsim.figures.style import LIGHT as LIGHT
-from ccwsim.figures.style import SYMBOLS as SYMBOLS
+from ccwsim.figures.style import MARKER_SYMBOLS as MARKER_SYMBOLS
 from ccwsim.figures.style import Theme as Theme
 from ccwsim.figures.style import facies_colours as facies_colours
 from ccwsim.figures.style import figure_json as figure_json

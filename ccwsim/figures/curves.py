@@ -24,7 +24,7 @@ from ccwsim.model.arrays import Floats
 BAND_OPACITY = 0.13  # opacity of the bands of settings; low enough to see four overlapping bands
 ROW_HEIGHT = 172  # height in pixels of a row of transiograms
 MAX_DISC = 6  # maximum diameter in pixels of the discs that show the hard data of a layer
-SIDE, MARGIN = 100, 4  # side and margin of a sparkline in SVG units
+SPARKLINE_SIDE, SPARKLINE_MARGIN = 100, 4  # side and margin of a sparkline in SVG units
 
 
 @dataclass(frozen=True, eq=False)
@@ -282,16 +282,17 @@ def sparkline(curves: ArrayLike, reference: ArrayLike, theme: Theme) -> bytes:
     thick = f'stroke="{theme.reference}" stroke-width="1.6"'
     lines = [_polyline(curve, top, thin) for curve in every[:-1]]
     lines.append(_polyline(every[-1], top, thick))
+    view_box = f"0 0 {SPARKLINE_SIDE} {SPARKLINE_SIDE}"
     return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {SIDE} {SIDE}" fill="none">'
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{view_box}" fill="none">'
         f"{''.join(lines)}</svg>"
     ).encode()
 
 
 def _polyline(curve: np.ndarray, top: float, stroke: str) -> str:
-    room = SIDE - 2 * MARGIN
-    x = MARGIN + room * np.arange(len(curve)) / max(len(curve) - 1, 1)
-    y = SIDE - MARGIN - room * curve / top
+    room = SPARKLINE_SIDE - 2 * SPARKLINE_MARGIN
+    x = SPARKLINE_MARGIN + room * np.arange(len(curve)) / max(len(curve) - 1, 1)
+    y = SPARKLINE_SIDE - SPARKLINE_MARGIN - room * curve / top
     finite = np.isfinite(y)
     points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x[finite], y[finite], strict=True))
     return f'<polyline points="{points}" {stroke}/>'

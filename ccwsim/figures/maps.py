@@ -15,18 +15,17 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from ccwsim.figures.style import CIVIDIS, bytes_of, ramp
-from ccwsim.model.arrays import Bytes, Floats, Mask, Shape, as_integers, check_int
+from ccwsim.model.arrays import CELL_AXES, Bytes, Floats, Mask, Shape, as_integers, check_int
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.missing import UNKNOWN
 
 MAX_SHEET_SIDE = 8192
-WRONG = "#C8321F"
-STEPS = 101  # number of colours in a map of shares, one for each percent from 0 to 100
-GAP, LABEL, TEXT = 12, 22, 13
+WRONG_COLOUR = "#C8321F"
+N_SHARE_COLOURS = 101  # number of colours in a map of shares, one for each percent from 0 to 100
+SLICE_GAP, LABEL_HEIGHT, LETTER_SIZE = 12, 22, 13
 """Gap between two slices, height of the labels above slices, and size of letters, in pixels."""
-GREY = "#6B737C"  # colour of the labels, legible in both themes
+LABEL_GREY = "#6B737C"  # colour of the labels, legible in both themes
 INK = "#1B1F24"
-AXES = ("layer", "row", "column")
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,7 +166,7 @@ def data_map(indices: Bytes, colours: Sequence[str], dots: Dots, scale: int) -> 
         row, column = dots.cells[k]
         x, y = (column + 0.5) * scale, (height - row - 0.5) * scale
         wrong = bool(dots.wrong[k])
-        _ring(pen, x, y, radius + 1.6, WRONG if wrong else INK)
+        _ring(pen, x, y, radius + 1.6, WRONG_COLOUR if wrong else INK)
         _ring(pen, x, y, radius + 0.8, "#FFFFFF")
         _ring(pen, x, y, radius - 0.4, dots.colours[k])
     return picture
@@ -175,8 +174,10 @@ def data_map(indices: Bytes, colours: Sequence[str], dots: Dots, scale: int) -> 
 
 def steps_of(shares: Floats) -> tuple[Bytes, list[str]]:
     """Convert shares from 0 to 1, or NaN, to indices of cividis colours; return both."""
-    steps = np.where(np.isnan(shares), UNKNOWN, np.rint(np.clip(shares, 0, 1) * (STEPS - 1)))
-    return steps.astype(np.uint8), ramp(CIVIDIS, STEPS)
+    steps = np.where(
+        np.isnan(shares), UNKNOWN, np.rint(np.clip(shares, 0, 1) * (N_SHARE_COLOURS - 1))
+    )
+    return steps.astype(np.uint8), ramp(CIVIDIS, N_SHARE_COLOURS)
 
 
 def _ring(pen: ImageDraw.ImageDraw, x: float, y: float, radius: float, colour: str) -> None:
@@ -227,15 +228,15 @@ def slices_of(
     `CCWSIMError` for a map, and for a cell outside the volume.
     """
     shape = indices.shape
-    if indices.ndim != len(AXES):
+    if indices.ndim != len(CELL_AXES):
         raise CCWSIMError(f"slices need a volume, shape (nz, ny, nx), not {shape}")
     cell = [n // 2 for n in shape] if at is None else as_integers(at, "cell").ravel().tolist()
-    if len(cell) != len(AXES) or not all(0 <= k < n for k, n in zip(cell, shape, strict=True)):
+    if len(cell) != len(CELL_AXES) or not all(0 <= k < n for k, n in zip(cell, shape, strict=True)):
         raise CCWSIMError(f"cell {tuple(cell)} must lie in a volume of shape {shape}")
-    cells, wrong = np.empty((0, len(AXES)), np.int64), np.empty(0, bool)
+    cells, wrong = np.empty((0, len(CELL_AXES)), np.int64), np.empty(0, bool)
     all_dots = Dots(cells, [], wrong) if dots is None else dots
     slices = []
-    for axis, (name, k, n) in enumerate(zip(AXES, cell, shape, strict=True)):
+    for axis, (name, k, n) in enumerate(zip(CELL_AXES, cell, shape, strict=True)):
         in_slice = np.flatnonzero(all_dots.cells[:, axis] == k)
         flat = np.delete(all_dots.cells[in_slice], axis, axis=1)
         dots_in_slice = Dots(
@@ -257,23 +258,25 @@ def slices_png(
 ) -> bytes:
     """Return a PNG, `longest` pixels wide, of labelled slices of a volume, side by side."""
     slices = slices_of(indices, at, dots)
-    scale = max(1, round((longest - 2 * GAP) / sum(section.indices.shape[1] for section in slices)))
+    scale = max(
+        1, round((longest - 2 * SLICE_GAP) / sum(section.indices.shape[1] for section in slices))
+    )
     layer, *sections = slices
     maps = [data_map(layer.indices, colours, layer.dots, scale)]
     maps += [_with_wells(section, colours, scale) for section in sections]
-    font = ImageFont.load_default(TEXT)
+    font = ImageFont.load_default(LETTER_SIZE)
     widths = [
         max(slice_picture.width, int(font.getlength(section.label)) + 1)
         for section, slice_picture in zip(slices, maps, strict=True)
     ]
-    width = sum(widths) + GAP * (len(maps) - 1)
-    height = LABEL + max(slice_picture.height for slice_picture in maps)
+    width = sum(widths) + SLICE_GAP * (len(maps) - 1)
+    height = LABEL_HEIGHT + max(slice_picture.height for slice_picture in maps)
     picture = Image.new("RGBA", (width, height))
     pen, left = ImageDraw.Draw(picture), 0
     for section, slice_picture, width in zip(slices, maps, widths, strict=True):
-        pen.text((left, 2), section.label, fill=GREY, font=font)
-        picture.paste(slice_picture, (left, LABEL))
-        left += width + GAP
+        pen.text((left, 2), section.label, fill=LABEL_GREY, font=font)
+        picture.paste(slice_picture, (left, LABEL_HEIGHT))
+        left += width + SLICE_GAP
     return png_of(picture, optimize=True)
 
 
@@ -283,7 +286,7 @@ def _with_wells(section: VolumeSlice, colours: Sequence[str], scale: int) -> Ima
     picture = data_map(section.indices, colours, no_dots, scale)
     pen, dots = ImageDraw.Draw(picture), section.dots
     frames = ["#FFFFFF"] * len(dots.cells)
-    edges = [WRONG if wrong else INK for wrong in dots.wrong.tolist()]
+    edges = [WRONG_COLOUR if wrong else INK for wrong in dots.wrong.tolist()]
     for wider, fills in ((2, edges), (1, frames), (0, dots.colours)):
         for (row, column), fill in zip(dots.cells.tolist(), fills, strict=True):
             x, y = column * scale, (section.indices.shape[0] - row - 1) * scale

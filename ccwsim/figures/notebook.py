@@ -13,10 +13,11 @@ from ccwsim.figures.maps import contact_sheet, data_png
 from ccwsim.figures.style import as_written, facies_colours, written
 from ccwsim.model.arrays import Bytes, Floats, Mask, describe_shape
 
-THUMB = 240  # length in pixels of the longer side of a picture; halved if there are many pictures
-FEW = 4
+# length in pixels of the longer side of a picture; halved if there are many pictures
+NOTEBOOK_PIXELS = 240
+MAX_LARGE_PICTURES = 4
 MAX_TILES = 12  # maximum number of realizations shown in a picture of an ensemble
-HEIGHT = 380  # height in pixels of a row of maps in a chart with several maps
+CHART_ROW_HEIGHT = 380  # height in pixels of a row of maps in a chart with several maps
 
 
 def image_html(image: TrainingImage) -> str:
@@ -25,7 +26,9 @@ def image_html(image: TrainingImage) -> str:
     layer, words = _middle(image.shape)
     caption = f"{name}: {describe_shape(image.shape)} cells{words}, {shares}"
     colours = facies_colours(image)
-    return _html(contact_sheet(image.indices[layer][None], colours, longest=THUMB)[0], caption)
+    return _html(
+        contact_sheet(image.indices[layer][None], colours, longest=NOTEBOOK_PIXELS)[0], caption
+    )
 
 
 def ensemble_html(ensemble: Ensemble) -> str:
@@ -35,7 +38,7 @@ def ensemble_html(ensemble: Ensemble) -> str:
     colours = facies_colours(image)
     layer, words = _middle(ensemble.grid.shape)
     indices = ensemble.indices[(slice(shown), *layer)]
-    longest = THUMB if shown <= FEW else THUMB // 2
+    longest = NOTEBOOK_PIXELS if shown <= MAX_LARGE_PICTURES else NOTEBOOK_PIXELS // 2
     sheet, _ = contact_sheet(indices, colours, longest=longest)
     caption = (
         f"{n} {'realization' if n == 1 else 'realizations'} of "
@@ -54,7 +57,7 @@ def data_html(data: HardData) -> str:
     codes, facies = np.unique(data.facies, return_inverse=True)
     shape = tuple((high - low + 1).tolist())[-2:]
     colours = facies_colours(TrainingImage(codes[None]))
-    longest = min(THUMB, 8 * max(shape))
+    longest = min(NOTEBOOK_PIXELS, 8 * max(shape))
     drawn_mask, words = _middle_of_data(data)
     drawn_cells = (data.cells - low)[drawn_mask, -2:]
     picture = data_png(drawn_cells, facies[drawn_mask], shape, colours, longest=longest)
@@ -161,7 +164,7 @@ def _maps(
             chart.add_trace(points, 1, column)
         anchor = "x" if column == 1 else f"x{column}"
         chart.update_yaxes(scaleanchor=anchor, scaleratio=1, row=1, col=column)
-    return chart.update_layout(height=HEIGHT, margin={"l": 50, "r": 20, "t": 40, "b": 40})
+    return chart.update_layout(height=CHART_ROW_HEIGHT, margin={"l": 50, "r": 20, "t": 40, "b": 40})
 
 
 def _facies(image: TrainingImage, shares: Floats) -> str:

@@ -5,7 +5,15 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import plotly.graph_objects as go
 
-from ccwsim.figures.style import SYMBOLS, Theme, as_written, blank_chart, dots, line, rows_axis
+from ccwsim.figures.style import (
+    MARKER_SYMBOLS,
+    Theme,
+    as_written,
+    blank_chart,
+    dots,
+    line,
+    rows_axis,
+)
 from ccwsim.model.arrays import Floats
 
 LINE = 18  # height in pixels of a line of dots
@@ -82,7 +90,9 @@ def compared_proportions_chart(
     for k, (name, shares) in enumerate(settings.items()):
         x, y = 100 * (shares - reference).ravel(), np.tile(starts + k, len(shares))
         trace = dots(name, x, y, theme.settings[k], 8, cliponaxis=False)
-        trace.update(marker={"opacity": 0.7, "symbol": SYMBOLS[k]}, customdata=100 * shares.ravel())
+        trace.update(
+            marker={"opacity": 0.7, "symbol": MARKER_SYMBOLS[k]}, customdata=100 * shares.ravel()
+        )
         chart.add_trace(
             trace.update(hovertemplate=f"{trace.name}: %{{customdata:.1f}} %<extra></extra>")
         )

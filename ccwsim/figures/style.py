@@ -29,7 +29,12 @@ ENTROPY = ("#F3EEF8", "#C9B4DE", "#8E6BB5", "#5B3788", "#33145C")
 FONT = '"Source Sans", "Source Sans 3", "Source Sans Pro", "Segoe UI", sans-serif'
 CLEAR = "rgba(0,0,0,0)"
 DASHES = ("solid", "dash", "dot", "dashdot")
-SYMBOLS = ("circle", "square", "triangle-up", "cross")  # like `DASHES`, of four compared settings
+MARKER_SYMBOLS = (
+    "circle",
+    "square",
+    "triangle-up",
+    "cross",
+)  # like `DASHES`, of four compared settings
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.figures.style import CLEAR, Theme, as_written, blank_chart, dots, line
 
-WIDTH, HEIGHT, GAP = 6.6, 15.0, 9.0
+LETTER_WIDTH, LINE_HEIGHT, POINT_GAP = 6.6, 15.0, 9.0
 """Letter width at font size 12, line height, and gap between a point and its label, in pixels."""
-Box = tuple[float, float, float, float]
-SIDES = {
+LabelBox = tuple[float, float, float, float]
+LABEL_POSITIONS = {
     "middle right": (1, 0),
     "top center": (0, -1),
     "bottom center": (0, 1),
@@ -24,7 +24,8 @@ SIDES = {
     "bottom left": (-1, 1),
 }
 NARROW = 400.0  # assumed width of a chart in pixels when labels are placed, the smallest usual one
-SPREAD = 4.0  # minimum ratio of the largest to the smallest value for which an axis is logarithmic
+# minimum ratio of the largest to the smallest value for which an axis is logarithmic
+MIN_LOGARITHMIC_RATIO = 4.0
 
 
 def sweep_chart(
@@ -95,7 +96,7 @@ def _axis(values: NDArray[np.float64], margin: float) -> dict[str, Any]:
     """Return a logarithmic axis if values differ by a large factor, otherwise a linear axis."""
     finite = values[np.isfinite(values)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
-    if low <= 0 or high / low < SPREAD:
+    if low <= 0 or high / low < MIN_LOGARITHMIC_RATIO:
         return {"range": (0.0, (1 + margin) * high or 1.0), "exponentformat": "none"}
     a, b = np.log10([low, high])
     ends = float(a - margin * (b - a)), float(b + margin * (b - a))
@@ -105,9 +106,9 @@ def _axis(values: NDArray[np.float64], margin: float) -> dict[str, Any]:
     return {"type": "log", "range": ends, "tickvals": ticks_shown, "ticktext": names}
 
 
-def _steps(corners: NDArray[np.float64]) -> list[Box]:
+def _steps(corners: NDArray[np.float64]) -> list[LabelBox]:
     """Return the lines of the front as boxes; from each point, a line runs right and then down."""
-    boxes: list[Box] = []
+    boxes: list[LabelBox] = []
     for (x, y), (right, below) in pairwise(corners.tolist()):
         boxes += [(x, y - 1, right, y + 1), (right - 1, y, right + 1, below)]
     return boxes
@@ -124,19 +125,19 @@ def label_sides(
     texts: Sequence[str],
     order: Iterable[int],
     room: tuple[float, float],
-    blocked: Iterable[Box] = (),
+    blocked: Iterable[LabelBox] = (),
 ) -> list[str | None]:
     """For each label, return a free side of its point, or None if no side is free."""
     centres = np.asarray(points, dtype=float).reshape(-1, 2)
-    taken: list[Box] = [(x - 6, y - 6, x + 6, y + 6) for x, y in centres.tolist()]
+    taken: list[LabelBox] = [(x - 6, y - 6, x + 6, y + 6) for x, y in centres.tolist()]
     taken += blocked
     sides: list[str | None] = [None] * len(centres)
     for k in order:
         x, y = centres[k]
         if not np.isfinite((x, y)).all():
             continue
-        for side, (right, down) in SIDES.items():
-            box = _box(x, y, len(texts[k]) * WIDTH, right, down)
+        for side, (right, down) in LABEL_POSITIONS.items():
+            box = _box(x, y, len(texts[k]) * LETTER_WIDTH, right, down)
             inside = box[0] >= 0 and box[1] >= 0 and box[2] <= room[0] and box[3] <= room[1]
             other_boxes = (other for other in taken if other is not taken[k])
             if inside and not any(
@@ -149,8 +150,8 @@ def label_sides(
     return sides
 
 
-def _box(x: float, y: float, width: float, right: int, down: int) -> Box:
+def _box(x: float, y: float, width: float, right: int, down: int) -> LabelBox:
     """Return the left, top, right and bottom of a label beside a point."""
-    middle = x + right * (GAP + width / 2)
-    line = y + down * (GAP + HEIGHT / 2)
-    return middle - width / 2, line - HEIGHT / 2, middle + width / 2, line + HEIGHT / 2
+    middle = x + right * (POINT_GAP + width / 2)
+    line = y + down * (POINT_GAP + LINE_HEIGHT / 2)
+    return middle - width / 2, line - LINE_HEIGHT / 2, middle + width / 2, line + LINE_HEIGHT / 2

@@ -10,7 +10,7 @@ import plotly.graph_objects as go
 from ccwsim.figures import style
 from ccwsim.model.arrays import Floats
 
-ROW = 40  # height in pixels of a bar including the space above and below the bar
+BAR_HEIGHT = 40  # height in pixels of a bar including the space above and below the bar
 LEVEL_SYMBOLS = ("x", "circle", "square", "diamond", "triangle-up", "star", "pentagon")
 """Symbols of measured and published times, by wavelet level."""
 LABEL_GAP = 15  # minimum distance between two labels in pixels
@@ -52,7 +52,7 @@ def compared_times_chart(
 ) -> go.Figure:
     """Return a chart with a bar for the mean time (ms) of each setting, a dot per realization."""
     n, x_title = len(settings), "CPU time of a realization (ms)"
-    chart = style.blank_chart(theme, height=64 + ROW * n, x_title=x_title, y_title="")
+    chart = style.blank_chart(theme, height=64 + BAR_HEIGHT * n, x_title=x_title, y_title="")
     colours = theme.settings[:n]
     bars = go.Bar(x=means, y=list(range(n)), orientation="h", width=0.6, name="mean")
     bars.update(

@@ -22,7 +22,7 @@ from ccwsim.figures.style import (
 from ccwsim.model.arrays import Floats
 
 MAX_DOT, MIN_DOT = 22, 5  # largest and smallest diameter in pixels of the dots of a calibration
-EDGE = 0.4  # largest |x| of a point whose name is centred; farther out it does not fit
+MAX_CENTRED_X = 0.4  # largest |x| of a point whose name is centred; farther out it does not fit
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,9 +221,9 @@ def label_side(place: Floats, others: Floats) -> str:
     The name is above or below the point, where fewer of the `others`, shape (n, 2), are.
     """
     x, y = place.tolist()
-    across = "left" if x > EDGE else "right" if x < -EDGE else "center"
+    across = "left" if x > MAX_CENTRED_X else "right" if x < -MAX_CENTRED_X else "center"
     right, up = (others - place).T
-    near = (abs(right) < 2 * EDGE) & (abs(up) < EDGE / 2)
+    near = (abs(right) < 2 * MAX_CENTRED_X) & (abs(up) < MAX_CENTRED_X / 2)
     above, below = np.count_nonzero(near & (up > 0)), np.count_nonzero(near & (up < 0))
     return f"{'bottom' if (below, -y) < (above, 0) else 'top'} {across}"
 

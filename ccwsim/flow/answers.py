@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.flow.darcy import Ends, Floats, Flow, _cell, array_axis, checked_cell, darcy
-from ccwsim.flow.tracks import IN_WELL, LEFT, MAX_PARTICLES, cells_at, starts_at_inflow, tracks
+from ccwsim.flow.tracks import IN_WELL, LEFT_GRID, MAX_PARTICLES, cells_at, starts_at_inflow, tracks
 from ccwsim.jobs.workers import run_all
 from ccwsim.model.arrays import (
     Shape,
@@ -218,7 +218,7 @@ def porosities(ensemble: Ensemble, porosity: FaciesValues | float) -> Floats:
 def breakthrough(flow: Flow, porosity: Floats | float, axis: str, n: int) -> Floats:
     """Return sorted travel times of n particles from the inflow side; inf if they end inside."""
     particles = tracks(flow, starts_at_inflow(flow, n, axis), porosity=porosity, keep_paths=False)
-    return np.sort(np.where(particles.status == LEFT, particles.times, np.inf))
+    return np.sort(np.where(particles.status == LEFT_GRID, particles.times, np.inf))
 
 
 def _times_of(

@@ -13,6 +13,7 @@ from scipy.sparse.linalg import spsolve
 
 from ccwsim.jobs.workers import check_stop
 from ccwsim.model.arrays import (
+    Floats,
     as_array,
     as_floats,
     as_integers,
@@ -29,9 +30,8 @@ from ccwsim.model.grid import Grid
 
 SIDES = {"x": ("west", "east"), "y": ("south", "north"), "z": ("bottom", "top")}
 """Sides of the grid at both ends of each axis."""
-TOLERANCE = 3e-7  # default sum of the residuals of all cells, relative to the flows
+RESIDUAL_TOLERANCE = 3e-7  # default sum of the residuals of all cells, relative to the flows
 MAX_ITERATIONS = 300  # maximum number of iterations; 10 to 30 are usual
-Floats = NDArray[np.float64]
 Ends = tuple[ArrayLike | None, ArrayLike | None]
 """Heads at the low and at the high end of an axis: a number, an array over the side, or None."""
 Wells = Mapping[tuple[int, ...], float]
@@ -106,7 +106,7 @@ def darcy(
     wells: Wells | None = None,
     anisotropy: float = 1.0,
     active: ArrayLike | None = None,
-    tolerance: float = TOLERANCE,
+    tolerance: float = RESIDUAL_TOLERANCE,
 ) -> Flow:
     """Solve ∇·(K ∇h) = −q by finite volumes, with harmonic means at the faces between cells.
 

@@ -11,7 +11,7 @@ from ccwsim.model.arrays import as_floats, check_int, check_type
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.grid import Grid
 
-LEFT, IN_WELL, STUCK = 0, 1, 2
+LEFT_GRID, IN_WELL, STUCK = 0, 1, 2
 """End of a track: it left the grid, entered the cell of a well, or stopped in a cell."""
 MAX_CROSSINGS = 5  # maximum number of cells of a track, in sums of the sides of the grid
 STEPS_BETWEEN_CHECKS = 64
@@ -122,7 +122,7 @@ def tracks(
         if keep_paths:
             log.append((who, times[who], cells + position))
         out = ((cells < 0) | (cells >= shape)).any(axis=1)
-        status[who[out]] = LEFT
+        status[who[out]] = LEFT_GRID
         who, cells, position = who[~out], cells[~out], position[~out]
     return Tracks(times, status, _paths(log, n, corner, size))
 

@@ -51,7 +51,7 @@ from ccwsim.io.maps import write_maps as write_maps
 from ccwsim.io.opening import FileSummary as FileSummary
 from ccwsim.io.opening import VariableSummary as VariableSummary
 from ccwsim.io.opening import inspect as inspect
-from ccwsim.io.realizations import FORMATS as FORMATS
+from ccwsim.io.realizations import REALIZATION_FORMATS as REALIZATION_FORMATS
 from ccwsim.io.realizations import parameters_from_json as parameters_from_json
 from ccwsim.io.realizations import parameters_to_json as parameters_to_json
 from ccwsim.io.realizations import read_realizations as read_realizations

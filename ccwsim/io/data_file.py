@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.limits import check_cells
-from ccwsim.model.arrays import is_whole
+from ccwsim.model.arrays import is_integer
 from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.grid import Grid, fault_of_crs
 from ccwsim.model.missing import known_values, unknown_note
@@ -143,7 +143,7 @@ class DataFile:
         n = len(grid)
         if slice_index is None and (n == 1 or 1 in grid.shape[1:]):
             return grid[0] if n == 1 else grid.reshape(n, -1)
-        if not is_whole(slice_index) or not 0 <= slice_index < n:
+        if not is_integer(slice_index) or not 0 <= slice_index < n:
             instead = "" if slice_index is None else f", not {shown(slice_index)}"
             raise refused("file_of_slices", name=self.name, n=n, last=n - 1, given=instead)
         return grid[slice_index]
@@ -179,7 +179,7 @@ def named_lines(counted: str, lines: NDArray[np.integer]) -> str:
 
 
 def _full_shape(name: str, shape: tuple[int, ...], n: int) -> tuple[int, int, int]:
-    if len(shape) not in (2, 3) or not all(map(is_whole, shape)):
+    if len(shape) not in (2, 3) or not all(map(is_integer, shape)):
         raise CCWSIMError(f"{name}: shape = {shown(shape)} must be (rows, columns)")
     n_cells = check_cells(name, tuple(int(s) for s in shape))
     if n != n_cells and (len(shape) == 3 or n % n_cells):

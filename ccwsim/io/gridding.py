@@ -16,7 +16,7 @@ from ccwsim.io.data_file import DataFile, Geometry
 from ccwsim.io.formats.text_tables import numbered
 from ccwsim.io.hard_data import columns as of_data
 from ccwsim.io.limits import limits
-from ccwsim.model.arrays import check_int, is_whole
+from ccwsim.model.arrays import check_int, is_integer
 from ccwsim.model.errors import CCWSIMError, refused, shown
 
 Crop = tuple[int, int, int, int] | None  # first row from the south and column, numbers of both
@@ -36,7 +36,7 @@ class FilePart:
             value = getattr(self, name)
             n = words.count(",") + 1
             if value is not None and not (
-                isinstance(value, (tuple, list)) and len(value) == n and all(map(is_whole, value))
+                isinstance(value, (tuple, list)) and len(value) == n and all(map(is_integer, value))
             ):
                 raise CCWSIMError(f"{name} = {shown(value)} must be {words}, whole numbers")
         check_int("every", self.every, 1, 10**6)
@@ -109,8 +109,8 @@ def largest_without_gaps(filled: NDArray[np.bool_]) -> tuple[int, int, int, int]
 
 MIN_FILLED = 0.5  # minimum share of cells with a row; a table with fewer rows contains points
 MIN_ROWS = 16  # minimum number of rows of a table that is read as a grid
-MAX_STEPS = 2**31  # maximum number of cells along an axis
-TOLERANCE = 1e-3  # maximum deviation of a coordinate from the centre of its cell, in cells
+MAX_AXIS_CELLS = 2**31  # maximum number of cells along an axis
+CENTRE_TOLERANCE = 1e-3  # maximum deviation of a coordinate from the centre of its cell, in cells
 
 
 def as_grid(file: DataFile, shape: tuple[int, ...] | None = None) -> DataFile:
@@ -202,11 +202,11 @@ def _axis(places: NDArray[np.float64]) -> _Axis:
         return _Axis(np.empty(0, np.int64), 0, 1.0, 0.0)
     size = float(np.diff(different).min()) if len(different) > 1 else 1.0
     span = (different[-1] - different[0]) / size
-    n_steps = round(span) if span < MAX_STEPS else 0
+    n_steps = round(span) if span < MAX_AXIS_CELLS else 0
     size = float(f"{(different[-1] - different[0]) / n_steps:.12g}") if n_steps else size
     steps = (places - different[0]) / size
     nearest = np.rint(steps)
-    regular = span < MAX_STEPS and np.abs(steps - nearest).max() <= TOLERANCE
+    regular = span < MAX_AXIS_CELLS and np.abs(steps - nearest).max() <= CENTRE_TOLERANCE
     n = n_steps + 1 if regular else 0
     indices = nearest.astype(np.int64) if n else np.empty(0, np.int64)
     return _Axis(indices, n, size, float(f"{different[0] - size / 2:.12g}"))

@@ -34,12 +34,12 @@ from ccwsim.system.memory import free_memory, give_back_memory
 
 Result = TypeVar("Result")
 
-MAX_PROCESSES = 8  # maximum number of files that are read at the same time
+MAX_READERS = 8  # maximum number of files that are read at the same time
 N_WARM = 2  # number of processes that are kept for the next files
 WALL_FACTOR = 6  # limits of wall time / processor time; above 1 because a process may wait
 LOST = (OSError, EOFError, pickle.UnpicklingError, MemoryError)
 """Errors of a parent that does not receive the answer, or has no memory for it."""
-KEPT_RESULTS, KEPT_BYTES = 256, 256 * MIB
+MAX_RESULTS, MAX_RESULTS_BYTES = 256, 256 * MIB
 """Maximum number of cached results, and maximum total size of these results in bytes."""
 
 
@@ -70,7 +70,7 @@ class _Request(NamedTuple):
 @cache
 def _answers() -> Memo[Any]:
     """Return the results and errors of requests."""
-    return Memo(KEPT_RESULTS, KEPT_BYTES)
+    return Memo(MAX_RESULTS, MAX_RESULTS_BYTES)
 
 
 def forget_results() -> None:
@@ -81,8 +81,8 @@ def forget_results() -> None:
 @cache
 def _places(memory: int) -> threading.Semaphore:
     """Return a semaphore for as many processes as fit into half of the free memory, at least 2."""
-    n = (free_memory() or 2 * memory * MAX_PROCESSES) // (2 * memory)
-    return threading.Semaphore(min(max(n, 2), MAX_PROCESSES))
+    n = (free_memory() or 2 * memory * MAX_READERS) // (2 * memory)
+    return threading.Semaphore(min(max(n, 2), MAX_READERS))
 
 
 _warm = WarmProcesses(N_WARM)
@@ -134,7 +134,7 @@ def _killed_after(process: ChildProcess, seconds: float) -> Iterator[None]:
 
 
 def _start_process() -> ChildProcess:
-    return ChildProcess(serve, {"OPENBLAS_NUM_THREADS": "1"})
+    return ChildProcess(serve_readers, {"OPENBLAS_NUM_THREADS": "1"})
 
 
 def _refusal(request: _Request, code: int = 0) -> CCWSIMError:
@@ -147,7 +147,7 @@ def _refusal(request: _Request, code: int = 0) -> CCWSIMError:
     return CCWSIMError(f"{name} {problem}; cut a smaller piece, or save it as npy or CSV")
 
 
-def serve() -> None:
+def serve_readers() -> None:
     """Answer the requests of the parent process until it ends."""
     requests, answers = connect_to_parent()
     while True:

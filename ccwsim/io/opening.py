@@ -223,7 +223,7 @@ def _plain_text(content: bytes, name: str) -> bytes:
     return content + b"\n"
 
 
-MAX_COUNTED = 1000  # maximum number of distinct values that are counted
+MAX_COUNTED_VALUES = 1000  # maximum number of distinct values that are counted
 
 
 @dataclass(frozen=True)
@@ -236,7 +236,7 @@ class VariableSummary:
     n_known: int
     """Number of cells or rows with a value."""
     n_distinct: int
-    """Number of distinct values, counted up to `MAX_COUNTED`."""
+    """Number of distinct values, counted up to `MAX_COUNTED_VALUES`."""
     minimum: float
     maximum: float
     """Minimum and maximum of the values; NaN if all values are missing."""
@@ -306,7 +306,7 @@ def _of_picture(picture: pictures.PictureFile) -> FileSummary:
         name="grey",
         shape=(1, ny, nx),
         n_known=ny * nx,
-        n_distinct=min(n, MAX_COUNTED),
+        n_distinct=min(n, MAX_COUNTED_VALUES),
         minimum=float(grey.min()),
         maximum=float(grey.max()),
         continuous=n > pictures.MAX_COLOURS and not picture.says_codes,
@@ -341,6 +341,6 @@ def _n_distinct(values: NDArray) -> int:
     seen = values[:0]
     for start in range(0, values.size, 2**20):
         seen = np.union1d(seen, values[start : start + 2**20])
-        if len(seen) >= MAX_COUNTED:
-            return MAX_COUNTED
+        if len(seen) >= MAX_COUNTED_VALUES:
+            return MAX_COUNTED_VALUES
     return len(seen)

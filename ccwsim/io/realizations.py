@@ -23,12 +23,12 @@ from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.missing import UNKNOWN
 from ccwsim.model.study import Study
 
-FORMATS = ("npz", "gslib", "sgems", "dat", "grdecl", "png", "vti", "tif", "nc")
+REALIZATION_FORMATS = ("npz", "gslib", "sgems", "dat", "grdecl", "png", "vti", "tif", "nc")
 """Formats of realizations, named by file ending."""
 
-MAX_PIXELS = 50_000_000  # pixels in a contact sheet; many viewers reject larger pictures
+MAX_SHEET_PIXELS = 50_000_000  # pixels in a contact sheet; many viewers reject larger pictures
 
-GAP = 4  # width of the white gap between the maps of a contact sheet, in cells
+SHEET_GAP = 4  # width of the white gap between the maps of a contact sheet, in cells
 
 
 def write_realizations(
@@ -38,7 +38,7 @@ def write_realizations(
     format: str | None = None,
     colours: Sequence[str] | None = None,
 ) -> None:
-    """Write realizations to a file in one of `FORMATS`.
+    """Write realizations to a file in one of `REALIZATION_FORMATS`.
 
     Examples
     --------
@@ -48,7 +48,7 @@ def write_realizations(
     >>> file.getvalue()
     b'2 2 1\\n1\\nrealization_1\\n0\\n1\\n1\\n1\\n'
     """
-    kind = format_of(path_or_file, format, FORMATS)
+    kind = format_of(path_or_file, format, REALIZATION_FORMATS)
     write_bytes(path_or_file, realizations_as_bytes(ensemble, kind, colours=colours))
 
 
@@ -70,7 +70,7 @@ def realizations_as_bytes(
 
     Raises `CCWSIMError` for no realizations, or too many for a PNG.
     """
-    kind = format_of(None, format, FORMATS)
+    kind = format_of(None, format, REALIZATION_FORMATS)
     if not ensemble.n:
         raise CCWSIMError("there are no realizations to write; simulate some first")
     if kind == "npz":
@@ -278,13 +278,13 @@ def _sheet(indices: NDArray[np.uint8], white: int) -> NDArray[np.uint8]:
     n, ny, nx = indices.shape
     columns = min(n, max(1, ceil(sqrt(n * ny / nx))))
     rows = ceil(n / columns)
-    shape = (rows * (ny + GAP) - GAP, columns * (nx + GAP) - GAP)
-    if shape[0] * shape[1] > MAX_PIXELS or max(shape) > 65_000:
+    shape = (rows * (ny + SHEET_GAP) - SHEET_GAP, columns * (nx + SHEET_GAP) - SHEET_GAP)
+    if shape[0] * shape[1] > MAX_SHEET_PIXELS or max(shape) > 65_000:
         raise CCWSIMError(f"a picture of {n} realizations is too large; write fewer, or an npz")
     sheet = np.full(shape, white, np.uint8)
     for k, one in enumerate(indices):
         row, column = rows - 1 - k // columns, k % columns
-        south, west = row * (ny + GAP), column * (nx + GAP)
+        south, west = row * (ny + SHEET_GAP), column * (nx + SHEET_GAP)
         sheet[south : south + ny, west : west + nx] = np.minimum(one, white)
     return sheet
 

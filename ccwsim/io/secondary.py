@@ -24,7 +24,10 @@ from ccwsim.model.numbers import plural
 from ccwsim.model.secondary import Auxiliary, Secondary, cells_in_polygon
 
 PREFIX = "p_"  # start, in lower case, of the names of probabilities, such as `P_sand`
-HEIGHTS = ("z", "layer")  # first columns of a vertical curve, which has one row for each layer
+CURVE_COLUMNS = (
+    "z",
+    "layer",
+)  # first columns of a vertical curve, which has one row for each layer
 KINDS_OF_ARRAYS = {
     "active": "b",
     **dict.fromkeys(("probabilities", "auxiliary_of_image", "auxiliary_of_grid"), "f"),
@@ -233,7 +236,7 @@ def _maps(path_or_file: PathOrFile, grid: Grid) -> tuple[DataFile, dict[str, NDA
     file = open_file(path_or_file)
     if isinstance(file, PictureFile):
         raise CCWSIMError(f"{file.name} is a picture in colours; give a grid of numbers")
-    heights = [name for name in file.variables if name.lower() in HEIGHTS]
+    heights = [name for name in file.variables if name.lower() in CURVE_COLUMNS]
     points = is_points(list(file.names))
     if file.is_table and heights and not points:
         order = np.argsort(file.variables[heights[0]])

@@ -22,9 +22,9 @@ from ccwsim.io.opening import PathOrFile, open_file
 from ccwsim.model.classes import Classes, Merge, are_codes, classify, merge_facies
 from ccwsim.model.errors import CCWSIMError, refused, shown
 
-FORMATS = ("npy", "sgems", "gslib", "dat", "grdecl", "png")  # named by file ending
+IMAGE_FORMATS = ("npy", "sgems", "gslib", "dat", "grdecl", "png")  # named by file ending
 
-PREFERRED = ("ti", "training_image")  # variables that are preferred if a file has several
+PREFERRED_VARIABLES = ("ti", "training_image")  # variables that are preferred if a file has several
 
 
 def read_training_image(
@@ -183,7 +183,7 @@ def _read(
         return file, "", np.empty(0)
     shape = shape if part is None else None  # a part is a grid already
     file = as_grid(file, shape)
-    key = file.chosen(answers.get("variable"), PREFERRED)
+    key = file.chosen(answers.get("variable"), PREFERRED_VARIABLES)
     orientation |= {name: answers.get(name) for name in ("slice_index", "volume")}
     return file, key, file.oriented(file.grid_of(key, shape), **orientation)
 
@@ -226,7 +226,7 @@ def write_training_image(
     >>> file.getvalue()
     b'2 1 1\\n1\\nfacies\\n0\\n1\\n'
     """
-    kind = format_of(path_or_file, format, FORMATS)
+    kind = format_of(path_or_file, format, IMAGE_FORMATS)
     write_bytes(path_or_file, training_image_as_bytes(training_image, kind, colours=colours))
 
 
@@ -234,7 +234,7 @@ def training_image_as_bytes(
     training_image: TrainingImage, format: str, *, colours: Sequence[str] | None = None
 ) -> bytes:
     """Return the file content that `write_training_image` writes, for a download."""
-    kind = format_of(None, format, FORMATS)
+    kind = format_of(None, format, IMAGE_FORMATS)
     if kind == "png":
         if training_image.n_dimensions == 3:
             raise refused("png_of_volume")
@@ -341,11 +341,11 @@ def guess_answers(
 def _layer(file: DataFile, guesses: dict[str, Any], asked: list[str]) -> NDArray:
     """Guess variable, shape and layers (all without a slice); return values, row 0 at the south."""
     names = list(file.variables)
-    liked = [name for name in names if name.lower() in PREFERRED]
+    liked = [name for name in names if name.lower() in PREFERRED_VARIABLES]
     if len(names) > 1 and len(liked) != 1:
         asked.append("variable")
         guesses.setdefault("variable", _likely_facies(file))
-    key = file.chosen(guesses.get("variable"), PREFERRED)
+    key = file.chosen(guesses.get("variable"), PREFERRED_VARIABLES)
     if file.is_table:
         asked.append("shape")
         n = len(file.variables[key])

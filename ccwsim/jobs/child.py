@@ -26,11 +26,11 @@ from weakref import WeakSet
 
 from ccwsim.system.memory import address_space, proportional_memory
 
-FOLDER = Path(__file__).parents[2]  # the folder that contains the package
+PACKAGE_PARENT = Path(__file__).parents[2]  # the folder that contains the package
 END_SECONDS = 10.0  # seconds that a process has to end after its input was closed
 CAN_FORK = hasattr(os, "pidfd_open") and hasattr(reduction, "send_handle")
 """Whether a `ProcessTemplate` can be used, as on Linux; macOS has no safe fork."""
-BROKEN = (OSError, EOFError, pickle.UnpicklingError)
+CONNECTION_ERRORS = (OSError, EOFError, pickle.UnpicklingError)
 """Errors of reading from and writing to a process that has ended."""
 
 
@@ -48,7 +48,7 @@ class ChildProcess:
         environment: Mapping[str, str] | None = None,
         stdin: Any = subprocess.PIPE,
     ) -> None:
-        paths = [str(FOLDER), *filter(None, [os.environ.get("PYTHONPATH")])]
+        paths = [str(PACKAGE_PARENT), *filter(None, [os.environ.get("PYTHONPATH")])]
         module, name = function.__module__, function.__name__
         self._process: Any = subprocess.Popen(
             [sys.executable, "-c", f"from {module} import {name}; {name}()"],

@@ -16,12 +16,13 @@ from ccwsim.jobs.workers import share_cores, stoppable
 from ccwsim.model.errors import Cancelled
 
 Result = TypeVar("Result")
-LEAST_SHARE = 0.02  # minimum finished share of the work for an estimate of the time left
-PATIENCE = 0.3  # seconds that a page waits for first results before it shows the progress
-POLL_SECONDS = 0.25  # seconds between two checks of a job that a page waits for
+MIN_FINISHED_SHARE = 0.02  # minimum finished share of the work for an estimate of the time left
+# seconds that a page waits for first results before it shows the progress
+FIRST_RESULT_SECONDS = 0.3
+JOB_POLL_SECONDS = 0.25  # seconds between two checks of a job that a page waits for
 MAX_CELLS_AT_ONCE = 4_000_000  # maximum cells of a run without a job, some tenths of a second
 MAX_COUNTED_SECONDS = 10.0  # seconds after which an active job no longer occupies a slot
-NOTHING = Demand(0)
+NO_DEMAND = Demand(0)
 _admission = Lock()  # held so that two jobs are never promised the same memory
 
 
@@ -37,7 +38,7 @@ class Job(Lease, Generic[Result]):
         self,
         work: Callable[[Job[Result]], Result],
         about: Any = None,
-        demand: Demand = NOTHING,
+        demand: Demand = NO_DEMAND,
         *,
         n: int = 0,
         unit: str = "realizations",
@@ -55,7 +56,7 @@ class Job(Lease, Generic[Result]):
         session = queue.current_session()
         with _admission:
             super().__init__(queue.usage_of(session))
-            if demand is not NOTHING:
+            if demand is not NO_DEMAND:
                 admit(demand, queue.still_to_take)
             queue.request(self)
 
@@ -157,7 +158,7 @@ class Job(Lease, Generic[Result]):
     def seconds_left(self) -> float | None:
         """Estimated seconds left, excluding compilation; None if too little of the work is done."""
         start, share = self._first_report or (0.0, 1.0)
-        if self.fraction - share < LEAST_SHARE:
+        if self.fraction - share < MIN_FINISHED_SHARE:
             return None
         return (time.monotonic() - start) * (1 - self.fraction) / (self.fraction - share)
 
@@ -210,7 +211,7 @@ def result_in_turn(work: Callable[..., Result], demand: Demand) -> Result:
     if demand.n_cells <= MAX_CELLS_AT_ONCE:
         return work(progress=None, cancel=None)
     job = Job(lambda job: work(progress=job.report, cancel=job.is_cancelled), demand=demand)
-    while not job.wait(POLL_SECONDS):
+    while not job.wait(JOB_POLL_SECONDS):
         pass
     if job.error is not None:
         raise job.error

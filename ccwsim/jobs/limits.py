@@ -10,13 +10,13 @@ from ccwsim.model.numbers import format_bytes
 from ccwsim.system.machine import n_cores
 from ccwsim.system.memory import free_memory, used_memory
 
-MAX_CELLS = "CCWSIM_MAX_CELLS"
-MAX_DATA = "CCWSIM_MAX_DATA"
-JOBS = "CCWSIM_JOBS"
-MEMORY = "CCWSIM_MEMORY_MB"
-HISTORY = "CCWSIM_HISTORY_MB"
-UPLOADS = "CCWSIM_UPLOADS_MB"
-PROCESSES = "CCWSIM_PROCESSES"  # environment variables
+CELLS_VARIABLE = "CCWSIM_MAX_CELLS"
+DATA_VARIABLE = "CCWSIM_MAX_DATA"
+JOBS_VARIABLE = "CCWSIM_JOBS"
+MEMORY_VARIABLE = "CCWSIM_MEMORY_MB"
+HISTORY_VARIABLE = "CCWSIM_HISTORY_MB"
+UPLOADS_VARIABLE = "CCWSIM_UPLOADS_MB"
+PROCESSES_VARIABLE = "CCWSIM_PROCESSES"  # environment variables
 DEFAULT_HISTORY = 256
 DEFAULT_UPLOADS = 1024
 RESERVE = 128 * 10**6  # bytes of memory reserved for the pages
@@ -53,8 +53,8 @@ class ServerLimits:
         """Raise `CCWSIMError` if a run is larger than this server allows, and give advice."""
         if self.cells is not None and demand.n_cells > self.cells:
             raise CCWSIMError(
-                f"{format_number(demand.n_cells)} cells × realizations are more than the "
-                f"{format_number(self.cells)} that this server allows for one run: "
+                f"{format_millions(demand.n_cells)} cells × realizations are more than the "
+                f"{format_millions(self.cells)} that this server allows for one run: "
                 "simulate fewer realizations or a smaller grid"
             )
         if self.data is not None and demand.n_data > self.data:
@@ -64,7 +64,7 @@ class ServerLimits:
         """Describe the largest allowed run; return an empty text if there are no limits."""
         parts = []
         if self.cells is not None:
-            parts.append(f"{format_number(self.cells)} cells × realizations")
+            parts.append(f"{format_millions(self.cells)} cells × realizations")
         if self.data is not None:
             parts.append(f"{self.data:,} hard data")
         return f"This server allows up to {' and '.join(parts)} per run." if parts else ""
@@ -72,15 +72,19 @@ class ServerLimits:
 
 def limits_of_environment() -> ServerLimits:
     """Return the limits set by the environment variables of the server."""
-    memory, history, uploads = _number(MEMORY), _number(HISTORY), _number(UPLOADS)
+    memory, history, uploads = (
+        _number(MEMORY_VARIABLE),
+        _number(HISTORY_VARIABLE),
+        _number(UPLOADS_VARIABLE),
+    )
     return ServerLimits(
-        cells=_number(MAX_CELLS),
-        data=_number(MAX_DATA),
-        n_slots=_number(JOBS) or 2 * n_cores(),
+        cells=_number(CELLS_VARIABLE),
+        data=_number(DATA_VARIABLE),
+        n_slots=_number(JOBS_VARIABLE) or 2 * n_cores(),
         memory=None if memory is None else memory * 10**6,
         history=(DEFAULT_HISTORY if history is None else history) * 10**6,
         uploads=(DEFAULT_UPLOADS if uploads is None else uploads) * 10**6,
-        processes=bool(_number(PROCESSES)),
+        processes=bool(_number(PROCESSES_VARIABLE)),
     )
 
 
@@ -96,7 +100,7 @@ def _number(name: str) -> int | None:
     raise CCWSIMError(f"the variable {name} = {text!r} must be a whole number; correct or unset it")
 
 
-def format_number(number: int) -> str:
+def format_millions(number: int) -> str:
     """Format an integer; large numbers in millions."""
     if number < 10**6:
         return f"{number:,}"

@@ -10,7 +10,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from ccwsim.jobs.scheduler import PAGE_TURNS
-from ccwsim.jobs.workers import POLL_SECONDS, check_stop
+from ccwsim.jobs.workers import WORKER_POLL_SECONDS, check_stop
 from ccwsim.model.errors import Cancelled
 
 Value = TypeVar("Value")
@@ -64,7 +64,7 @@ class Memo(Generic[Value]):
             self.compute(key, future, make)
             return future.result()
         with PAGE_TURNS.paused():
-            while not wait([future], POLL_SECONDS).done:
+            while not wait([future], WORKER_POLL_SECONDS).done:
                 check_stop()
         error = future.exception()
         if isinstance(error, Cancelled) or not isinstance(error, Exception | None):

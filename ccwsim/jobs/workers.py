@@ -13,7 +13,7 @@ from ccwsim.model.watch import UNWATCHED, Cancel
 from ccwsim.model.watch import Watch as Watch
 from ccwsim.system.machine import n_cores
 
-POLL_SECONDS = 0.05  # seconds between two checks of progress and cancel
+WORKER_POLL_SECONDS = 0.05  # seconds between two checks of progress and cancel
 
 _shared_cores: Cores | None = None
 
@@ -104,7 +104,7 @@ def run_all(
             futures += [_submit(threads, work) for _ in range(n_threads)]
             pending = set(futures)
             while pending:
-                ended, pending = wait(pending, POLL_SECONDS)
+                ended, pending = wait(pending, WORKER_POLL_SECONDS)
                 for future in ended:
                     future.result()
                 watch.progress(sum(shares) / n, len(finished))

@@ -73,7 +73,7 @@ from ccwsim.metrics.etype import proportions as proportions
 from ccwsim.metrics.etype import vertical_proportions as vertical_proportions
 from ccwsim.metrics.flow_fit import FlowFit as FlowFit
 from ccwsim.metrics.flow_fit import fit_flow as fit_flow
-from ccwsim.metrics.lags import STEPS as STEPS
+from ccwsim.metrics.lags import DIRECTION_STEPS as DIRECTION_STEPS
 from ccwsim.metrics.lags import VERTICAL as VERTICAL
 from ccwsim.metrics.lags import Direction as Direction
 from ccwsim.metrics.lags import axes_of as axes_of

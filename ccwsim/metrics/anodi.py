@@ -8,14 +8,23 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.distance import pdist, squareform
 
-from ccwsim.metrics.patterns import FACTORS, divergences, layers_of, pyramid_histograms, size_of
+from ccwsim.metrics.patterns import (
+    FACTORS,
+    divergences,
+    pattern_size_of,
+    pyramid_histograms,
+    thinnest_n_layers,
+)
 from ccwsim.metrics.stack import Codes, Fraction, Images, Watch, as_image, as_stack
 from ccwsim.model.arrays import as_floats, check_int, ratio
 from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.training_image import TrainingImage
 
 HISTOGRAM_SHARE = 0.5  # share of the progress bar for counting; the rest is for comparing
-MAX_STEPS, SMALL_STEP = 200, 1e-5  # number of SMACOF steps, and relative gain at which they end
+MAX_SMACOF_STEPS, SMALL_STEP = (
+    200,
+    1e-5,
+)  # number of SMACOF steps, and relative gain at which they end
 MIN_JACKKNIFE = 3  # realizations for a jackknife: two must remain when one is omitted
 Means = tuple[NDArray[np.float64], NDArray[np.float64]]
 """Mean divergences between realizations, and of realizations from the training image."""
@@ -75,7 +84,7 @@ def metric_scaling(distances: NDArray[np.float64], n_dimensions: int = 2) -> Sca
     start = classical_scaling(distances, n_dimensions)
     d, x = as_floats(distances, "distances"), start.positions
     before = np.inf
-    for _ in range(MAX_STEPS):
+    for _ in range(MAX_SMACOF_STEPS):
         e = _distances(x)
         now = float(((d - e) ** 2).sum())
         if before - now <= SMALL_STEP * now:
@@ -235,7 +244,7 @@ def anodi(
     stacks = {str(name): as_stack(images, image.codes) for name, images in named.items()}
     if not stacks:
         raise CCWSIMError("ANODI needs at least one ensemble")
-    side, layers = size_of(image, size), layers_of(image, *stacks.values())
+    side, layers = pattern_size_of(image, size), thinnest_n_layers(image, *stacks.values())
     rows = pyramid_histograms(image, size=side, factors=factors, layers=layers)
     watch = Watch.of_share(progress)
     step = HISTOGRAM_SHARE / sum(len(stack) for stack in stacks.values())

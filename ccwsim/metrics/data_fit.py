@@ -34,17 +34,19 @@ MAX_EVENT_TABLE = 2**18  # maximum facies combinations of an event; limits neigh
 BACK_OFF = 100.0  # weight, in placements, of the probability that is given by one neighbour less
 MAX_LABELS = 8  # maximum number of distinguished facies; the rarest facies count as one
 MIN_PLACES = 3  # minimum number of data
-MAX_DATA = 2000  # maximum number of compared data; if there are more, a random part is compared
+# maximum number of compared data; if there are more, a random part is compared
+MAX_COMPARED_DATA = 2000
 MAX_EVENTS = 400  # maximum number of data whose events are counted in the image
-MAX_LAG = 64  # maximum distance of a pair along each axis; also at most a third of the image
+# maximum distance of a pair along each axis; also at most a third of the image
+MAX_PAIR_DISTANCE = 64
 MAX_PAIRS = 40_000
 PAIRS_PER_BIN, BINS_PER_AXIS = 20, 4
 """Minimum number of pairs in a bin of distance, and maximum number of bins along each axis."""
-LEAST = 1e-4  # smallest probability in a logarithm
-REJECTED = 0.025  # largest p value of data that contradict the image
+MIN_LOG_PROBABILITY = 1e-4  # smallest probability in a logarithm
+MAX_REJECTED_P = 0.025  # largest p value of data that contradict the image
 MIN_GAIN = 0.02  # smallest expected gain in nats per datum; below it, too few data are near
 MIN_Z = 2.0  # smallest difference of two mean scores in standard errors that is reported
-MIN_DATA = 10  # minimum number of data, or of wells in a volume, for a verdict
+MIN_JUDGED_DATA = 10  # minimum number of data, or of wells in a volume, for a verdict
 MIN_RANKED = 200  # minimum number of data for naming the image that predicts them best
 RANGES = (6.0, 12.0, 24.0, 48.0, 96.0)
 SHRINKAGES = (0.5, 2.0, 8.0)
@@ -81,14 +83,14 @@ class DataFit:
     @property
     def contradicts(self) -> bool:
         """Whether the data contradict the image: p ≤ 0.025."""
-        return self.n >= MIN_DATA and self.p <= REJECTED
+        return self.n >= MIN_JUDGED_DATA and self.p <= MAX_REJECTED_P
 
     @property
     def words(self) -> str:
         """The verdict in at most eight words."""
         if self.contradicts:
             return f"Data contradict this training image: {self.family}"
-        if self.n < MIN_DATA or self.expected_gain < MIN_GAIN:
+        if self.n < MIN_JUDGED_DATA or self.expected_gain < MIN_GAIN:
             return "Too few data to judge the image"
         if self.z_smoothing < -MIN_Z:
             return "Your data alone predict better than this image"
@@ -127,8 +129,8 @@ def fit_data(
     check_int("n_null", n_null, 10, 10_000)
     rng = np.random.default_rng(seed)
     study = Study(image, Grid.of(shape), parameters or _fitting(image), data, seed)
-    if data.n > MAX_DATA:
-        chosen = rng.permutation(data.n)[:MAX_DATA]
+    if data.n > MAX_COMPARED_DATA:
+        chosen = rng.permutation(data.n)[:MAX_COMPARED_DATA]
         data = HardData(data.cells[chosen], data.facies[chosen])
         study = replace(study, hard_data=data)
     if data.n < MIN_PLACES:
@@ -165,7 +167,7 @@ def fit_data(
         expected_gain=float(gains[1:].mean()),
         smoothing=float(of_data.mean()),
         z_smoothing=paired_z(of_image - of_data),
-        n=int(wells_of(data.cells).max()) + 1,
+        n=int(well_numbers(data.cells).max()) + 1,
     )
 
 
@@ -253,14 +255,14 @@ def _fitting(image: TrainingImage) -> Parameters:
     )
 
 
-def wells_of(cells: Ints) -> Ints:
+def well_numbers(cells: Ints) -> Ints:
     """Return the number of the vertical well of each datum; in a map, each datum is a well."""
     wells = cells[:, 1:] if cells.shape[1] == N_AXES else cells
     return np.unique(wells, axis=0, return_inverse=True)[1].reshape(-1)
 
 
 def _shares(indices: Bytes, n_facies: int) -> Floats:
-    return np.fmax(proportions(Stack(indices[None], np.arange(n_facies)))[0], LEAST)
+    return np.fmax(proportions(Stack(indices[None], np.arange(n_facies)))[0], MIN_LOG_PROBABILITY)
 
 
 def paired_z(differences: Floats) -> float:
@@ -304,7 +306,7 @@ def _proportions(indices: Bytes, n_facies: int, sets: Ints) -> _Family:
 
 def _reach(shape: tuple[int, ...]) -> Ints:
     """Return the largest distance along each axis that is compared with an image."""
-    return np.array([max(min(n // 3, MAX_LAG), 1) for n in shape])
+    return np.array([max(min(n // 3, MAX_PAIR_DISTANCE), 1) for n in shape])
 
 
 def _pair_families(
@@ -326,7 +328,7 @@ def _pair_families(
         _pair_shares(part, n_facies, reach)[(slice(None), slice(None), *(lags + reach).T)]
         for part in (indices, *_halves(indices))
     )
-    pair_shares, shares = np.fmax(whole, LEAST), _shares(indices, n_facies)
+    pair_shares, shares = np.fmax(whole, MIN_LOG_PROBABILITY), _shares(indices, n_facies)
     gain = np.log(
         pair_shares / pair_shares.sum(axis=(0, 1)) / np.multiply.outer(shares, shares)[..., None]
     )
@@ -413,7 +415,7 @@ class _Events:
         self._whole = [indices]
         reach = np.min([_reach(h.shape) for h in self._halves], axis=0) if reach is None else reach
         most = int(log(MAX_EVENT_TABLE) / log(max(self._n_digits, most_facies, 2))) - 1
-        groups = wells_of(cells)
+        groups = well_numbers(cells)
         self._neighbours: list[Ints] = []
         for target in targets:
             lags = np.abs(cells - cells[target])
@@ -432,7 +434,7 @@ class _Events:
             neighbours = tuple(sets[:, k] for k in near[::-1])
             sums = np.zeros((2, len(sets)))
             for number, counts in enumerate(self._counts(near, target, self._halves)):
-                p = np.maximum(_probabilities(counts)[neighbours], LEAST)
+                p = np.maximum(_probabilities(counts)[neighbours], MIN_LOG_PROBABILITY)
                 logs = np.broadcast_to(np.log(p), (len(sets), self._n_facies))
                 of_target = np.take_along_axis(logs, sets[:, [target]], axis=1)[:, 0]
                 half = half_of[:, target]
@@ -448,7 +450,7 @@ class _Events:
             check_stop()
             p = _probabilities(self._counts(near, target, self._whole)[0])
             probabilities.append(p[(*facies[near[::-1]], facies[target])])
-        return np.log(np.maximum(probabilities, LEAST))
+        return np.log(np.maximum(probabilities, MIN_LOG_PROBABILITY))
 
     def _counts(self, near: Ints, target: int, parts: list[Bytes]) -> list[Floats]:
         """Count events in each part by the facies of the farthest, …, nearest datum and target."""
@@ -479,7 +481,7 @@ def _probabilities(counts: Floats) -> Floats:
 
 def _smoothing(cells: Ints, facies: Ints, n_facies: int) -> Floats:
     """Return log P of each datum by the best smoothing of the data of other wells, shape (n,)."""
-    groups = wells_of(cells)
+    groups = well_numbers(cells)
     is_facies = np.eye(n_facies)[facies]
     squares = (cells[:, None] - cells[None]).astype(np.float32) ** 2
     other_wells = groups[:, None] != groups[None]
@@ -493,7 +495,7 @@ def _smoothing(cells: Ints, facies: Ints, n_facies: int) -> Floats:
         weights = np.where(other_wells, np.exp(-exponent / 2), 0)
         sums, total = weights @ is_facies, weights.sum(axis=1)[:, None]
         models += [((sums + s * left_out) / (total + s))[at_datum] for s in SHRINKAGES]
-    logs = np.log(np.maximum(models, LEAST))
+    logs = np.log(np.maximum(models, MIN_LOG_PROBABILITY))
     wells = np.random.default_rng(1).permutation(groups.max() + 1)
     fold = wells[groups] % N_FOLDS
     chosen = np.empty(len(cells))

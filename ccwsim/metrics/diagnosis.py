@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ccwsim import Grid, Parameters, TrainingImage
-from ccwsim.engine.stages.conditioning import MAX_DATA
+from ccwsim.engine.stages.conditioning import MAX_PATCH_DATA
 from ccwsim.metrics.etype import proportions
 from ccwsim.metrics.lags import VERTICAL, Direction, lags_that_fit
 from ccwsim.metrics.stack import N_AXES, Codes, Images, Stack, as_image
-from ccwsim.metrics.stationarity import PARTS, QUARTERS, Stationarity, stationarity
+from ccwsim.metrics.stationarity import IMAGE_PARTS, QUARTERS, Stationarity, stationarity
 from ccwsim.metrics.variograms import variogram
 from ccwsim.model.arrays import Floats, Ints, Mask, as_integers, check_int
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
@@ -262,7 +262,7 @@ def warn_of_level(parameters: Parameters, grid_shape: tuple[int, ...], n_data: i
     grid = Grid.of(grid_shape)
     lengths = parameters.along(grid.shape)
     level, a_template = max(lengths.level), n_data * prod(lengths.template) / grid.n_cells
-    if level < COARSE_LEVEL or a_template <= MAX_DATA:
+    if level < COARSE_LEVEL or a_template <= MAX_PATCH_DATA:
         return ""
     return _TEXTS["level"].format(n=a_template, level=level)
 
@@ -477,4 +477,4 @@ def _drift(image: Stack, names: tuple[str, ...], quarters: Stationarity) -> str:
     part, facies = divmod(int(np.where(quarters.drifting, sizes, 0).argmax()), image.n_facies)
     shares = {"share": p[facies] + quarters.differences[part, facies]}
     shares |= {"whole": proportions(image)[0, facies], "chance": 2 * quarters.errors[part, facies]}
-    return _TEXTS["drift"].format(part=PARTS[part], facies=names[facies], **shares)
+    return _TEXTS["drift"].format(part=IMAGE_PARTS[part], facies=names[facies], **shares)

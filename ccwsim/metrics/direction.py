@@ -8,12 +8,14 @@ from ccwsim.metrics.stack import Images, as_stack
 from ccwsim.model.arrays import Floats, check_number, describe_shape
 from ccwsim.model.errors import refused
 
-EDGE = 1.5  # standard deviation, in cells, of the Gaussian whose gradients are taken
-WIDTH = 24.0
+GRADIENT_SIGMA = 1.5  # standard deviation, in cells, of the Gaussian whose gradients are taken
+AVERAGING_SIGMA = 24.0
 """Standard deviation, in cells, of the Gaussian over which directions are averaged."""
 
 
-def local_direction(images: Images, facies: int | None = None, width: float = WIDTH) -> Floats:
+def local_direction(
+    images: Images, facies: int | None = None, width: float = AVERAGING_SIGMA
+) -> Floats:
     """Return the mean direction of geobodies around each cell of maps.
 
     The direction is the axis of least change of the structure tensor (Bigün and Granlund 1987),
@@ -40,7 +42,7 @@ def local_direction(images: Images, facies: int | None = None, width: float = WI
     twice = np.zeros(stack.shape, complex)
     for k in range(len(stack)):
         indicator = (stack.volume(k)[0] == index).astype(float)
-        gy, gx = np.gradient(gaussian_filter(indicator, EDGE))
+        gy, gx = np.gradient(gaussian_filter(indicator, GRADIENT_SIGMA))
         tensor = gaussian_filter((gx + 1j * gy) ** 2, width)
         twice += tensor / np.maximum(np.abs(tensor), 1e-300)
     across = np.degrees(np.angle(twice)) / 2  # counterclockwise from east, across the geobodies

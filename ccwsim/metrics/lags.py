@@ -12,7 +12,7 @@ from ccwsim.model.bounds import MAX_LAG
 from ccwsim.model.errors import CCWSIMError, shown
 
 DirectionName = Literal["E-W", "N-S", "NE-SW", "NW-SE", "vertical"]
-STEPS: dict[DirectionName, tuple[int, int]] = {
+DIRECTION_STEPS: dict[DirectionName, tuple[int, int]] = {
     "E-W": (0, 1),
     "N-S": (1, 0),
     "NE-SW": (1, 1),
@@ -22,10 +22,11 @@ STEPS: dict[DirectionName, tuple[int, int]] = {
 
 VERTICAL: DirectionName = "vertical"  # name of the upward direction in volumes, one layer a step
 
-MAX_STEPS = 1_000_000  # maximum lag in steps
+MAX_LAG_STEPS = 1_000_000  # maximum lag in steps
 
 Direction = DirectionName | float | tuple[int, ...]
-"""A direction: a name in `STEPS` or "vertical", an azimuth in degrees from north, or one step."""
+"""A direction: a name in `DIRECTION_STEPS` or "vertical", an azimuth in degrees from north, or one
+step."""
 
 Lags = int | Sequence[int] | NDArray[np.integer]
 """Lags of a curve: the largest lag, or a list of lags; by default 0 … 100, as far as they fit."""
@@ -55,7 +56,7 @@ def lag_offsets(direction: Direction, lags: NDArray[np.integer], n_axes: int = 2
 
 def _is_azimuth(direction: Direction) -> TypeGuard[float]:
     is_number = isinstance(direction, (int, float, np.integer, np.floating))
-    if is_number and (isinstance(direction, bool) or not abs(direction) < MAX_STEPS):
+    if is_number and (isinstance(direction, bool) or not abs(direction) < MAX_LAG_STEPS):
         raise CCWSIMError(f"direction {shown(direction)} must be an azimuth in degrees")
     return is_number
 
@@ -65,7 +66,7 @@ def _step(direction: Direction, n_axes: int) -> Ints:
     if isinstance(direction, str):
         if direction == VERTICAL and n_axes < N_AXES:
             raise CCWSIMError('direction "vertical" needs volumes, shape (n, nz, ny, nx)')
-        steps = STEPS if n_axes < N_AXES else {**STEPS, VERTICAL: (1, 0, 0)}
+        steps = DIRECTION_STEPS if n_axes < N_AXES else {**DIRECTION_STEPS, VERTICAL: (1, 0, 0)}
         if direction not in steps:
             names = ", ".join(steps)
             raise CCWSIMError(f"direction {shown(direction)} must be one of {names}, or an azimuth")
@@ -76,7 +77,7 @@ def _step(direction: Direction, n_axes: int) -> Ints:
         if n_axes == N_AXES:
             several = "(rows, columns) or (layers, rows, columns), whole numbers, not all 0"
         raise CCWSIMError(f"direction {shown(direction)} must be {several}")
-    return as_integers(step, "direction", -MAX_STEPS, MAX_STEPS)
+    return as_integers(step, "direction", -MAX_LAG_STEPS, MAX_LAG_STEPS)
 
 
 def max_lag(direction: Direction, *shapes: tuple[int, ...]) -> int:
@@ -105,7 +106,7 @@ def lags_within(
         array = as_array(lags, "lags")
         if array.dtype.kind not in "ui" or array.ndim > 1 or array.size == 0:
             raise CCWSIMError(f"lags = {shown(lags)} must be whole numbers of steps, at least 0")
-        steps = as_integers(array, "lags", 0, MAX_STEPS)
+        steps = as_integers(array, "lags", 0, MAX_LAG_STEPS)
         steps = np.arange(int(steps) + 1) if array.ndim == 0 else steps
     offsets = lag_offsets(direction, steps, len(shape))
     far = np.flatnonzero((np.abs(offsets) >= shape).any(axis=1))

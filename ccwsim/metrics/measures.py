@@ -10,13 +10,13 @@ import numpy as np
 from ccwsim import Ensemble, TrainingImage
 from ccwsim.metrics.connectivity import Geobodies, geobody_statistics
 from ccwsim.metrics.pattern_codes import count_patterns
-from ccwsim.metrics.patterns import layers_of, unseen_patterns
+from ccwsim.metrics.patterns import thinnest_n_layers, unseen_patterns
 from ccwsim.metrics.reference_band import Fit, fit_values
 from ccwsim.metrics.stack import Fraction, Stack, as_stack, map_parallel
 from ccwsim.model.arrays import Floats, Ints, Mask, ratio
 from ccwsim.model.numbers import minus
 
-MAX_IMAGES = 200  # maximum number of measured realizations; later realizations are not measured
+MAX_MEASURED = 200  # maximum number of measured realizations; later realizations are not measured
 PER_CELLS, PER_CELLS_VOLUME = 10_000, 1_000_000
 """Number of cells to which geobody counts are scaled, because images differ in size."""
 PATTERN_SIDE = 3
@@ -132,7 +132,7 @@ def _unseen(of: OfFacies) -> Floats:
     size, crops, image = min(PATTERN_SIDE, min(sides)), of.images, as_stack(of.training_image)
     if not of.are_crops:
         return unseen_patterns(crops, image, size)
-    height = min(size, layers_of(image, crops))
+    height = min(size, thinnest_n_layers(image, crops))
     codes, counts = count_patterns(image.volume(0), image.n_facies, height, size)
 
     def by_the_rest(k: int) -> float:  # a pattern is unseen if all its locations are in the crop
@@ -243,7 +243,7 @@ def measure(ensemble: Ensemble, facies: int, progress: Fraction | None = None) -
     def one(r: int) -> Floats:
         return _values(chosen, image, facies, Stack(ensemble.indices[r : r + 1], image.codes))
 
-    each = map_parallel(one, min(ensemble.n, MAX_IMAGES), progress)
+    each = map_parallel(one, min(ensemble.n, MAX_MEASURED), progress)
     reference = _values(chosen, image, facies, as_stack(image))[0]
     return Measured(chosen, np.concatenate(each), reference, fit)
 

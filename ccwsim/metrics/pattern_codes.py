@@ -126,7 +126,7 @@ def _add_to(sums, values, weight):
         sums[j] += weight * values[j]
 
 
-def table_of(codes: NDArray[np.uint64]) -> tuple[NDArray[np.uint64], Mask]:
+def make_hash_table(codes: NDArray[np.uint64]) -> tuple[NDArray[np.uint64], Mask]:
     """Return a hash table of distinct codes for `are_unknown`, and the mask of the used slots."""
     n_places = 2 ** (4 * len(codes)).bit_length()
     keys, full = np.zeros(n_places, np.uint64), np.zeros(n_places, bool)

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.engine.kernels import kernel, part_of_kernel
 from ccwsim.metrics.coarsening import coarsened_volume
-from ccwsim.metrics.pattern_codes import are_unknown, codes_in, count_patterns, table_of
+from ccwsim.metrics.pattern_codes import are_unknown, codes_in, count_patterns, make_hash_table
 from ccwsim.metrics.stack import Codes, Fraction, Images, Stack, as_image, as_stack, map_parallel
 from ccwsim.model.arrays import Bytes, Floats, Mask, as_array, as_integers, check_int
 from ccwsim.model.errors import CCWSIMError, refused, shown
@@ -49,18 +49,18 @@ def pattern_histogram(
     (array([2, 4, 9], dtype=uint64), array([0.25, 0.25, 0.5 ]))
     """
     stack = as_image(image, codes)
-    side = size_of(stack, size)
-    return _histogram(stack.volume(0), stack.codes, side, min(side, layers_of(stack)))
+    side = pattern_size_of(stack, size)
+    return _histogram(stack.volume(0), stack.codes, side, min(side, thinnest_n_layers(stack)))
 
 
-def size_of(stack: Stack, size: int | None) -> int:
+def pattern_size_of(stack: Stack, size: int | None) -> int:
     """Return the side of patterns after checking it; the default is 4 in maps and 3 in volumes."""
     if size is None:
         return VOLUME_PATTERN_SIZE if stack.is_volumes else PATTERN_SIZE
     return check_int("pattern size", size, 1, 2**31)
 
 
-def layers_of(stack: Stack, *others: Stack) -> int:
+def thinnest_n_layers(stack: Stack, *others: Stack) -> int:
     """Return the number of layers of the thinnest volume; 1 for maps."""
     for other in others:
         if other.is_volumes != stack.is_volumes:
@@ -98,7 +98,7 @@ def pyramid_histograms(
     """
     stack = as_stack(images, codes)
     factors = as_integers(as_array(factors, "factors"), "factors").reshape(-1).tolist()
-    side, thickest = size_of(stack, size), layers_of(stack)
+    side, thickest = pattern_size_of(stack, size), thinnest_n_layers(stack)
     thinnest = thickest if layers is None else check_int("layers", layers, 1, thickest)
     height = min(side, thinnest)
     along_z = [max(min(factor, thinnest // height), 1) for factor in factors]
@@ -162,7 +162,7 @@ def pattern_distance(
     """
     image = as_image(training_image, codes)
     stack = as_stack(images, image.codes)
-    layers = layers_of(image, stack)
+    layers = thinnest_n_layers(image, stack)
     target = pyramid_histograms(image, size=size, factors=factors, layers=layers)[0]
     histograms = pyramid_histograms(
         stack, size=size, factors=factors, progress=progress, layers=layers
@@ -196,9 +196,9 @@ def unseen_patterns(
     stack = as_stack(images, image.codes)
     sides = min(image.shape[-2:] + stack.shape[-2:])
     size = check_int("pattern size", size, 1, sides)
-    n_facies, height = image.n_facies, min(size, layers_of(image, stack))
+    n_facies, height = image.n_facies, min(size, thinnest_n_layers(image, stack))
     chosen = None if mask is None else _containing(mask, stack.shape, height, size)
-    keys, full = table_of(count_patterns(image.volume(0), n_facies, height, size)[0])
+    keys, full = make_hash_table(count_patterns(image.volume(0), n_facies, height, size)[0])
 
     def one(k: int) -> float:
         strips = codes_in(stack.volume(k), n_facies, height, size)

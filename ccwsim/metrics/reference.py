@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim import Grid, HardData, TrainingImage
-from ccwsim.metrics.data_fit import MIN_Z, paired_z, wells_of
+from ccwsim.metrics.data_fit import MIN_Z, paired_z, well_numbers
 from ccwsim.metrics.etype import EType
 from ccwsim.metrics.stack import Codes, Images, as_image, as_values, codes_or_places, index_of
 from ccwsim.model.arrays import Floats, Ints, Mask, as_floats, check_int, check_type, ratio
@@ -192,7 +192,7 @@ def data_match(realizations: Images, hard_data: HardData) -> DataMatch:
 
 
 TOO_SURE = 0.5  # slope of observed on predicted probabilities, below which they are too sure
-MIN_DATA = 200  # minimum number of data for a verdict on the slope
+MIN_SLOPE_DATA = 200  # minimum number of data for a verdict on the slope
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,7 +217,7 @@ class LeaveOut:
     @property
     def words(self) -> str:
         """The verdict in at most eight words."""
-        if len(self.probability) < MIN_DATA:
+        if len(self.probability) < MIN_SLOPE_DATA:
             return "Too few data to judge the probabilities"
         if self.slope < TOO_SURE:
             return "Probabilities are too sure"
@@ -256,7 +256,7 @@ def leave_out(
     if by not in ("datum", "well"):
         raise CCWSIMError(f'by = {shown(by)} must be "datum" or "well"')
     data, n_facies = study.hard_data, study.training_image.n_facies
-    groups = wells_of(data.cells) if by == "well" else np.arange(data.n)
+    groups = well_numbers(data.cells) if by == "well" else np.arange(data.n)
     units = np.unique(groups)
     if len(units) < folds:
         what = "wells" if by == "well" else "data"

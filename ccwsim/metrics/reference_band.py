@@ -28,7 +28,16 @@ from ccwsim.metrics.lags import Direction, distinct_lags, max_lag
 from ccwsim.metrics.pattern_codes import count_patterns
 from ccwsim.metrics.patterns import PatternHistogram, js_divergence
 from ccwsim.metrics.stack import N_AXES, Stack, as_volume
-from ccwsim.model.arrays import Bytes, Floats, Mask, as_floats, check_choice, check_int, ratio
+from ccwsim.model.arrays import (
+    Bytes,
+    Floats,
+    Mask,
+    Shape,
+    as_floats,
+    check_choice,
+    check_int,
+    ratio,
+)
 from ccwsim.model.errors import refused
 
 MIN_SIDE, MAX_SIDE = 8, 512
@@ -38,7 +47,7 @@ MAX_CROPS_ALONG = 4  # maximum number of crops along an axis; crops overlap by a
 MAX_CROPS_ABOVE = 2  # maximum number of crops along z in a volume
 MIN_CROPS = 3  # crops in which a value is not NaN; otherwise the value is not judged
 MAX_PIECES = 32  # more pieces would not help, because the crops limit the precision
-ERRORS = {
+ERROR_LIMITS = {
     "proportions": (2.5, 3.0),
     "variogram": (3.5, 4.0),
     "connectivity": (4.0, 4.0),
@@ -46,7 +55,7 @@ ERRORS = {
     "patterns": (3.0, 3.0),
 }
 """Allowed differences in standard errors, for maps and for volumes."""
-RARE = 0.001
+STUDENT_PROBABILITY = 0.001
 """Probability at which limits for few crops widen: by Student's t quantile / normal quantile."""
 MAX_OWN = (2.0, 3.0)  # limit of the spread of pieces, in spreads of crops, for maps and volumes
 MIN_GAP = 0.1  # smallest reported difference of a curve, in τ or, for γ, in sills p (1 − p)
@@ -57,7 +66,6 @@ MIN_GAMMA_GAP, MIN_PERCOLATION_GAP = 0.1, 0.25
 MIN_TAU_SPREAD, MIN_GEOBODY_SPREAD = 0.05, 0.1
 """Smallest standard deviation between crops of τ, and of Γ and the share that percolates."""
 MIN_PATTERN_SPREAD = 0.5  # smallest deviation of pattern distances, relative to their mean
-Shape = tuple[int, ...]
 ValuesOf = Callable[[Stack], Floats]
 
 
@@ -148,7 +156,9 @@ class ReferenceBand:
         largest = MAX_OWN[len(self.crop_shape) - 2] * spread
         spread = np.maximum(spread, np.minimum(np.nan_to_num(spread_of_pieces), largest))
         k, m = np.minimum(self.n_independent, np.maximum(n, 1)), n_pieces or len(values)
-        few = stdtrit(np.maximum(k + m - 2, 1.0), 1 - RARE / 2) / ndtri(1 - RARE / 2)
+        few = stdtrit(np.maximum(k + m - 2, 1.0), 1 - STUDENT_PROBABILITY / 2) / ndtri(
+            1 - STUDENT_PROBABILITY / 2
+        )
         error = spread * np.sqrt(1 / k + 1 / m) * few  # the spread of few crops is uncertain
         tolerance = np.maximum(self.n_errors * error, self.min_gap)
         return Fit(
@@ -307,10 +317,10 @@ def fit_values(
 ) -> Fit | None:
     """Compare m values of pieces of realizations with the values of crops of the training image.
 
-    The first entry of the unique `name` is a key of `ERRORS`, unless `n_errors` has the allowed
-    differences. `values` maps a stack of n images to shape (n, m); `of_crops` does so for crops, by
-    default `values`. The other arguments are those of `ReferenceBand`. The result is None if crops
-    are too small.
+    The first entry of the unique `name` is a key of `ERROR_LIMITS`, unless `n_errors` has the
+    allowed differences. `values` maps a stack of n images to shape (n, m); `of_crops` does so for
+    crops, by default `values`. The other arguments are those of `ReferenceBand`. The result is None
+    if crops are too small.
     """
     image, shape = ensemble.training_image, shape_of_crops(ensemble)
     if shape is None:
@@ -426,7 +436,7 @@ def band_of_crops(
     def computed() -> ReferenceBand:
         crops = values(Stack(crops_of(image.indices, shape), image.codes))
         n_independent = np.count_nonzero(image.indices < image.n_facies) / prod(shape)
-        allowed = ERRORS[name[0]][image.n_dimensions - 2] if n_errors is None else n_errors
+        allowed = ERROR_LIMITS[name[0]][image.n_dimensions - 2] if n_errors is None else n_errors
         return ReferenceBand(
             at=positions,
             values=crops,

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from ccwsim import Ensemble, Grid, Parameters, Secondary, TrainingImage
 from ccwsim.engine.corrections.guidance import guide_terms
 from ccwsim.engine.prepared_image import PreparedImage
-from ccwsim.engine.raster import SLACK, make_plan
+from ccwsim.engine.raster import CANDIDATE_SLACK, make_plan
 from ccwsim.engine.stages.path import Box
 from ccwsim.engine.stages.similarity import box_sums, summed_up
 from ccwsim.metrics.direction import main_direction
@@ -18,9 +18,9 @@ from ccwsim.model.numbers import minus
 from ccwsim.model.study import Study
 
 NOTED = 0.05  # minimum noted difference between a requested and the nearest possible proportion
-LEAST_SHARE = 0.02  # minimum share of the cells in a bin of the reliability that is noted
-FEW, MANY = 5, 0.2
-"""Fewer than FEW locations are noted if more than the share MANY of the patches have so few."""
+MIN_BIN_SHARE = 0.02  # minimum share of the cells in a bin of the reliability that is noted
+MIN_FITTING_LOCATIONS, MAX_POOR_SHARE = 5, 0.2
+"""Fewer than this number of locations are noted if more than this share of patches have so few."""
 MAX_SPREAD = 25.0  # mean difference, in degrees, of directions from the main one that is noted
 N_PATCHES = 200  # maximum number of patches that are examined
 
@@ -66,7 +66,7 @@ def warn_of_reliability(table: Calibration, name: str) -> str | None:
     'sand is given with 75 % but simulated with 63 % (−12 points) in 25 % of the cells'
     """
     share = table.count / table.count.sum()
-    off = np.where(share >= LEAST_SHARE, table.observed - table.forecast, 0.0)
+    off = np.where(share >= MIN_BIN_SHARE, table.observed - table.forecast, 0.0)
     worst = int(np.argmax(np.abs(off)))
     if abs(off[worst]) < NOTED:
         return None
@@ -141,20 +141,21 @@ def _warn_of_few_locations(
     assert guide is not None
     patches = inputs.patches[:: -(-len(inputs.patches) // N_PATCHES)]
     cell_offsets = np.ravel_multi_index(np.indices(places), guide.values.shape[1:])  # type: ignore[arg-type]
-    n_few, slack = 0, SLACK * inputs.search.cell_cost
+    n_few, slack = 0, CANDIDATE_SLACK * inputs.search.cell_cost
     for patch in patches[:, :7].tolist():
         box = Box._make([*patch, *inputs.search.overlap])
         n, _ = guide_terms.__wrapped__(guide, box)  # not compiled, as there are few patches
         costs = np.zeros(places)
         for first, factor in zip(guide.offsets[:n], guide.terms[:n], strict=True):
             costs += factor * guide.values.ravel()[first + cell_offsets]
-        n_few += np.count_nonzero(costs <= costs.min() + slack) < FEW
+        n_few += np.count_nonzero(costs <= costs.min() + slack) < MIN_FITTING_LOCATIONS
     share = 100 * n_few // len(patches)
     note = (
-        f"fewer than {FEW} locations of the image fit the guides in {share} % of the patches, so "
-        "pieces are repeated: reduce the weight, or use a larger image"
+        f"fewer than {MIN_FITTING_LOCATIONS} locations of the image fit the guides in "
+        f"{share} % of the patches, so pieces are repeated: reduce the weight, or use a larger "
+        "image"
     )
-    return [note] if share > 100 * MANY else []
+    return [note] if share > 100 * MAX_POOR_SHARE else []
 
 
 def _means_of_pieces(

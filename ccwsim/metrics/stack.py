@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.jobs.workers import check_stop, run_all
-from ccwsim.model.arrays import as_array, as_integers, codes_of, is_whole
+from ccwsim.model.arrays import as_array, as_integers, codes_of, is_integer
 from ccwsim.model.bounds import MAX_FACIES
 from ccwsim.model.ensemble import Ensemble, codes_with_nan
 from ccwsim.model.errors import CCWSIMError, refused, shown
@@ -61,7 +61,7 @@ class Stack:
 
 def index_of(codes: NDArray[np.integer], code: int, name: str = "facies") -> int:
     """Return the index of a facies code in `codes`, or raise `CCWSIMError`."""
-    indices = np.flatnonzero(codes == code) if is_whole(code) else np.empty(0, int)
+    indices = np.flatnonzero(codes == code) if is_integer(code) else np.empty(0, int)
     if not len(indices):
         raise CCWSIMError(f"{name} = {shown(code)} must be one of the codes {_listed(codes)}")
     return int(indices[0])

@@ -16,7 +16,7 @@ from ccwsim.model.errors import refused
 from ccwsim.model.missing import UNKNOWN
 
 QUARTERS = ("south-west", "south-east", "north-west", "north-east")
-PARTS = (
+IMAGE_PARTS = (
     *(f"{quarter} quarter" for quarter in QUARTERS),
     *(f"{side} half" for side in ("southern", "northern", "western", "eastern")),
 )
@@ -30,7 +30,8 @@ VARIOGRAM_LIMIT = 0.2  # allowed root mean square of (γ of a quarter − γ of 
 PROPORTION_DOUBT, VARIOGRAM_DOUBT = 3.0, 4.0
 """Minimum significant difference in standard errors. At least 90 % of stationary images then pass,
 even if features are as long as an eighth of the image."""
-LEAST = 0.1  # minimum correlation in sums of a covariance over lags; smaller values are noise
+# minimum correlation in sums of a covariance over lags; smaller values are noise
+MIN_CORRELATION = 0.1
 BLOCKS = 32  # maximum number of blocks along a side of a quarter when its covariance is computed
 SLOPES = 0.5  # degrees of freedom of the common plane per quarter: two slopes, four quarters
 
@@ -49,7 +50,7 @@ class Stationarity:
     variogram_shift: Floats
     """Root mean square of (γ of quarter − γ of image) over lags, in sills, (4, n_facies, 2)."""
     differences: Floats
-    """Proportion of each of the `PARTS` − mean of the quarters, shape (8, n_facies)."""
+    """Proportion of each of the `IMAGE_PARTS` − mean of the quarters, shape (8, n_facies)."""
     errors: Floats
     """Standard errors of `differences` in a stationary image with the same covariance."""
     variogram_scores: Floats
@@ -126,7 +127,7 @@ def stationarity(image: Images, codes: Codes | None = None) -> Stationarity:
     volume = as_volume(np.ma.masked_equal(indices, UNKNOWN) if UNKNOWN in indices else indices)
     facies = [volume == k for k in range(n_facies)]
     compared = [_compare_parts(one.mean(axis=0, dtype=float)) for one in facies]
-    scores = np.zeros((len(PARTS), n_facies, 2))
+    scores = np.zeros((len(IMAGE_PARTS), n_facies, 2))
     for k, axis in product(range(n_facies), (0, 1)):
         layers = [_half_squares(layer, 1 - axis) for layer in facies[k]]
         difference, error = _compare_parts(np.ma.array(layers).mean(axis=0))
@@ -214,7 +215,7 @@ def _mean_variance(field: NDArray) -> float:
     if covariance[ny, nx] <= 1e-12:
         return 0.0
     within = (rows <= ny // 2)[:, None] & (columns <= nx // 2)
-    certain = within & (covariance >= LEAST * covariance[ny, nx])
+    certain = within & (covariance >= MIN_CORRELATION * covariance[ny, nx])
     pieces, _ = cast(tuple[NDArray[np.int32], int], label(certain))
     near = pieces == pieces[ny, nx]
     n_pairs = float(ny * nx) ** 2

@@ -18,7 +18,9 @@ Bytes: TypeAlias = NDArray[np.uint8]
 Mask: TypeAlias = NDArray[np.bool_]
 """Arrays of real numbers, of integers, of indices of facies, and of True and False."""
 MIN_INT, MAX_INT = -(2**63), 2**63 - 1  # smallest and largest 64-bit integer
-AXES = "x", "y", "z"
+CELL_AXES = ("layer", "row", "column")
+"""Names of the axes of volumes; maps have no layers."""
+WORLD_AXES = "x", "y", "z"
 """Axes of world coordinates; the axes of arrays are in reverse order, and maps have no z."""
 
 
@@ -61,7 +63,7 @@ def is_table(data: Any) -> bool:
     return hasattr(data, "columns") or isinstance(data, Mapping) or bool(structured)
 
 
-def is_whole(value: object) -> TypeGuard[int]:
+def is_integer(value: object) -> TypeGuard[int]:
     """Return whether a value is an integer; True and False are not integers."""
     return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
 
@@ -69,9 +71,9 @@ def is_whole(value: object) -> TypeGuard[int]:
 def check_int(name: str, value: object, low: int, high: int | None = None) -> int:
     """Return an integer from `low` to `high`, or raise `CCWSIMError`."""
     high = MAX_INT if high is None else high
-    if is_whole(value) and low <= value <= high:
+    if is_integer(value) and low <= value <= high:
         return int(value)
-    too_large = is_whole(value) and value > high
+    too_large = is_integer(value) and value > high
     bounds = f", at least {low}" if high == MAX_INT and not too_large else f" from {low} to {high}"
     raise CCWSIMError(f"{name} = {shown(value)} must be a whole number{bounds}")
 

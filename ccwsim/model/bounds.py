@@ -38,7 +38,7 @@ MAX_DEGREES, MAX_DIP = 360.0, 80.0  # maximum absolute angle and dip of images
 MIN_SCALE, MAX_SCALE = 0.2, 5.0  # range of the factor by which images are enlarged
 MAX_SOFT_WEIGHT = 5.0  # maximum strength of probabilities; at this strength, overlaps hardly count
 
-PARAMETERS: dict[str, tuple[float, float]] = {
+PARAMETER_BOUNDS: dict[str, tuple[float, float]] = {
     "template_size": (MIN_TEMPLATE, MAX_TEMPLATE),
     "overlap_size": (1, MAX_OVERLAP),
     "wavelet_level": (0, MAX_LEVEL),

@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.model.arrays import as_array, as_floats, as_integers, check_int, codes_of, is_whole
+from ccwsim.model.arrays import as_array, as_floats, as_integers, check_int, codes_of, is_integer
 from ccwsim.model.bounds import MAX_FACIES
 from ccwsim.model.errors import CCWSIMError, refused, shown
 
@@ -62,7 +62,7 @@ def classify(
         raise refused("values_look_continuous", label=label, low=array.min(), high=array.max())
     if asks_for_codes(classes):
         return as_integers(array, label)
-    edges = class_edges(array, int(classes)) if is_whole(classes) else _edges(classes)
+    edges = class_edges(array, int(classes)) if is_integer(classes) else _edges(classes)
     return np.searchsorted(edges, array, side="right").astype(np.int64)
 
 

@@ -10,7 +10,15 @@ from typing import TYPE_CHECKING, overload
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from ccwsim.model.arrays import AXES, LazyStack, describe_shape, digest, is_whole, listing, readonly
+from ccwsim.model.arrays import (
+    WORLD_AXES,
+    LazyStack,
+    describe_shape,
+    digest,
+    is_integer,
+    listing,
+    readonly,
+)
 from ccwsim.model.backends import notebook
 from ccwsim.model.errors import CCWSIMError, refused
 from ccwsim.model.extras import is_installed, needs
@@ -114,7 +122,7 @@ class Ensemble:
     def __getitem__(self, which: slice | Sequence[int]) -> Ensemble: ...
     def __getitem__(self, which: int | slice | Sequence[int]) -> NDArray[np.integer] | Ensemble:
         """Return one realization as facies codes, or an ensemble of several realizations."""
-        if is_whole(which):
+        if is_integer(which):
             return self.realizations[which]
         numbers = np.arange(self.n)[which]
         return replace(
@@ -284,7 +292,7 @@ class Ensemble:
         """
         xarray = needs("xarray")
         image = self.training_image
-        axes = reversed(list(zip(AXES, self.grid.axes, strict=False)))
+        axes = reversed(list(zip(WORLD_AXES, self.grid.axes, strict=False)))
         coordinates = {"realization": self.numbers, **dict(axes)}
         names = ("_".join(name.split()) for name in image.facies_names)
         attributes = {

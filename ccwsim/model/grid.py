@@ -123,15 +123,15 @@ class Grid:
         n = points.shape[1]
         if not np.isfinite(points).all() or np.abs(points).max() > _MAX_PLACE:
             raise CCWSIMError(
-                f"{arrays.listing(arrays.AXES[:n])} of every point must be finite numbers up to "
-                f"{_MAX_PLACE:g}"
+                f"{arrays.listing(arrays.WORLD_AXES[:n])} of every point must be finite numbers "
+                f"up to {_MAX_PLACE:g}"
             )
         low, high = points.min(axis=0), points.max(axis=0)
         counts = None if shape is None else cls.of(shape).shape[::-1]
         if counts is not None and len(counts) != n:
             raise CCWSIMError(
                 f"grid shape {shown(shape)} does not suit points of "
-                f"{arrays.listing(arrays.AXES[:n])}; give "
+                f"{arrays.listing(arrays.WORLD_AXES[:n])}; give "
                 f"{'rows and columns' if n == 2 else 'layers, rows and columns'}"
             )
         sizes = cell_size if isinstance(cell_size, (Sequence, np.ndarray)) else (cell_size,) * n
@@ -176,7 +176,7 @@ class Grid:
         map, and if z is missing for a volume.
         """
         coordinates = (x, y) if z is None else (x, y, z)
-        names = arrays.AXES[: len(coordinates)]
+        names = arrays.WORLD_AXES[: len(coordinates)]
         if len(coordinates) != self.n_dimensions:
             raise CCWSIMError(
                 "the grid is a map: leave out z of points, or give the grid nz"

@@ -3,7 +3,7 @@
 import math
 
 THREE_DIGITS = 999.5  # numbers from this number up are rounded to integers of four or more digits
-UNITS = (
+TIME_UNITS = (
     ("years", 365.25 * 86400.0, 1000 * 86400.0),
     ("d", 86400.0, 86400.0),
     ("h", 3600.0, 5400.0),
@@ -54,7 +54,9 @@ def duration(seconds: float, rough: bool = False) -> str:
     if math.isinf(seconds):
         return "never"
     seconds = max(seconds, 1.0) if rough else seconds
-    unit, length = next(((u, size) for u, size, least in UNITS if seconds >= least), ("s", 1.0))
+    unit, length = next(
+        ((u, size) for u, size, least in TIME_UNITS if seconds >= least), ("s", 1.0)
+    )
     number = seconds / length
     if not rough:
         return f"{three_digits(number)} {unit}"

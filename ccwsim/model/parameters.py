@@ -11,7 +11,7 @@ from typing import Any, Literal, NamedTuple, get_args
 import numpy as np
 
 from ccwsim.model.arrays import (
-    AXES,
+    WORLD_AXES,
     Shape,
     check_choice,
     check_int,
@@ -19,9 +19,9 @@ from ccwsim.model.arrays import (
     digest,
     listing,
 )
-from ccwsim.model.bounds import PARAMETERS
+from ccwsim.model.bounds import PARAMETER_BOUNDS
 from ccwsim.model.errors import CCWSIMError, refused, shown
-from ccwsim.model.published import SETTINGS, VARIANTS, Variant
+from ccwsim.model.published import VARIANT_SETTINGS, VARIANTS, Variant
 from ccwsim.model.sizes import PerAxis, Triple, check_sizes, fitted_sizes, per_axis, triple
 
 Method = Literal["ccwsim", "ccsim", "ms-ccsim"]
@@ -30,7 +30,7 @@ METHODS: tuple[Method, ...] = get_args(Method)
 SIMILARITIES: tuple[Similarity, ...] = get_args(Similarity)
 Weight = float | tuple[float, float, float]
 """One number for all axes or, in a volume, three along z, y and x."""
-CHOICES = {"method": METHODS, "similarity": SIMILARITIES, "variant": VARIANTS}
+PARAMETER_CHOICES = {"method": METHODS, "similarity": SIMILARITIES, "variant": VARIANTS}
 PER_AXIS = ("template_size", "overlap_size", "wavelet_level")
 """Parameters with one integer for all axes or, in a volume, three integers along z, y and x.
 `location_weight`, which is not an integer, can also have three numbers."""
@@ -81,7 +81,7 @@ class Parameters:
             value = _checked(f.name, getattr(self, f.name), f.default)
             object.__setattr__(self, f.name, value)
         check_sizes(self.template_size, self.overlap_size, self.level)
-        for name, needed in SETTINGS[self.variant].items():
+        for name, needed in VARIANT_SETTINGS[self.variant].items():
             if (value := getattr(self, name)) != needed:
                 variant = self.variant
                 raise refused(
@@ -127,7 +127,7 @@ class Parameters:
         'correlation'
         """
         check_choice("variant", variant, VARIANTS)
-        return cls(**{"variant": variant, **SETTINGS[variant], **others})
+        return cls(**{"variant": variant, **VARIANT_SETTINGS[variant], **others})
 
     def as_in(self, variant: Variant) -> Parameters:
         """Return these parameters as in the paper, as in its authors' code, or as in our method.
@@ -136,8 +136,8 @@ class Parameters:
         """
         if check_choice("variant", variant, VARIANTS) == self.variant:
             return self
-        usual = {f.name: f.default for f in fields(self) if f.name in SETTINGS["paper"]}
-        return replace(self, **{**usual, **SETTINGS[variant], "variant": variant})
+        usual = {f.name: f.default for f in fields(self) if f.name in VARIANT_SETTINGS["paper"]}
+        return replace(self, **{**usual, **VARIANT_SETTINGS[variant], "variant": variant})
 
     @property
     def level(self) -> PerAxis:
@@ -214,13 +214,13 @@ def fitted(parameters: Parameters, shape: Shape, **changes: Any) -> Parameters:
     templates, overlaps, levels = (_along_axes(name, values[name]) for name in PER_AXIS)
     z, y, x = (
         fitted_sizes(t, o, j, shape, along_z=volume and axis == "z", is_ccsim=is_ccsim)
-        for axis, t, o, j in zip(AXES[::-1], templates, overlaps, levels, strict=True)
+        for axis, t, o, j in zip(WORLD_AXES[::-1], templates, overlaps, levels, strict=True)
     )
     for name, *sizes in zip(PER_AXIS, z, y, x, strict=True):
         values[name] = per_axis((sizes[0], sizes[1], sizes[2]), shape)
     if not volume and isinstance(weight := values["location_weight"], tuple):
         values["location_weight"] = max(weight[1:])  # a map has no weight along z
-    if volume or any(values[name] != needed for name, needed in SETTINGS[variant].items()):
+    if volume or any(values[name] != needed for name, needed in VARIANT_SETTINGS[variant].items()):
         values["variant"] = "ours"  # the published variants have no additions
     return Parameters(**values)
 
@@ -235,20 +235,20 @@ def _along_axes(name: str, size: PerAxis) -> Triple:
 
 def _checked(name: str, value: Any, default: Any) -> Any:
     """Return a parameter's value or three values, or raise an error that names the parameter."""
-    if name in CHOICES:
-        return check_choice(name, value, CHOICES[name])
+    if name in PARAMETER_CHOICES:
+        return check_choice(name, value, PARAMETER_CHOICES[name])
     if isinstance(default, bool):
         if not isinstance(value, (bool, np.bool_)):
             raise CCWSIMError(f"{name} = {shown(value)} must be True or False")
         return bool(value)
     if isinstance(value, np.ndarray) and value.ndim:
         value = value.tolist()
-    low, high = PARAMETERS[name]
+    low, high = PARAMETER_BOUNDS[name]
     along_axes = isinstance(value, (tuple, list)) and len(value) == 3
     if not along_axes or name not in (*PER_AXIS, "location_weight"):
         return _checked_number(name, value, low, high)
     lows = {"template_size": 1, "overlap_size": 0}.get(name, low), low, low  # thin volumes
-    sides = zip(AXES[::-1], value, lows, strict=True)
+    sides = zip(WORLD_AXES[::-1], value, lows, strict=True)
     return tuple(_checked_number(f"{name} along {axis}", v, low, high) for axis, v, low in sides)
 
 

@@ -14,7 +14,7 @@ WITHOUT_ADDITIONS: dict[str, Any] = {
     "exact_data": False,
 }
 """Values that switch off everything that the paper does not have."""
-SETTINGS: dict[Variant, dict[str, Any]] = {
+VARIANT_SETTINGS: dict[Variant, dict[str, Any]] = {
     "ours": {},
     "paper": {"similarity": "correlation", **WITHOUT_ADDITIONS},
     "code": {"similarity": "ssd", **WITHOUT_ADDITIONS},

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ccwsim.model.arrays import AXES, Shape
+from ccwsim.model.arrays import WORLD_AXES, Shape
 from ccwsim.model.bounds import MAX_LEVEL, MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.errors import CCWSIMError
 
@@ -79,7 +79,7 @@ def check_sizes(template: PerAxis, overlap: PerAxis, level: PerAxis) -> None:
     if all(isinstance(size, int) for size in (template, overlap, level)):
         _check_axis("", triple(template)[0], triple(overlap)[0], triple(level)[0])
         return
-    sides = zip(AXES[::-1], triple(template), triple(overlap), triple(level), strict=True)
+    sides = zip(WORLD_AXES[::-1], triple(template), triple(overlap), triple(level), strict=True)
     for axis, t, o, j in sides:
         _check_axis(f" along {axis}", t, o, j)
 

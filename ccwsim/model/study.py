@@ -10,7 +10,15 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ccwsim.model.arrays import AXES, Bytes, Mask, Shape, check_int, check_type, describe_shape
+from ccwsim.model.arrays import (
+    WORLD_AXES,
+    Bytes,
+    Mask,
+    Shape,
+    check_int,
+    check_type,
+    describe_shape,
+)
 from ccwsim.model.bounds import MIN_TEMPLATE
 from ccwsim.model.errors import refused
 from ccwsim.model.grid import Grid
@@ -159,7 +167,7 @@ def _check_dimensions(training_image: TrainingImage, grid: Grid) -> None:
 def _check_template(training_image: TrainingImage, p: Parameters) -> None:
     shape = training_image.shape
     lengths = p.along(shape)
-    sides = list(zip(AXES[::-1], lengths.template, in_layers(shape), strict=True))
+    sides = list(zip(WORLD_AXES[::-1], lengths.template, in_layers(shape), strict=True))
     large = [(axis, size) for axis, size, n in sides if size > n]
     if not large:
         return

@@ -226,7 +226,9 @@ class TrainingImage(arrays.ReadOnly):
             if names.count(code.casefold()) == 1:
                 return names.index(code.casefold())
             raise refused("facies_of_image", code=shown(code), there=", ".join(self.facies_names))
-        indices = np.flatnonzero(self.codes == code) if arrays.is_whole(code) else np.empty(0, int)
+        indices = (
+            np.flatnonzero(self.codes == code) if arrays.is_integer(code) else np.empty(0, int)
+        )
         if not len(indices):
             codes = ", ".join(map(str, self.codes))
             raise refused("facies_of_image", code=shown(code), there=codes)

@@ -15,11 +15,11 @@ from ccwsim.metrics import Anodi, anodi
 from ccwsim.metrics.stack import Stack
 from ccwsim.model.published import Variant
 from ccwsim.paper import methods, verdicts
-from ccwsim.paper.experiment import IMAGES, TEXTS, ExperimentRun, Outcome, said
+from ccwsim.paper.experiment import PAPER_IMAGES, PAPER_TEXTS, ExperimentRun, Outcome, said
 from ccwsim.paper.methods import AUTHORS_SETTINGS, COLUMNS, COMPARED, TITLES
 from ccwsim.paper.published_times import TABLE_1
 from ccwsim.paper.verdicts import percent
-from ccwsim.report.document import Block, Chart, Judgement, Row, Table, Text
+from ccwsim.report.document import Block, Chart, Judgement, PictureRow, Table, Text
 
 COMPARED_METHODS = ("ccwsim", "ms-ccsim")
 COMPARED_LEVELS = (1, 2, 3)
@@ -28,7 +28,7 @@ LIKE_TAU = 0.02  # relative connectivities count as alike up to this difference
 LIKE_SHARE = 0.03  # shares of wrong data count as alike up to this difference
 LIKE_DISTANCE = 1.1  # pattern distances count as alike if their ratio is at most this
 ANODI_LEVEL = 2
-METHOD_SYMBOLS = TEXTS["symbols"]  # of methods in charts
+METHOD_SYMBOLS = PAPER_TEXTS["symbols"]  # of methods in charts
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,14 +102,14 @@ def compare_methods(name: str, numbers: tuple[int, ...], run: ExperimentRun) -> 
     """Compare CCWSIM with MS-CCSIM at all levels for some numbers of data (Figs. 10 and 11)."""
     run.expect(len(numbers) * len(COMPARED_METHODS) * len(COMPARED_LEVELS) * len(COLUMNS))
     image, side = run.inputs.image(name), run.extent.side(COMPARED_SIDE)
-    blocks: list[Block] = [Row((methods.image_picture(image, run.inputs.describe(name)),))]
+    blocks: list[Block] = [PictureRow((methods.image_picture(image, run.inputs.describe(name)),))]
     judgements: list[Judgement] = []
     for n_data in numbers:
         data, _ = run.data(name, image, n_data, (side, side), COMPARED_SIDE)
         study = ComparedStudy(image, data)
-        stem = IMAGES[name]["realizations"].get(str(n_data))
+        stem = PAPER_IMAGES[name]["realizations"].get(str(n_data))
         for method, level in product(COMPARED_METHODS, COMPARED_LEVELS):
-            last = _add_cases(study, run, (side, side), method, level, stem)
+            last = _add_cases(study, run, (side, side), method, level, stem=stem)
         blocks += _blocks_of(study, last, run.extent.largest_lag)
         judgements += [*_methods_compared(study), *_against_authors(study), *_same_rules(study)]
     return Outcome(tuple(blocks), tuple(judgements))
@@ -145,7 +145,7 @@ def _blocks_of(study: ComparedStudy, e: Ensemble, largest_lag: int) -> Iterator[
             if case.level in (1, 3)
         ]
         if maps:
-            yield Row(tuple(maps))
+            yield PictureRow(tuple(maps))
     lags = methods.lags_for(study.image.shape, e.grid.shape, largest=largest_lag)
     charts = [
         methods.connectivity_chart(
@@ -155,7 +155,7 @@ def _blocks_of(study: ComparedStudy, e: Ensemble, largest_lag: int) -> Iterator[
         )
         for column in COMPARED
     ]
-    yield Row(tuple(charts), methods.caption_of_cases(e))
+    yield PictureRow(tuple(charts), methods.caption_of_cases(e))
     yield _table_of_cases(study, e)
 
 
@@ -167,10 +167,10 @@ def _table_of_cases(study: ComparedStudy, e: Ensemble) -> Table:
         cases = [study.cases.get((method, level, column)) for column in columns]
         texts = [
             ["–" if case is None else text_of(case) for case in cases]
-            for text_of in MEASURES.values()
+            for text_of in CASE_MEASURES.values()
         ]
         rows.append((TITLES[method], str(level), *(text for each in texts for text in each)))
-    titles = (f"{measure}, {COLUMNS[column]}" for measure in MEASURES for column in columns)
+    titles = (f"{measure}, {COLUMNS[column]}" for measure in CASE_MEASURES for column in columns)
     counts = {COLUMNS[c]: len(study.column(c)[0].images) for c in columns}
     caption = said(
         "cases",
@@ -182,7 +182,7 @@ def _table_of_cases(study: ComparedStudy, e: Ensemble) -> Table:
     return Table(("method", "level", *titles), tuple(rows), caption)
 
 
-MEASURES: dict[str, Callable[[Case], str]] = {
+CASE_MEASURES: dict[str, Callable[[Case], str]] = {
     "data wrong": lambda case: percent(case.wrong),
     "pattern distance": lambda case: f"{case.distance:.4f}",
     "τ": lambda case: f"{case.connectivity:.2f}",
@@ -203,7 +203,7 @@ def _methods_compared(study: ComparedStudy) -> Iterator[Judgement]:
                 ours=ours,
                 other=other,
             )
-            yield verdicts.judged(claim, finding, verdicts.of_both(*ours.compare(other)))
+            yield verdicts.judged(claim, finding, verdicts.judge_both(*ours.compare(other)))
 
 
 def _against_authors(study: ComparedStudy) -> Iterator[Judgement]:
@@ -222,9 +222,9 @@ def _against_authors(study: ComparedStudy) -> Iterator[Judgement]:
         orders = *ours.compare(theirs), verdicts.sign_of(theirs.wrong - ours.wrong)
         low, high = min(orders), max(orders)
         if low < 0 < high:
-            yield verdicts.judged(claim, finding, verdicts.PART)
+            yield verdicts.judged(claim, finding, verdicts.IN_PART)
         else:
-            yield verdicts.of_order(claim, finding, low or high)
+            yield verdicts.judge_order(claim, finding, low or high)
 
 
 def _same_rules(study: ComparedStudy) -> Iterator[Judgement]:
@@ -239,7 +239,7 @@ def _same_rules(study: ComparedStudy) -> Iterator[Judgement]:
                 wrong=percent(ours.wrong),
                 missed=percent(theirs.wrong),
             )
-            yield verdicts.of_claim(claim, finding, abs(ours.wrong - theirs.wrong) <= LIKE_SHARE)
+            yield verdicts.judge_claim(claim, finding, abs(ours.wrong - theirs.wrong) <= LIKE_SHARE)
 
 
 def variability(run: ExperimentRun) -> Outcome:
@@ -249,15 +249,15 @@ def variability(run: ExperimentRun) -> Outcome:
     charts: list[Chart] = []
     judgements: list[Judgement] = []
     for image in TABLE_1:
-        side = run.extent.side(IMAGES[image]["anodi_side"])
-        distances = _distances(run, image, side, IMAGES[image]["anodi_published"])
+        side = run.extent.side(PAPER_IMAGES[image]["anodi_side"])
+        distances = _distances(run, image, side, PAPER_IMAGES[image]["anodi_published"])
         title = f"{image} image, {side} × {side} cells, level {ANODI_LEVEL}, no data"
         blocks.append(_anodi_table(distances, title))
         blocks.append(_table_1(distances, image))
         charts.append(_mds(distances, image))
         judgements += _anodi_judgements(distances, image)
     caption = said("variability", level=ANODI_LEVEL, settings=AUTHORS_SETTINGS, run=run)
-    blocks += [Row(tuple(charts), caption), Text(TEXTS["patterns"], quiet=True)]
+    blocks += [PictureRow(tuple(charts), caption), Text(PAPER_TEXTS["patterns"], quiet=True)]
     return Outcome(tuple(blocks), tuple(judgements))
 
 
@@ -343,10 +343,10 @@ def _anodi_judgements(distances: Anodi, image: str) -> Iterator[Judgement]:
             claim = f"Table 1: {what} of CCWSIM relative to MS-CCSIM, stone wall and channel image."
             image_of = f"{image.capitalize()} image, {whose}"
             words = f"{image_of}: {ours:.2f} ± {ours * error:.2f}, in the paper {theirs:.2f}."
-            yield verdicts.of_ratio(claim, words, ours, theirs, error)
+            yield verdicts.judge_ratio(claim, words, ours, theirs, error)
     pair = f"CCWSIM, {COLUMNS['ours']}", f"CCWSIM, {COLUMNS['authors']}"
     if pair[1] in distances.names:
         ratio, error = distances.relative(*pair)[2], distances.relative_errors(*pair)[2]
         words = f"{image.capitalize()} image: r = {ratio:.2f} ± {ratio * error:.2f}."
         claim = "The authors' CCWSIM code: r of our CCWSIM relative to this code."
-        yield verdicts.of_order(claim, words, verdicts.order_of(ratio, float(np.exp(2 * error))))
+        yield verdicts.judge_order(claim, words, verdicts.order_of(ratio, float(np.exp(2 * error))))

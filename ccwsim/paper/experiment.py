@@ -22,16 +22,18 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.model.watch import UNWATCHED, Watch
 from ccwsim.report.document import Block, Judgement
 
-TEXTS = tomllib.loads(files("ccwsim.paper").joinpath("texts.toml").read_text("utf-8"))
+PAPER_TEXTS = tomllib.loads(files("ccwsim.paper").joinpath("texts.toml").read_text("utf-8"))
 """Texts of the report and its experiments, images, and sources of published times."""
-IMAGES = TEXTS["images"]  # files, hard data and published results of each image of the paper
+PAPER_IMAGES = PAPER_TEXTS[
+    "images"
+]  # files, hard data and published results of each image of the paper
 FILES_VARIABLE = "CCWSIM_DATA"
 """Environment variable with the path of the authors' files."""
 
 
 def said(text: str, /, **values: object) -> str:
     """Return a sentence of the report, with `values` filled in."""
-    return TEXTS["said"][text].format(**values)
+    return PAPER_TEXTS["said"][text].format(**values)
 
 
 @dataclass(frozen=True)
@@ -42,7 +44,7 @@ class PaperInputs:
 
     def image(self, name: str) -> TrainingImage:
         """Return one of the training images in the texts, such as "channel"."""
-        about = IMAGES[name]
+        about = PAPER_IMAGES[name]
         path = self._file(f"paper/{about['file']}.npy") if self.is_own(name) else None
         if path is None:
             return datasets.load(about["bundled"])
@@ -53,16 +55,16 @@ class PaperInputs:
     def describe(self, name: str) -> str:
         """Return a phrase that says which image is used for one of the paper's images."""
         text = "own_image" if self.is_own(name) else "bundled_image"
-        return said(text, name=name, bundled=IMAGES[name]["bundled"])
+        return said(text, name=name, bundled=PAPER_IMAGES[name]["bundled"])
 
     def is_own(self, name: str) -> bool:
         """Return whether the authors' file of this image is available."""
-        file = IMAGES[name]["file"]
+        file = PAPER_IMAGES[name]["file"]
         return bool(file) and self._file(f"paper/{file}.npy") is not None
 
     def data(self, name: str, n: int, shape: tuple[int, int]) -> HardData | None:
         """Return the authors' `n` data inside the grid, or None if they are not available."""
-        stem = IMAGES[name]["data"].get(str(n))
+        stem = PAPER_IMAGES[name]["data"].get(str(n))
         path = self._file(f"{stem}.csv") if stem and self.is_own(name) else None
         if path is None:
             return None
@@ -71,7 +73,7 @@ class PaperInputs:
 
     def reference(self, name: str, n: int, shape: tuple[int, int]) -> NDArray[np.integer] | None:
         """Return the field from which the authors' `n` data are, or None if it is not available."""
-        stem = IMAGES[name].get("reference", {}).get(str(n))
+        stem = PAPER_IMAGES[name].get("reference", {}).get(str(n))
         path = self._file(f"{stem}.npy") if stem and self.is_own(name) else None
         return None if path is None else read_training_image(path).array[: shape[0], : shape[1]]
 
@@ -105,9 +107,9 @@ def inputs_in(folder: str | Path | None) -> PaperInputs:
         raise CCWSIMError(f"{folder}: no such folder; give none to use the bundled images")
     for candidate in (path, path.parent):
         inputs = PaperInputs(candidate.resolve())
-        if any(inputs.is_own(name) for name in IMAGES):
+        if any(inputs.is_own(name) for name in PAPER_IMAGES):
             return inputs
-    raise refused("no_paper_images", folder=folder, file=IMAGES["channel"]["file"])
+    raise refused("no_paper_images", folder=folder, file=PAPER_IMAGES["channel"]["file"])
 
 
 def inside(data: HardData, shape: tuple[int, int]) -> HardData:

@@ -12,18 +12,18 @@ from ccwsim.metrics.bands import curves_of
 from ccwsim.metrics.stack import Stack
 from ccwsim.model.parameters import Method
 from ccwsim.model.published import Variant
-from ccwsim.paper.experiment import TEXTS, ExperimentRun
+from ccwsim.paper.experiment import PAPER_TEXTS, ExperimentRun
 from ccwsim.report.document import Chart, Picture
 from ccwsim.report.pictures import map_picture
 from ccwsim.report.settings import describe_inputs
 
 TITLES = {"ccwsim": "CCWSIM", "ms-ccsim": "MS-CCSIM", "ccsim": "CCSIM"}
 AUTHORS_SETTINGS = "T 32, OR 8, 20 candidates, search fraction 0.1, CT 2"  # as in their script
-COLUMNS: dict[str, str] = TEXTS["columns"]
+COLUMNS: dict[str, str] = PAPER_TEXTS["columns"]
 """Titles of columns by variant, and of the column of the authors' realizations ("authors")."""
 COMPARED: tuple[Variant, ...] = ("paper", "ours")
 """Variants that every experiment simulates, beside the paper's numbers."""
-METHOD_COLOURS = {"training image": LIGHT.reference, **TEXTS["colours"]}
+METHOD_COLOURS = {"training image": LIGHT.reference, **PAPER_TEXTS["colours"]}
 """Colour of each method in all charts of the report."""
 LAGS = (21, 41, 61, 81)  # lags in cells at which tables show connectivity
 

@@ -10,7 +10,7 @@ from importlib.resources import files
 from operator import attrgetter
 from typing import Any, NamedTuple
 
-from ccwsim.paper.experiment import TEXTS
+from ccwsim.paper.experiment import PAPER_TEXTS
 
 
 @dataclass(frozen=True)
@@ -21,9 +21,9 @@ class Source:
     machine: str  # language and machine
 
 
-SOURCES = {name: Source(**about) for name, about in TEXTS["sources"].items()}
+TIME_SOURCES = {name: Source(**about) for name, about in PAPER_TEXTS["sources"].items()}
 """Sources of times, by their names in the table of times."""
-PAPER, OCTAVE = SOURCES["paper"], SOURCES["octave"]
+PAPER_SOURCE, OCTAVE_SOURCE = TIME_SOURCES["paper"], TIME_SOURCES["octave"]
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ def _read_times() -> tuple[PublishedTime, ...]:
     kinds |= dict.fromkeys(("cpu_seconds", "wrong_share"), float)
     times = []
     for row in csv.DictReader(text.splitlines()):
-        values: dict[str, Any] = {**row, "source": SOURCES[row["source"]]}
+        values: dict[str, Any] = {**row, "source": TIME_SOURCES[row["source"]]}
         values |= {key: kind(row[key]) if row[key] else None for key, kind in kinds.items()}
         times.append(PublishedTime(**values))
     return tuple(times)
@@ -63,7 +63,7 @@ FIGURE_13 = tuple(t for t in ALL_TIMES if t.where == "Fig. 13")
 """CPU times of Fig. 13 for the largest grid; no numbers are available for the other four grids."""
 LEVEL_CHANGES = {(1, 2): -0.548, (2, 3): -0.174}
 """Fig. 13: relative change of CPU time from one level to the next, averaged over the five sizes."""
-OCTAVE_TIMES = tuple(t for t in ALL_TIMES if t.source is OCTAVE)
+OCTAVE_TIMES = tuple(t for t in ALL_TIMES if t.source is OCTAVE_SOURCE)
 """Times and shares of wrong data measured on the published codes in GNU Octave."""
 
 
@@ -77,7 +77,7 @@ class RelativeDistances(NamedTuple):
 
 TABLE_1 = {
     name: RelativeDistances(**about["table_1"])
-    for name, about in TEXTS["images"].items()
+    for name, about in PAPER_TEXTS["images"].items()
     if "table_1" in about
 }
 """Table 1 of the paper, by training image."""

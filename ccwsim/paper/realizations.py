@@ -16,11 +16,11 @@ from ccwsim.metrics.stack import Stack
 from ccwsim.model.numbers import duration
 from ccwsim.model.published import Variant
 from ccwsim.paper import methods, verdicts
-from ccwsim.paper.experiment import TEXTS, ExperimentRun, Outcome, said
+from ccwsim.paper.experiment import PAPER_TEXTS, ExperimentRun, Outcome, said
 from ccwsim.paper.methods import AUTHORS_SETTINGS, COLUMNS, COMPARED
 from ccwsim.paper.published_times import stated_seconds
 from ccwsim.paper.verdicts import percent
-from ccwsim.report.document import Block, Judgement, Picture, Row, Table, Text
+from ccwsim.report.document import Block, Judgement, Picture, PictureRow, Table, Text
 from ccwsim.report.pictures import bundle_chart, bundle_of, share_picture
 from ccwsim.report.settings import caption_of
 
@@ -79,7 +79,7 @@ def show_figure(figure: MapFigure, run: ExperimentRun) -> Outcome:
     if figure.curves:
         blocks += [row for e in results.ensembles.values() for row in _curves(run, e)]
     blocks.append(_three_columns(results))
-    if note := TEXTS["notes"].get(figure.image):
+    if note := PAPER_TEXTS["notes"].get(figure.image):
         blocks.append(Text(note, quiet=True))
     run.step()
     judgements = [judgement for name in figure.judged for judgement in JUDGES[name](results)]
@@ -94,7 +94,7 @@ def _simulated(figure: MapFigure, run: ExperimentRun) -> FigureResults:
         shape = (min(side, image.shape[0]), min(side, image.shape[1]))
     data, truth = figure_data(figure, run, image, shape)
     authors = methods.published(run, image, figure.stored, shape) if figure.stored else None
-    results = FigureResults(run, figure, image, data, truth, authors)
+    results = FigureResults(run, figure, image, data=data, truth=truth, authors=authors)
     n = run.extent.n_many if figure.many else run.extent.n_few
     for variant in COMPARED:
         p = methods.paper_parameters("ccwsim", figure.level, variant, figure.template)
@@ -130,16 +130,16 @@ def _pictures(results: FigureResults) -> Iterator[Block]:
     first = [methods.image_picture(image, run.inputs.describe(results.figure.image))]
     if results.truth is not None:
         first.append(methods.paper_map(results.truth, image, "Reference image"))
-    yield Row(tuple(first))
+    yield PictureRow(tuple(first))
     for title, images in results.stacks.items():
         captions = (f"{title.capitalize()}, realization {r}" for r in range(1, SHOWN + 1))
         maps = [
             methods.paper_map(one, image, caption, data)
             for one, caption in zip(images, captions, strict=False)
         ]
-        yield Row(tuple(maps))
+        yield PictureRow(tuple(maps))
     if data is not None:
-        yield Row(tuple(_average(results, *each) for each in results.stacks.items()))
+        yield PictureRow(tuple(_average(results, *each) for each in results.stacks.items()))
 
 
 def _average(results: FigureResults, title: str, images: NDArray[np.uint8]) -> Picture:
@@ -154,7 +154,7 @@ def _average(results: FigureResults, title: str, images: NDArray[np.uint8]) -> P
     return share_picture(of.probability[-1], caption)
 
 
-def _curves(run: ExperimentRun, e: Ensemble) -> Iterator[Row]:
+def _curves(run: ExperimentRun, e: Ensemble) -> Iterator[PictureRow]:
     """Return variograms E–W and N–S, and connectivity E–W and along the bodies (Fig. 9)."""
     for statistic in STATISTICS:
         charts = [
@@ -168,7 +168,7 @@ def _curves(run: ExperimentRun, e: Ensemble) -> Iterator[Row]:
             )
             for way, bundle in _bundles(run, e, statistic).items()
         ]
-        yield Row(tuple(charts), f"{caption_of(e)}.")
+        yield PictureRow(tuple(charts), f"{caption_of(e)}.")
 
 
 def _bundles(run: ExperimentRun, e: Ensemble, statistic: Statistic) -> dict[Any, Bundle]:
@@ -178,7 +178,7 @@ def _bundles(run: ExperimentRun, e: Ensemble, statistic: Statistic) -> dict[Any,
     lags = methods.lags_for(image.shape, e.grid.shape, largest=run.extent.largest_lag)
     along = float(round(main_direction(image, code)[0]))
     ways = ("E-W", "N-S") if statistic == "variogram" or along % 90 == 0 else ("E-W", along)
-    return {way: bundle_of(statistic, e, image, code, way, lags) for way in ways}
+    return {way: bundle_of(statistic, e, image, code, direction=way, lags=lags) for way in ways}
 
 
 def _three_columns(results: FigureResults) -> Table:
@@ -230,7 +230,7 @@ def _column(
     return column
 
 
-def _each(results: FigureResults) -> Iterator[tuple[str, Ensemble]]:
+def _by_column(results: FigureResults) -> Iterator[tuple[str, Ensemble]]:
     """Return the title and the realizations of each column that this run has simulated."""
     for variant, e in results.ensembles.items():
         yield COLUMNS[variant].capitalize(), e
@@ -240,7 +240,7 @@ def _judge_shapes(results: FigureResults) -> Iterator[Judgement]:
     """Judge proportion and connectivity of the last facies."""
     image = results.image
     reference, claim = float(image.proportions[-1]), said("shapes", where=results.figure.where)
-    for title, e in _each(results):
+    for title, e in _by_column(results):
         own = float(e.proportions.mean(axis=0)[-1])
         lag, tau = list(methods.relative_tau(e.indices, image).items())[-1]
         finding = said(
@@ -253,7 +253,7 @@ def _judge_shapes(results: FigureResults) -> Iterator[Judgement]:
             image=percent(reference),
         )
         holds = abs(own - reference) <= CLOSE_SHARE and tau >= CLOSE_TAU
-        yield verdicts.of_claim(claim, finding, holds)
+        yield verdicts.judge_claim(claim, finding, holds)
 
 
 def _judge_time(results: FigureResults) -> Iterator[Judgement]:
@@ -262,7 +262,7 @@ def _judge_time(results: FigureResults) -> Iterator[Judgement]:
     stated = stated_seconds(where)
     if stated is not None:
         ours, full = methods.median_seconds(results.ensembles["paper"]), results.run.extent.is_full
-        yield verdicts.of_time(figure.what, ours, stated, where, full)
+        yield verdicts.judge_time(figure.what, ours, stated, where, full)
 
 
 def _judge_data(results: FigureResults) -> Iterator[Judgement]:
@@ -271,15 +271,15 @@ def _judge_data(results: FigureResults) -> Iterator[Judgement]:
     theirs = None
     if results.authors is not None:
         theirs = methods.wrong_share(results.authors, results.image, results.data)
-    for title, e in _each(results):
+    for title, e in _by_column(results):
         wrong = float(e.n_mismatched.mean() / e.hard_data.n)
-        yield verdicts.of_data(wrong, e.hard_data.n, theirs, title)
+        yield verdicts.judge_data(wrong, e.hard_data.n, theirs, title)
 
 
 def _judge_average(results: FigureResults) -> Iterator[Judgement]:
     """Judge whether the E-type is certain at the data and uncertain far from them."""
     claim = said("average", where=results.figure.where)
-    for title, e in _each(results):
+    for title, e in _by_column(results):
         rows, columns = e.hard_data.cells.T
         shares = e.probability(int(e.training_image.codes[-1]))
         at_data = shares[rows, columns]
@@ -288,18 +288,19 @@ def _judge_average(results: FigureResults) -> Iterator[Judgement]:
         finding = said(
             "e_type", title=title, certain=percent(certain), uncertain=percent(open_cells)
         )
-        yield verdicts.of_claim(claim, finding, certain == 1 and open_cells > 0.5)
+        yield verdicts.judge_claim(claim, finding, certain == 1 and open_cells > 0.5)
 
 
 def _judge_curves(results: FigureResults) -> Iterator[Judgement]:
     """Judge whether the image's curves are among the curves of realizations."""
-    for statistic, (title, e) in ((s, each) for s in STATISTICS for each in _each(results)):
-        shares = [_among(bundle) for bundle in _bundles(results.run, e, statistic).values()]
+    for statistic in STATISTICS:
         what = "variograms" if statistic == "variogram" else "probability of connection"
         claim = said("curves", where=results.figure.where, what=what)
-        finding = said("surrounded", title=title, shares=" and ".join(map(percent, shares)))
-        word = "surrounded" if min(shares) >= ENOUGH else verdicts.PART
-        yield verdicts.judged(claim, finding, word)
+        for title, e in _by_column(results):
+            shares = [_among(bundle) for bundle in _bundles(results.run, e, statistic).values()]
+            finding = said("surrounded", title=title, shares=" and ".join(map(percent, shares)))
+            word = "surrounded" if min(shares) >= ENOUGH else verdicts.IN_PART
+            yield verdicts.judged(claim, finding, word)
 
 
 def _among(bundle: Bundle) -> float:
@@ -315,38 +316,38 @@ def _judge_authors(results: FigureResults) -> Iterator[Judgement]:
     if results.authors is None:
         return
     lag, theirs = list(methods.relative_tau(results.authors, results.image).items())[-1]
-    for title, e in _each(results):
+    for title, e in _by_column(results):
         ours = methods.relative_tau(e.indices, results.image)[lag]
         finding = f"{title}: {ours:.2f} of the image's τ({lag}), the authors' code {theirs:.2f}."
         order = verdicts.sign_of(ours - theirs, TAU_TOLERANCE)
-        yield verdicts.of_order("Connectivity of the authors' code, same study.", finding, order)
+        yield verdicts.judge_order("Connectivity of the authors' code, same study.", finding, order)
 
 
 def _judge_reference(results: FigureResults) -> Iterator[Judgement]:
     """Judge how many cells of the reference image dense data recover."""
     claim = said("recovered", where=results.figure.where, n=results.figure.n_data)
-    for title, e in _each(results):
+    for title, e in _by_column(results):
         share = float(np.mean(e.indices == results.truth))
         finding = f"{title}: {percent(share)} of the cells agree with the reference image."
-        yield verdicts.of_claim(claim, finding, share >= RECOVERED)
+        yield verdicts.judge_claim(claim, finding, share >= RECOVERED)
 
 
 def _judge_facies(results: FigureResults) -> Iterator[Judgement]:
     """Judge whether all facies occur in their proportions."""
-    for title, e in _each(results):
+    for title, e in _by_column(results):
         off = float(np.abs(e.proportions.mean(axis=0) - results.image.proportions).max())
         finding = said("facies", title=title, n=results.image.n_facies, off=percent(off))
-        yield verdicts.of_claim(TEXTS["claims"]["facies"], finding, off <= CLOSE_SHARE)
+        yield verdicts.judge_claim(PAPER_TEXTS["claims"]["facies"], finding, off <= CLOSE_SHARE)
 
 
 def _judge_trend(results: FigureResults) -> Iterator[Judgement]:
     """Judge by the slope of the realizations' differences between quarters on the image's."""
     own = stationarity(results.image)
-    for title, e in _each(results):
+    for title, e in _by_column(results):
         each = [stationarity(one, results.image.codes) for one in e]
         kept = _kept_trend(own, each)
         finding = said("kept", title=title, kept=percent(kept))
-        yield verdicts.of_claim(TEXTS["claims"]["trend"], finding, kept < MIN_KEPT_TREND)
+        yield verdicts.judge_claim(PAPER_TEXTS["claims"]["trend"], finding, kept < MIN_KEPT_TREND)
 
 
 def _kept_trend(own: Stationarity, each: list[Stationarity]) -> float:

@@ -13,7 +13,7 @@ from ccwsim.model.watch import Watch
 from ccwsim.paper.comparison import compare_methods, variability
 from ccwsim.paper.experiment import (
     FULL,
-    TEXTS,
+    PAPER_TEXTS,
     Experiment,
     ExperimentRun,
     Extent,
@@ -32,7 +32,7 @@ RUNS: dict[str, Callable[[ExperimentRun], Outcome]] = {
         name: partial(
             show_figure, MapFigure(where=about["place"].rsplit(", ")[-1], **about["figure"])
         )
-        for name, about in TEXTS["experiments"].items()
+        for name, about in PAPER_TEXTS["experiments"].items()
         if "figure" in about
     },
     "levels_and_data": partial(compare_methods, "channel", (100, 300, 400, 1000)),
@@ -50,7 +50,7 @@ EXPERIMENTS = tuple(
         run=RUNS[name],
         weight=about["weight"],
     )
-    for name, about in TEXTS["experiments"].items()
+    for name, about in PAPER_TEXTS["experiments"].items()
 )
 """All experiments, in the order of the paper's sections; weights are seconds (`PROBE_SECONDS`)."""
 PROBE_SHAPE, PROBE_SECONDS = (512, 512), 0.04
@@ -120,7 +120,7 @@ def reproduce(
     )
 
 
-def expected_seconds(inputs: PaperInputs, extent: Extent) -> float:
+def expected_duration(inputs: PaperInputs, extent: Extent) -> float:
     """Return about the seconds that all experiments take here, from a simulation timed now."""
     p, image = paper_parameters("ccwsim", 1, "ours"), inputs.image("channel")
     probe = Trial.of(image, PROBE_SHAPE, p)
@@ -133,7 +133,10 @@ def usual_seconds(extent: Extent) -> float:
     if not extent.is_full:
         return QUICK_SECONDS
     larger = max(extent.timed_sides) ** 2 / max(FULL.timed_sides) ** 2 - 1
-    return sum(e.weight for e in EXPERIMENTS) + larger * TEXTS["experiments"]["grid_size"]["weight"]
+    return (
+        sum(e.weight for e in EXPERIMENTS)
+        + larger * PAPER_TEXTS["experiments"]["grid_size"]["weight"]
+    )
 
 
 def with_largest_grid(extent: Extent, side: int | None) -> Extent:
@@ -165,22 +168,22 @@ def _tried(experiment: Experiment, run: ExperimentRun) -> Finished:
 
 def document_of(reproduction: Reproduction) -> Document:
     """Return the report: all verdicts, then a section for each experiment."""
-    opening = [Text(summary(reproduction)), Text(TEXTS["known"])]
+    opening = [Text(reproduction_summary(reproduction)), Text(PAPER_TEXTS["known"])]
     if reproduction.extent.name != "full":
-        opening.append(Text(TEXTS["quick_run"]))
+        opening.append(Text(PAPER_TEXTS["quick_run"]))
     if reproduction.stopped:
         opening.append(Text("The run was stopped before the missing experiments."))
-    opening.append(Text(TEXTS["words"].format(noise=round(100 * NOISE - 100)), quiet=True))
+    opening.append(Text(PAPER_TEXTS["words"].format(noise=round(100 * NOISE - 100)), quiet=True))
     return Document(
-        TEXTS["title"],
+        PAPER_TEXTS["title"],
         tuple(map(_section, reproduction.finished)),
-        subtitle=TEXTS["paper"],
+        subtitle=PAPER_TEXTS["paper"],
         opening=tuple(opening),
         colophon=Facts((*surroundings(), *_run_facts(reproduction))),
     )
 
 
-def summary(r: Reproduction) -> str:
+def reproduction_summary(r: Reproduction) -> str:
     """Summarize the experiments in one sentence."""
     failed = sum(f.outcome is None for f in r.finished)
     tail = f", {failed} of them failed" if failed else ""

@@ -11,20 +11,20 @@ from ccwsim.figures import LIGHT, TimeSeries, timings_chart
 from ccwsim.model.numbers import duration, minus
 from ccwsim.model.published import Variant
 from ccwsim.paper import methods, verdicts
-from ccwsim.paper.experiment import TEXTS, ExperimentRun, Outcome, said
+from ccwsim.paper.experiment import PAPER_TEXTS, ExperimentRun, Outcome, said
 from ccwsim.paper.methods import AUTHORS_SETTINGS, COLUMNS, COMPARED, TITLES
 from ccwsim.paper.published_times import (
     FIGURE_13,
     LEVEL_CHANGES,
-    OCTAVE,
-    PAPER,
+    OCTAVE_SOURCE,
+    PAPER_SOURCE,
     TABLE_2,
     TABLE_2_DATA,
     Source,
     published_time,
 )
-from ccwsim.paper.verdicts import AGREES, DIFFERS, NOISE, PART
-from ccwsim.report.document import Chart, Judgement, Row, Table, Text
+from ccwsim.paper.verdicts import AGREES, DIFFERENT, IN_PART, NOISE
+from ccwsim.report.document import Chart, Judgement, PictureRow, Table, Text
 
 TIMED_LEVELS = (1, 2, 3)
 LEVELS_OF_TABLE_2 = (1, 3)
@@ -75,7 +75,7 @@ def grid_size(run: ExperimentRun) -> Outcome:
         n=n,
         seed=run.seed,
     )
-    blocks = (Row((_grid_chart(times, sides),), about), Table(header, tuple(rows), caption))
+    blocks = (PictureRow((_grid_chart(times, sides),), about), Table(header, tuple(rows), caption))
     judgements = [j for variant in COMPARED for j in _grid_judgements(times, variant)]
     return Outcome(blocks, tuple(judgements))
 
@@ -114,7 +114,7 @@ def _grid_judgements(times: GridTimes, variant: Variant) -> Iterator[Judgement]:
     taken = {level: [t.seconds for t in times[variant, level]] for level in TIMED_LEVELS}
     for a, b in pairwise(TIMED_LEVELS):
         yield level_change(taken, a, b, title)
-    yield verdicts.of_levels({level: each[-1] for level, each in taken.items()}, title)
+    yield verdicts.judge_levels({level: each[-1] for level, each in taken.items()}, title)
     powers = {level: growth(times[variant, level]).exponent for level in TIMED_LEVELS}
     each = ", ".join(f"{power:.2f} (level {level})" for level, power in powers.items())
     worst = max(abs(power - 1) for power in powers.values())
@@ -126,11 +126,11 @@ def _grid_judgements(times: GridTimes, variant: Variant) -> Iterator[Judgement]:
     if side == PAPER_SIDE:
         paper = next(p.cpu_seconds or 0.0 for p in FIGURE_13 if p.level == 1)
         what = f"25 million cells, level 1 ({COLUMNS[variant]})"
-        yield verdicts.of_time(what, seconds, paper, "Fig. 13")
+        yield verdicts.judge_time(what, seconds, paper, "Fig. 13")
         return
     whole = duration(25e6 / largest.trial.grid.n_cells * seconds)
     finding = said("largest", title=title, seconds=duration(seconds), side=side, whole=whole)
-    yield verdicts.judged(TEXTS["claims"]["largest"], finding, verdicts.OPEN)
+    yield verdicts.judged(PAPER_TEXTS["claims"]["largest"], finding, verdicts.NOT_COMPARABLE)
 
 
 def level_change(taken: dict[int, list[float]], a: int, b: int, title: str) -> Judgement:
@@ -144,7 +144,7 @@ def level_change(taken: dict[int, list[float]], a: int, b: int, title: str) -> J
     largest = f"{duration(taken[a][-1])} and {duration(taken[b][-1])} at the largest"
     sizes = f"averaged over {len(taken[a])} sizes"
     finding = f"{title}, level {a} to {b}: {_change(ours)}, {sizes}; {largest}."
-    return verdicts.of_ratio(claim, finding, 1 + ours, 1 + theirs)
+    return verdicts.judge_ratio(claim, finding, 1 + ours, 1 + theirs)
 
 
 def _change(share: float) -> str:
@@ -175,9 +175,10 @@ def times_with_data(run: ExperimentRun) -> Outcome:
         stated = _paper(name, "ccwsim", 1, 1)
         what = f"{name}, CCWSIM, level 1, 2000 data"
         seconds = times["ccwsim", 1, "paper", 1].seconds
-        judgements.append(verdicts.of_time(what, seconds, stated, "Table 2", run.extent.is_full))
-    remark = f"Octave: {OCTAVE.reference}; {OCTAVE.machine}. The paper: {PAPER.machine}."
-    blocks += [Text(TEXTS["ms_ccsim"]), Text(remark, quiet=True)]
+        judgements.append(verdicts.judge_time(what, seconds, stated, "Table 2", run.extent.is_full))
+    octave = f"Octave: {OCTAVE_SOURCE.reference}; {OCTAVE_SOURCE.machine}"
+    remark = f"{octave}. The paper: {PAPER_SOURCE.machine}."
+    blocks += [Text(PAPER_TEXTS["ms_ccsim"]), Text(remark, quiet=True)]
     return Outcome(tuple(blocks), tuple(judgements))
 
 
@@ -192,7 +193,7 @@ def _table_2(run: ExperimentRun, name: str, times: Times) -> Table:
                 t = times[method, level, variant, k]
                 wrong = 100 * float(t.n_mismatched.mean()) / max(t.trial.n_data, 1)
                 cells.append(f"{duration(t.seconds)}, {wrong:.1f} %")
-            octave = _published(OCTAVE, name, method, level, n_data)
+            octave = _published(OCTAVE_SOURCE, name, method, level, n_data)
             cells.append("–" if octave is None else duration(octave))
         rows.append(tuple(cells))
     titles = ("the paper", *(f"{COLUMNS[variant]}, data wrong" for variant in COMPARED), "Octave")
@@ -209,12 +210,12 @@ def _table_2(run: ExperimentRun, name: str, times: Times) -> Table:
 
 
 def _published(source: Source, image: str, method: str, level: int, n_data: int) -> float | None:
-    finding = published_time(source, method, level, PAPER_CELLS, n_data, image)
-    return None if finding is None else finding.cpu_seconds
+    stated = published_time(source, method, level, n_cells=PAPER_CELLS, n_data=n_data, image=image)
+    return None if stated is None else stated.cpu_seconds
 
 
 def _paper(image: str, method: str, level: int, k: int) -> float:
-    stated = _published(PAPER, image, method, level, TABLE_2_DATA[k])
+    stated = _published(PAPER_SOURCE, image, method, level, TABLE_2_DATA[k])
     assert stated is not None
     return stated
 
@@ -237,10 +238,12 @@ def _methods_timed(name: str, times: Times) -> Iterator[Judgement]:
                 ours=ours,
                 theirs=theirs,
             )
-            yield verdicts.of_ratio(claim, finding, ours, theirs)
+            yield verdicts.judge_ratio(claim, finding, ours, theirs)
         listed = ", ".join(f"{share:.2f}" for share in shares)
         finding = said("efficient", title=title, name=name, ratios=listed)
-        word = AGREES if max(shares) < 1 / NOISE else PART if min(shares) < 1 / NOISE else DIFFERS
+        word = (
+            AGREES if max(shares) < 1 / NOISE else IN_PART if min(shares) < 1 / NOISE else DIFFERENT
+        )
         efficient = "CCWSIM is efficient: it takes less time than MS-CCSIM (title, section 5.6)."
         yield verdicts.judged(efficient, finding, word)
 
@@ -271,4 +274,4 @@ def _ratios(name: str, times: Times) -> Iterator[Judgement]:
         ours = _quotient(times, variant, first, second)
         title = COLUMNS[variant].capitalize()
         finding = f"{title}, {name}, {case}: {ours:.2f} times, in the paper {theirs:.2f}."
-        yield verdicts.of_ratio(claim, finding, ours, theirs)
+        yield verdicts.judge_ratio(claim, finding, ours, theirs)

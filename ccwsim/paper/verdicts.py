@@ -13,10 +13,16 @@ from ccwsim.model.numbers import duration, minus
 from ccwsim.paper.experiment import said
 from ccwsim.report.document import Judgement, Tone
 
-AGREES, BETTER, BEHIND, DIFFERS, OPEN = "agrees", "better", "behind", "differs", "not comparable"
-SAME_ORDER, PART = "same order", "in part"
-TONES: dict[str, Tone] = {AGREES: "good", BETTER: "good", BEHIND: "bad", DIFFERS: "bad"}
-TONES[OPEN] = "unknown"
+AGREES, BETTER, BEHIND, DIFFERENT, NOT_COMPARABLE = (
+    "agrees",
+    "better",
+    "behind",
+    "differs",
+    "not comparable",
+)
+SAME_ORDER, IN_PART = "same order", "in part"
+TONES: dict[str, Tone] = {AGREES: "good", BETTER: "good", BEHIND: "bad", DIFFERENT: "bad"}
+TONES[NOT_COMPARABLE] = "unknown"
 ALIKE = 1.25
 NOISE = 1.1
 
@@ -39,15 +45,15 @@ def _merged(cases: list[Judgement]) -> Judgement:
     if len(words) == 1:
         return judged(cases[0].claim, " ".join(case.finding for case in cases), cases[0].word)
     finding = " ".join(f"{case.finding.removesuffix('.')}: {case.word}." for case in cases)
-    return judged(cases[0].claim, finding, PART)
+    return judged(cases[0].claim, finding, IN_PART)
 
 
-def of_claim(claim: str, finding: str, holds: bool) -> Judgement:
+def judge_claim(claim: str, finding: str, holds: bool) -> Judgement:
     """Return a judgement that states whether a claim of the paper holds in this run."""
-    return judged(claim, finding, AGREES if holds else DIFFERS)
+    return judged(claim, finding, AGREES if holds else DIFFERENT)
 
 
-def of_order(claim: str, finding: str, order: int) -> Judgement:
+def judge_order(claim: str, finding: str, order: int) -> Judgement:
     """Judge our number as worse than (−1), equal to (0) or better than (1) another number."""
     return judged(claim, finding, {-1: BEHIND, 0: AGREES, 1: BETTER}[order])
 
@@ -62,13 +68,13 @@ def order_of(ratio: float, noise: float = NOISE) -> int:
     return int(ratio > noise) - int(ratio < 1 / noise)
 
 
-def of_time(
+def judge_time(
     what: str, ours: float, theirs: float, where: str, comparable: bool = True
 ) -> Judgement:
     """Judge our CPU time against the paper's CPU time if the grids are comparable."""
     claim = f"{where}: {duration(theirs)} for {what}."
     if not comparable:
-        return judged(claim, f"{duration(ours)} on a smaller grid; not comparable.", OPEN)
+        return judged(claim, f"{duration(ours)} on a smaller grid; not comparable.", NOT_COMPARABLE)
     ratio = theirs / ours
     factor = f"{ratio:.3g} times less" if ratio >= 1 else f"{1 / ratio:.3g} times more"
     finding = said("time", ours=duration(ours), how=factor)
@@ -76,19 +82,19 @@ def of_time(
     return judged(claim, finding, words[order_of(ratio, ALIKE)])
 
 
-def of_ratio(
+def judge_ratio(
     claim: str, finding: str, ours: float, theirs: float, error: float = log(NOISE)
 ) -> Judgement:
     """Judge a ratio against the paper's; `error` is the standard error of the logarithm of ours."""
     if isnan(error):  # too few realizations
-        return judged(claim, finding, OPEN)
+        return judged(claim, finding, NOT_COMPARABLE)
     apart = abs(log(ours / theirs))
     if not apart <= error and order_of(ours) != order_of(theirs):
-        return judged(claim, finding, DIFFERS)
+        return judged(claim, finding, DIFFERENT)
     return judged(claim, finding, AGREES if apart <= 2 * error else SAME_ORDER)
 
 
-def of_levels(times: Mapping[int, float], title: str) -> Judgement:
+def judge_levels(times: Mapping[int, float], title: str) -> Judgement:
     """Judge whether each level takes less CPU time (in seconds) than the level below."""
     levels = sorted(times)
     words = {-1: "less than", 0: "as long as", 1: "more than"}
@@ -97,25 +103,25 @@ def of_levels(times: Mapping[int, float], title: str) -> Judgement:
     each = ", ".join(f"level {level} {duration(times[level])}" for level in levels)
     falls = all(order < 0 for order in orders.values())
     claim = "Fig. 13: each level takes less CPU time than the level below."
-    return of_claim(claim, f"{title}, {each}: {', '.join(steps)}.", falls)
+    return judge_claim(claim, f"{title}, {each}: {', '.join(steps)}.", falls)
 
 
-def of_both(connectivity: int, patterns: int) -> str:
+def judge_both(connectivity: int, patterns: int) -> str:
     """Return the verdict on a claim that a method is better; measures are −1, 0 or 1 (better)."""
     if connectivity > 0 and patterns > 0:
         return AGREES
-    return PART if max(connectivity, patterns) > 0 else DIFFERS
+    return IN_PART if max(connectivity, patterns) > 0 else DIFFERENT
 
 
-def of_data(wrong: float, n_data: int, theirs: float | None, title: str) -> Judgement:
+def judge_data(wrong: float, n_data: int, theirs: float | None, title: str) -> Judgement:
     """Judge the share of missed data, compared with the published code's share if that is known."""
     text = "honoured" if wrong == 0 else "missed"
     finding = said(text, title=title, n=n_data, wrong=percent(wrong))
     claim = "Section 4.4: the method searches for a candidate that honours the data."
     if theirs is None:
-        return of_claim(claim, finding, wrong == 0)
+        return judge_claim(claim, finding, wrong == 0)
     finding += f" Realizations of the authors' code miss {percent(theirs)}."
-    return of_order(claim, finding, sign_of(theirs - wrong))
+    return judge_order(claim, finding, sign_of(theirs - wrong))
 
 
 def percent(share: float) -> str:

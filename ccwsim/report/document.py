@@ -21,7 +21,7 @@ from ccwsim.system.machine import this_machine
 Tone = Literal["good", "plain", "bad", "unknown"]
 NUMBER = re.compile(r"^[−+\-±<>≤≥×]?\s?[.\d]|^–$")
 PACKAGES = ("SciPy", "PyWavelets", "plotly")
-FOLDER = Path(__file__).parent
+REPORT_FOLDER = Path(__file__).parent
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ class Chart:
 
 
 @dataclass(frozen=True, eq=False)
-class Row:
+class PictureRow:
     """Pictures or charts side by side, in equal `columns` unless 0, with a caption."""
 
     items: tuple[Picture | Chart, ...]
@@ -112,7 +112,7 @@ class Judgements:
     finding: str = "Found"
 
 
-Block = Text | Code | Facts | Table | Row | Picture | Chart | Judgements
+Block = Text | Code | Facts | Table | PictureRow | Picture | Chart | Judgements
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,7 +155,7 @@ def write_report(path_or_file: Any, document: Document) -> None:
 def report_html(document: Document) -> str:
     """Return a report as one HTML page with escaped text and embedded images."""
     blocks = [*document.opening, *(b for section in document.sections for b in section.blocks)]
-    items = [item for b in blocks for item in (b.items if isinstance(b, Row) else (b,))]
+    items = [item for b in blocks for item in (b.items if isinstance(b, PictureRow) else (b,))]
     drawn = any(isinstance(item, Chart) for item in items)
     scripts = {"plotly": packed_plotly(), "script": _own("charts.js")} if drawn else {}
     template = _environment().get_template("report.html.jinja")
@@ -171,7 +171,7 @@ def packed_plotly() -> str:
 @cache
 def _environment() -> Environment:
     """Return the Jinja environment with filters and tests of block types (`one is table`)."""
-    loader = FileSystemLoader(FOLDER)
+    loader = FileSystemLoader(REPORT_FOLDER)
     environment = Environment(autoescape=True, loader=loader, undefined=StrictUndefined)
     environment.keep_trailing_newline = True
     for kind in get_args(Block):
@@ -183,4 +183,4 @@ def _environment() -> Environment:
 
 
 def _own(name: str) -> Markup:
-    return Markup((FOLDER / name).read_text("utf-8"))
+    return Markup((REPORT_FOLDER / name).read_text("utf-8"))

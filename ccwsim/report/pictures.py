@@ -12,11 +12,11 @@ from ccwsim.metrics import band, vertical_proportions
 from ccwsim.metrics.bands import Statistic, curves_of
 from ccwsim.metrics.lags import Direction
 from ccwsim.metrics.stack import N_AXES, Fraction, Images, Stack
+from ccwsim.model.arrays import Floats
 from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.report.document import Chart, Picture
 from ccwsim.report.verdicts import SIGNS, curve_title
 
-Floats = NDArray[np.float64]
 LEGEND = (
     ("training image", LIGHT.reference),
     ("median", LIGHT.ink),

@@ -67,13 +67,13 @@ def describe_parameters(p: Parameters) -> str:
 
 
 def _describe(name: str, value: object) -> str:
-    short, text = short_name(name), describe_value(name, value)
+    short, text = short_parameter_name(name), describe_value(name, value)
     if isinstance(value, bool):
         return short if value else f"no {short}"
     return text if name in ("method", "similarity", "variant") else f"{short} {text}"
 
 
-def short_name(name: str) -> str:
+def short_parameter_name(name: str) -> str:
     """Return a short name of a parameter."""
     return SHORT_NAMES.get(name, name.replace("_", " "))
 

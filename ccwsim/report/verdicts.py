@@ -76,7 +76,7 @@ def curve_title(statistic: Statistic, direction: Direction) -> str:
     return f"{statistic.capitalize()} {way_name(direction)}"
 
 
-def size_text(fit: Fit) -> str:
+def crop_size_text(fit: Fit) -> str:
     """Return the size of the crops as text (columns × rows × layers)."""
     return describe_shape(fit.crop_shape)
 
@@ -87,14 +87,14 @@ def describe_curve(fit: Fit | None, statistic: Statistic) -> Verdict:
         return NOT_JUDGED
     if fit.fits:
         reach = plural(int(fit.at[-1]), "cell")
-        return Verdict("inside the band of TI crops", f"{size_text(fit)}, up to {reach}")
+        return Verdict("inside the band of TI crops", f"{crop_size_text(fit)}, up to {reach}")
     k = fit.worst
     low, high = VERDICTS[statistic]
     verdict = high if fit.found[k] > fit.reference[k] else low
     digits = 3 if statistic == "variogram" else 2
     value, reference = (f"{v:.{digits}f}" for v in (fit.found[k], fit.reference[k]))
     numbers = f"{SIGNS[statistic]}({int(fit.at[k])}) {value} in pieces, {reference} in TI crops"
-    return Verdict(f"{verdict} {_lags_text(fit)}", f"{numbers} of {size_text(fit)}", False)
+    return Verdict(f"{verdict} {_lags_text(fit)}", f"{numbers} of {crop_size_text(fit)}", False)
 
 
 def describe_curves(fits: Mapping[str, Fit | None], statistic: Statistic) -> Verdict:
@@ -190,7 +190,7 @@ def describe_geobodies(fit: Fit | None, name: str) -> list[Verdict]:
     if fit is None:
         return []
     (gamma, *percolation), (image_gamma, *image_ways) = fit.found, fit.reference
-    crops = f"in TI crops of {size_text(fit)}"
+    crops = f"in TI crops of {crop_size_text(fit)}"
     verdicts = []
     if fit.outside[0]:
         word = "more" if gamma > image_gamma else "less"
@@ -213,7 +213,7 @@ def describe_flow(flow_fit: FlowFit, axis: int) -> Verdict:
     if fit is None or np.isnan(fit.tolerance[axis]):
         return NOT_JUDGED
     pieces, crops = float(fit.found[axis]), float(fit.reference[axis])
-    numbers = f"E {pieces:.3f} in pieces, {crops:.3f} in TI crops of {size_text(fit)}"
+    numbers = f"E {pieces:.3f} in pieces, {crops:.3f} in TI crops of {crop_size_text(fit)}"
     if not fit.outside[axis]:
         return Verdict("flows like the TI", numbers)
     return Verdict("flows too well" if pieces > crops else "flows too badly", numbers, False)
@@ -231,7 +231,7 @@ def describe_patterns(fit: Fit | None) -> list[Verdict]:
         far = bool(fit.outside[k])
         words = "patterns farther from the TI than crops"
         words = words if far else "patterns as near to the TI as crops"
-        verdicts.append(Verdict(words, f"{numbers} of {size_text(fit)}", not far))
+        verdicts.append(Verdict(words, f"{numbers} of {crop_size_text(fit)}", not far))
     return verdicts
 
 
@@ -268,7 +268,7 @@ def _describe_worst_measure(fit: Fit, facies: str) -> Verdict:
     measure = MEASURES[int(fit.at[k])]
     word = measure.words[int(fit.found[k] > fit.reference[k])]
     pieces, crops = measure.text(fit.found[k]), measure.text(fit.reference[k])
-    numbers = f"{measure.title} {pieces} in pieces, {crops} in TI crops of {size_text(fit)}"
+    numbers = f"{measure.title} {pieces} in pieces, {crops} in TI crops of {crop_size_text(fit)}"
     words = f"{measure.name} {word}"
     return Verdict(f"{facies}: {words}" if facies else words, numbers, False)
 

@@ -8,7 +8,7 @@ from ccwsim.engine.copies import n_cells_of_copies
 from ccwsim.engine.corrections.unseen_patterns import NUMBER_BITS, NUMBER_BITS_VOLUME
 from ccwsim.engine.lengths import ScaledLengths, lengths_of, templates
 from ccwsim.engine.prepared_image import (
-    KEPT_BYTES,
+    MAX_PARTS_BYTES,
     PreparedImage,
     largest_code,
     n_planes,
@@ -23,7 +23,7 @@ from ccwsim.system.machine import n_cores
 
 GRIDS_AT_WORK = 2
 """Number of 1-byte grids per thread: one in path coordinates and one in grid coordinates."""
-ORIGINS = 14
+ORIGINS_BYTES = 14
 """Bytes per cell of copies for origins, known cells and the running numbers of unknown cells."""
 GRIDS_OF_DATA = 2
 """Number of grids with the hard data: one in path coordinates and one in grid coordinates."""
@@ -33,7 +33,7 @@ LOOKING_AROUND = 6  # bytes per image cell while thresholds for isolated data ar
 TOTALS_AND_PLACES = 24  # bytes per location for total scores and for the indices of good locations
 KERNELS = 160_000_000
 """Bytes of compiled code and its compiler, which a process loads for the first study of a kind."""
-MARGIN = 1.25
+MEMORY_MARGIN = 1.25
 MAPS_BYTES = 16
 """Bytes per grid cell for the maps of a page; `FACIES_BYTES` are added for each facies."""
 FACIES_BYTES = 12
@@ -49,7 +49,7 @@ def footprint(
     per_datum = BYTES_A_DATUM + 2 * n
     kernels = 0 if is_compiled(PreparedImage(study)) else KERNELS
     return kernels + int(
-        MARGIN
+        MEMORY_MARGIN
         * (
             _bytes_of_image(study, n, threads)
             + threads * (n_cells * grids + _bytes_of_search(study))
@@ -85,10 +85,10 @@ def _bytes_of_image(study: Study, n: int, n_threads: int) -> int:
         making = max(making, LOOKING_AROUND * n_cells_of_copies(study))
     repair = _bytes_of_repair(study) if repairs(study) else 0
     if study.secondary and study.secondary.has_copies:
-        repair += ORIGINS * n_cells_of_copies(study)
+        repair += ORIGINS_BYTES * n_cells_of_copies(study)
     largest = max(oriented)
     repair += _bytes_of_guide(study, 0.0)  # maps of the grid, which are oriented later
-    return min(drawn * largest, KEPT_BYTES + n_threads * largest) + int(making) + repair
+    return min(drawn * largest, MAX_PARTS_BYTES + n_threads * largest) + int(making) + repair
 
 
 def _bytes_of_repair(study: Study) -> int:

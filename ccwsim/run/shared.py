@@ -6,12 +6,12 @@ from threading import Thread
 
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.memo import Memo
-from ccwsim.jobs.workers import POLL_SECONDS, stoppable
+from ccwsim.jobs.workers import WORKER_POLL_SECONDS, stoppable
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled
 
-MAX_KEPT = 16  # maximum number of kept ensembles
-MAX_KEPT_BYTES = 64 * 2**20  # maximum total size of kept ensembles; a larger ensemble is not kept
+MAX_SHARED = 16  # maximum number of kept ensembles
+MAX_SHARED_BYTES = 64 * 2**20  # maximum total size of kept ensembles; a larger ensemble is not kept
 
 
 class SharedRun(Future[Ensemble]):
@@ -70,7 +70,7 @@ class SharedRuns(Memo[Ensemble]):
             run.join(job)
         if run is new:
             Thread(target=self.compute, args=(key, run, simulate), daemon=True).start()
-        while not wait([run], POLL_SECONDS).done:
+        while not wait([run], WORKER_POLL_SECONDS).done:
             if job.is_cancelled():
                 with self._lock:
                     run.leave(job)

@@ -16,7 +16,7 @@ from ccwsim.sharing.words import guides_of, packed, unpacked, words_of_guides
 
 YES_NO = {"yes": True, "no": False}
 MAX_LETTERS = 40  # maximum length of a word in a link, such as the name of a method or of a facies
-TURNS = ("ew", "ns", "transpose")
+TURN_WORDS = ("ew", "ns", "transpose")
 DROPS = {"outside": "on_outside", "unknown": "on_unknown"}
 """Kinds of data that a study leaves out, by the word used in a link."""
 _PER_AXIS = "whole", "number"  # kinds of fields that may have three values if the study is a volume
@@ -73,10 +73,10 @@ class FieldSpec:
         if self.kind in _TEXTS:
             return _TEXTS[self.kind][0](value)
         if isinstance(value, tuple):
-            return "x".join(map(format_number, value[::-1] if self.kind in _PER_AXIS else value))
+            return "x".join(map(format_exactly, value[::-1] if self.kind in _PER_AXIS else value))
         if isinstance(value, int):
             return str(value + self.first)
-        return format_number(value)
+        return format_exactly(value)
 
     def read(self, text: str, *, project: bool = False) -> Any:
         """Convert a text to a value; error messages begin with "is" and follow the name.
@@ -124,12 +124,12 @@ class FieldSpec:
         return tuple(kind(part) for part in reversed(text.split("x")))
 
 
-def format_number(value: float) -> str:
+def format_exactly(value: float) -> str:
     """Return a number as text without powers of ten; reading the text gives exactly this number."""
     return np.format_float_positional(value, trim="-")
 
 
-def short_name(name: str) -> str:
+def link_name(name: str) -> str:
     """Return the name of a parameter in a link and on the command line."""
     if name == "variant":
         return "as"  # as in the paper, a word that Python reserves
@@ -154,8 +154,8 @@ def _read_name(text: str) -> str:
 
 
 def _read_image(text: str) -> str:
-    if text not in datasets.IMAGES:
-        raise CCWSIMError(f"is not a bundled training image ({', '.join(datasets.IMAGES)})")
+    if text not in datasets.BUNDLED_IMAGES:
+        raise CCWSIMError(f"is not a bundled training image ({', '.join(datasets.BUNDLED_IMAGES)})")
     return text
 
 
@@ -166,11 +166,11 @@ def _write_source(value: tuple[str, str]) -> str:
 
 
 def _read_source(text: str) -> tuple[str, str]:
-    if text in datasets.HARD_DATA:
+    if text in datasets.BUNDLED_DATA:
         return "bundled", text
     other_sources = "sampled", "placed", "none"
     if text not in other_sources:
-        raise CCWSIMError(f"is none of {', '.join([*datasets.HARD_DATA, *other_sources])}")
+        raise CCWSIMError(f"is none of {', '.join([*datasets.BUNDLED_DATA, *other_sources])}")
     return text, ""
 
 
@@ -216,7 +216,10 @@ _TEXTS: dict[str, tuple[Callable[[Any], str], Callable[[str], Any]]] = {
     "crs": (str, _read_crs),
     "image": (str, _read_image),
     "source": (_write_source, _read_source),
-    "turns": (lambda flags: _write_flags(flags, TURNS), lambda text: _read_flags(text, TURNS)),
+    "turns": (
+        lambda flags: _write_flags(flags, TURN_WORDS),
+        lambda text: _read_flags(text, TURN_WORDS),
+    ),
     "drops": (_write_drops, _read_drops),
     "colour": (_write_colour, _read_colour),
     "points": (_write_points, unpacked),
@@ -233,7 +236,7 @@ def _parameter(name: str, default: Any) -> FieldSpec:
         kind = "number"
     elif isinstance(default, str):
         kind = "word"
-    key, (low, high) = short_name(name), bounds.PARAMETERS.get(name, (0, 0))
+    key, (low, high) = link_name(name), bounds.PARAMETER_BOUNDS.get(name, (0, 0))
     return FieldSpec(
         key, "parameters", (name,), kind, low=low, high=high, words=words, option=f"--{key}"
     )

@@ -34,7 +34,7 @@ MISSING = {
         "None is used. Open the project file or the maps again."
     ),
 }
-TOGETHER = ("method", "level", "template", "overlap")
+CONSISTENT_SETTINGS = ("method", "level", "template", "overlap")
 """Settings whose values must be consistent with each other."""
 LIKENESS = 0.75  # similarity, from 0 to 1, at which a known name is suggested for an unknown one
 MAX_NAME = round(max(map(len, KEYS)) * (2 / LIKENESS - 1))
@@ -53,7 +53,7 @@ def link_of(choices: Choices, shown: Shown | None = None) -> dict[str, list[str]
     return {key: texts for key, texts in query.items() if texts}
 
 
-def settings_of(choices: Choices, parts: Sequence[str]) -> dict[str, list[str]]:
+def link_settings(choices: Choices, parts: Sequence[str]) -> dict[str, list[str]]:
     """Return the names and values of parts of a study, including default values."""
     present = parts_of(choices, Shown())
     return {row.key: row.texts(row.value_in(present)) for row in FIELDS if row.part in parts}
@@ -66,7 +66,7 @@ def usual_data(image: ImageChoice) -> DataChoice:
     return usual if image.upload is None and image.bundled == image_name else DataChoice()
 
 
-def left_out(choices: Choices) -> tuple[str, ...]:
+def parts_left_out(choices: Choices) -> tuple[str, ...]:
     """Return a description of each part of a study that an address cannot contain."""
     descriptions = []
     for choice in own_choices(choices).values():
@@ -183,7 +183,7 @@ class StudyReader:
         groups: dict[str, list[tuple[FieldSpec, Any]]] = {}
         for row in fields_of(name):
             if (value := self._value(row, usual)) is not None:
-                group = "sizes" if row.key in TOGETHER else row.key
+                group = "sizes" if row.key in CONSISTENT_SETTINGS else row.key
                 groups.setdefault(group, []).append((row, value))
         for group in groups.values():
             values: dict[str, Any] = {}

@@ -20,14 +20,14 @@ from ccwsim.model.arrays import check_int
 from ccwsim.model.errors import refused, shown
 from ccwsim.model.study import Study
 from ccwsim.sharing.choices import Choices
-from ccwsim.sharing.link import KEYS, StudyReader, settings_of
+from ccwsim.sharing.link import KEYS, StudyReader, link_settings
 
 FORMAT, VERSION = "CCWSIM project", 1
 STUDY = "study.json"
 ARRAYS = {"training_image": "buif", "hard_cells": "ui", "hard_facies": "ui"}
 """Arrays that every project has, and the NumPy kinds allowed for each."""
 MAX_STUDY_BYTES = 2**20
-MAX_LINK_LETTERS = 10_000  # letters of a link's value; packed hard data are the longest values
+MAX_VALUE_LETTERS = 10_000  # letters of a link's value; packed hard data are the longest values
 REQUIRED = ("grid", "realizations", "seed")  # other settings have default values
 MADE = (2020, 1, 1, 0, 0, 0)  # fixed date of all members: files of equal studies are equal
 
@@ -167,7 +167,7 @@ def _as_json(project: Project) -> dict[str, Any]:
         n_realizations=project.n_realizations,
         seed=study.seed,
     )
-    current = settings_of(choices, ("grid", "parameters", "study"))
+    current = link_settings(choices, ("grid", "parameters", "study"))
     return {
         "format": FORMAT,
         "version": VERSION,
@@ -211,4 +211,4 @@ def _texts(entries: Mapping[str, Any], key: str) -> list[str]:
     texts = _take(entries, key, list)
     if not all(isinstance(text, str) for text in texts):
         raise CCWSIMError(f"{key} must be a list of words; save it again")
-    return [printable(text, MAX_LINK_LETTERS) for text in texts]
+    return [printable(text, MAX_VALUE_LETTERS) for text in texts]

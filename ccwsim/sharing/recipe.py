@@ -7,10 +7,10 @@ from ccwsim import Grid, Parameters, datasets
 from ccwsim.model.bounds import MAX_WRITTEN_DATA
 from ccwsim.model.study import Study
 from ccwsim.sharing.choices import Choices
-from ccwsim.sharing.codec import fields_of, format_number
+from ccwsim.sharing.codec import fields_of, format_exactly
 
 OUTPUT = "realizations.npz"
-ALONG_Z = {"cell": "--cell-height", "origin": "--bottom"}
+VERTICAL_OPTIONS = {"cell": "--cell-height", "origin": "--bottom"}
 """Command line options for the third number (along z) of cell size and origin."""
 
 
@@ -140,10 +140,10 @@ def _options(part: str, settings: Grid | Parameters, defaults: Grid | Parameters
         if row.no_option:
             words.append(row.option if value else row.no_option)
         elif row.kind == "lengths":
-            words += [row.option, *map(format_number, value[:2])]
+            words += [row.option, *map(format_exactly, value[:2])]
             along_z = value[2:]
             if along_z and along_z != row.value_in({part: defaults})[2:]:
-                words += [ALONG_Z[row.key], format_number(along_z[0])]
+                words += [VERTICAL_OPTIONS[row.key], format_exactly(along_z[0])]
         else:
             words += [row.option, row.write(value)]
     return words

@@ -19,10 +19,10 @@ from ccwsim.report.pictures import bundle_chart, bundle_of, map_picture, share_p
 from ccwsim.report.settings import caption_of
 from ccwsim.sharing.choices import Choices, Shown
 from ccwsim.sharing.codec import fields_of
-from ccwsim.sharing.link import left_out
+from ccwsim.sharing.link import parts_left_out
 from ccwsim.sharing.recipe import Recipe
 
-MAX_LISTED = 40  # maximum number of data or realizations in a list; longer lists are summarized
+MAX_REPORTED = 40  # maximum number of data or realizations in a list; longer lists are summarized
 MAX_MAPS = 24
 MAX_FLOW_CELLS = 2e6  # limit of the cells in solutions of flow, for a few seconds of work
 REVISED = (
@@ -108,7 +108,7 @@ def _facies(ensemble: Ensemble) -> document.Table:
 
 def _data(ensemble: Ensemble) -> tuple[document.Block, ...]:
     hard_data = ensemble.hard_data
-    if not 0 < hard_data.n <= MAX_LISTED:
+    if not 0 < hard_data.n <= MAX_REPORTED:
         return ()
     rows = []
     for place, cell, code in zip(
@@ -120,7 +120,7 @@ def _data(ensemble: Ensemble) -> tuple[document.Block, ...]:
     return (document.Table(header, tuple(rows), "Hard data"),)
 
 
-def _first_maps(ensemble: Ensemble, colours: Sequence[str], number: int) -> document.Row:
+def _first_maps(ensemble: Ensemble, colours: Sequence[str], number: int) -> document.PictureRow:
     """Return pictures of the training image and of a realization, with equal scales if possible."""
     image, hard_data = ensemble.training_image, ensemble.hard_data
     share = min(max(image.shape[-1] / ensemble.grid.nx, 0.5), 2.0)
@@ -128,12 +128,12 @@ def _first_maps(ensemble: Ensemble, colours: Sequence[str], number: int) -> docu
     ti = map_picture(image.indices, image, colours, caption, share=share)
     caption = f"Realization {number + 1} of {ensemble.n}"
     caption += f", with {hard_data.n} hard data" if hard_data.n else ""
-    return document.Row(
+    return document.PictureRow(
         (ti, map_picture(ensemble.indices[number], image, colours, caption, hard_data))
     )
 
 
-def _small_maps(ensemble: Ensemble, colours: Sequence[str]) -> document.Row:
+def _small_maps(ensemble: Ensemble, colours: Sequence[str]) -> document.PictureRow:
     realizations = ensemble.indices[:MAX_MAPS]
     layer, layer_note = "", ""
     if ensemble.grid.nz is not None:
@@ -147,24 +147,24 @@ def _small_maps(ensemble: Ensemble, colours: Sequence[str]) -> document.Row:
         for r, one in enumerate(realizations, start=1)
     )
     words = "; ".join(filter(None, [_first(len(realizations), ensemble), layer_note]))
-    return document.Row(items, words[:1].upper() + words[1:], columns=6)
+    return document.PictureRow(items, words[:1].upper() + words[1:], columns=6)
 
 
 def _first(n: int, ensemble: Ensemble) -> str:
     return "" if n == ensemble.n else f"The first {n} of {ensemble.n} realizations"
 
 
-def _e_type_maps(ensemble: Ensemble, facies: int) -> document.Row:
+def _e_type_maps(ensemble: Ensemble, facies: int) -> document.PictureRow:
     """Return pictures of a facies' probability and of the entropy in each cell."""
     image = ensemble.training_image
     e_type = etype(ensemble)
     probability = f"Probability of {image.facies_names[facies]}: dark blue 0, yellow 1"
     entropy = "Entropy: dark blue 0 (all realizations agree), yellow maximum"
     likely = share_picture(e_type.probability[facies], probability)
-    return document.Row((likely, share_picture(e_type.entropy, entropy)))
+    return document.PictureRow((likely, share_picture(e_type.entropy, entropy)))
 
 
-def _curve_charts(ensemble: Ensemble, facies: int) -> tuple[document.Row, ...]:
+def _curve_charts(ensemble: Ensemble, facies: int) -> tuple[document.PictureRow, ...]:
     """Return charts of the variograms and connectivity functions of a facies along each axis."""
     image = ensemble.training_image
     name, code, rows = image.facies_names[facies], int(image.codes[facies]), []
@@ -182,7 +182,7 @@ def _curve_charts(ensemble: Ensemble, facies: int) -> tuple[document.Row, ...]:
             bundle_chart(b, statistic, way, name, top=top, height=240) for way, b in bundles.items()
         ]
         caption = f"{statistic.capitalize()} of {name}. {'. '.join(notes)}. {caption_of(ensemble)}."
-        rows.append(document.Row(tuple(charts), caption))
+        rows.append(document.PictureRow(tuple(charts), caption))
     return tuple(rows)
 
 
@@ -216,7 +216,7 @@ def _flow(ensemble: Ensemble, facies: int) -> document.Table:
     return document.Table(head, tuple(rows), words)
 
 
-def _times_and_proportions(ensemble: Ensemble, colours: Sequence[str]) -> document.Row:
+def _times_and_proportions(ensemble: Ensemble, colours: Sequence[str]) -> document.PictureRow:
     image, milliseconds = ensemble.training_image, 1000 * ensemble.cpu_seconds
     times = times_chart(milliseconds, float(milliseconds.mean()), LIGHT, height=240)
     shares = proportions_chart(
@@ -226,11 +226,11 @@ def _times_and_proportions(ensemble: Ensemble, colours: Sequence[str]) -> docume
     legend = (("training image", LIGHT.reference),)
     time = "CPU time of each realization"
     charts = document.Chart(times, time, time), document.Chart(shares, title, alt, legend)
-    return document.Row(charts, f"{caption_of(ensemble)}.")
+    return document.PictureRow(charts, f"{caption_of(ensemble)}.")
 
 
 def _table_of_realizations(ensemble: Ensemble) -> document.Table:
-    shares, wrong = 100 * ensemble.proportions[:MAX_LISTED], ensemble.n_mismatched
+    shares, wrong = 100 * ensemble.proportions[:MAX_REPORTED], ensemble.n_mismatched
     rows = []
     for r, row in enumerate(shares):
         milliseconds = three_digits(1000 * ensemble.cpu_seconds[r])
@@ -254,7 +254,7 @@ def _reproduction(
 ) -> tuple[document.Block, ...]:
     blocks: list[document.Block] = [document.Text(REVISED)] if ensemble.revised else []
     blocks.append(document.Code(link, "The link"))
-    missing = left_out(choices)
+    missing = parts_left_out(choices)
     if missing:
         words = f"The link does not contain {' and '.join(missing)}. Use the project file instead."
         blocks.append(document.Text(words))

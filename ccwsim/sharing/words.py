@@ -106,7 +106,7 @@ _FACIES, _LAYERS = (0, bounds.MAX_FACIES - 1), (0, bounds.MAX_GRID_SIDE_OFFERED 
 _SOFT, _AUXILIARY = (0.0, bounds.MAX_SOFT_WEIGHT), (0.0, bounds.MAX_AUXILIARY_WEIGHT)
 _SCALE = bounds.MIN_SCALE, bounds.MAX_SCALE
 _AXES = "x", "y", "z", "xy", "xz", "yz", "xyz"
-_IMAGES = tuple(datasets.IMAGES)
+_IMAGES = tuple(datasets.BUNDLED_IMAGES)
 GUIDES = (
     GuideSpec("gradient", "probabilities", Gradient, (_ANY_NUMBER, _SHARE, _SHARE)),
     GuideSpec("stroke", "probabilities", Stroke, (_ANY_NUMBER,) * 3, points=1, several=True),

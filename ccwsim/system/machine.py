@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 
-from ccwsim.system.memory import free_memory, lines_of
+from ccwsim.system.memory import free_memory, system_lines
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ def n_cores() -> int:
 
 def this_machine() -> Machine:
     """Return a description of this machine, with the memory that is available now."""
-    lines = lines_of(Path("/proc/cpuinfo"))
+    lines = system_lines(Path("/proc/cpuinfo"))
     named = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
     name = next(named, "") or platform.processor() or platform.machine() or "unknown processor"
     return Machine(

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
-ROOT = Path("/")
+FILE_SYSTEM_ROOT = Path("/")
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, M_ARENA_MAX = -1, -3, -8
 """Codes of three options of `mallopt`, from <malloc.h> of glibc."""
 OWN_PIECE = 1 << 20
@@ -19,19 +19,19 @@ VERSION_2 = "memory.max", "memory.current", "inactive_file"
 name of the entry for reclaimable memory."""
 
 
-def free_memory(root: Path = ROOT) -> int | None:
+def free_memory(root: Path = FILE_SYSTEM_ROOT) -> int | None:
     """Return the bytes available to machine and control groups, or None if unknown."""
     limits = [_field(root / "proc/meminfo", "MemAvailable"), *_free_in_groups(root)]
     known_limits = [free for free in limits if free is not None]
     return max(min(known_limits), 0) if known_limits else _free_pages()
 
 
-def used_memory(root: Path = ROOT, process: int | None = None) -> int | None:
+def used_memory(root: Path = FILE_SYSTEM_ROOT, process: int | None = None) -> int | None:
     """Return the bytes of memory that a process uses, by default this process; None if unknown."""
     return _field(root / f"proc/{process or 'self'}/status", "VmRSS")
 
 
-def proportional_memory(process: int, root: Path = ROOT) -> int:
+def proportional_memory(process: int, root: Path = FILE_SYSTEM_ROOT) -> int:
     """Return the bytes of memory of a process, with a share of shared pages; 0 if unknown.
 
     A page that n processes share counts as 1 / n of a page.
@@ -41,7 +41,7 @@ def proportional_memory(process: int, root: Path = ROOT) -> int:
 
 def address_space() -> int | None:
     """Return the bytes of address space of this process; None if unknown."""
-    return _field(ROOT / "proc/self/status", "VmSize")
+    return _field(FILE_SYSTEM_ROOT / "proc/self/status", "VmSize")
 
 
 def give_back_memory() -> None:
@@ -63,7 +63,7 @@ def settle_memory(n_arenas: int) -> None:
 
 def _free_in_groups(root: Path) -> Iterator[int | None]:
     """Yield the bytes available in the control groups (versions 1 and 2) of this process."""
-    for line in lines_of(root / "proc/self/cgroup"):
+    for line in system_lines(root / "proc/self/cgroup"):
         _, kinds, path = [*line.split(":", 2), "", ""][:3]
         if kinds == "":
             yield from _along(root / "sys/fs/cgroup", path, VERSION_2)
@@ -96,7 +96,7 @@ def _free_pages() -> int | None:
 
 def _field(path: Path, name: str, unit: int = 1024) -> int | None:
     """Return the number after a name in a file with lines such as "MemAvailable: 123 kB"."""
-    for line in lines_of(path):
+    for line in system_lines(path):
         words = line.replace(":", " ").split()
         if len(words) > 1 and words[0] == name and words[1].isdigit():
             return int(words[1]) * unit
@@ -104,11 +104,11 @@ def _field(path: Path, name: str, unit: int = 1024) -> int | None:
 
 
 def _number(path: Path) -> int | None:
-    text = "".join(lines_of(path)).strip()
+    text = "".join(system_lines(path)).strip()
     return int(text) if text.isdigit() else None
 
 
-def lines_of(path: Path) -> list[str]:
+def system_lines(path: Path) -> list[str]:
     """Return the lines of a system file, or no lines if it cannot be read."""
     try:
         return path.read_text("utf-8", errors="replace").splitlines()

@@ -21,7 +21,7 @@ from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.text import how_tos, page_text, plain
 from ccwsim.ui.widgets.theme import own_colours, theme_name
 
-ASSETS = Path(__file__).parents[1] / "assets"
+LOGO_FOLDER = Path(__file__).parents[1] / "assets"
 STYLE = Path(__file__).with_name("style.css")
 MENU_SCRIPT = Path(__file__).with_name("menu.js")
 STUDY_WIDTH = 336  # width of the study column in pixels
@@ -67,11 +67,11 @@ def _draw_page(title: str, body: Callable[[State], None]) -> None:
     """Configure the page, draw the menu, and call `body` with the state of the session."""
     st.set_page_config(
         page_title=f"{title} · CCWSIM",
-        page_icon=str(ASSETS / "logo-mark.svg"),
+        page_icon=str(LOGO_FOLDER / "logo-mark.svg"),
         layout="wide",
         initial_sidebar_state=STUDY_WIDTH,
     )
-    st.logo(str(ASSETS / f"logo-{theme_name()}.svg"), size="large")
+    st.logo(str(LOGO_FOLDER / f"logo-{theme_name()}.svg"), size="large")
     # because the theme is read, Streamlit redraws the page when the user switches the theme
     run_script("theme", "theme", theme=theme_name())
     if title != "Hard data":  # its canvas has its own undo

@@ -26,9 +26,9 @@ from ccwsim.cli.dashboard import app_file, command_line
 from ccwsim.cli.options import EPILOGS, classes, sizes
 from ccwsim.cli.program import COMMANDS, main
 from ccwsim.cli.progress import SIGNALS, STARTING, ProgressLine, stop_on_signals
-from ccwsim.cli.simulate import command, summary
+from ccwsim.cli.simulate import command, ensemble_summary
 from ccwsim.io import parameters_to_json, realizations, write_training_image
-from ccwsim.model.parameters import CHOICES, PER_AXIS
+from ccwsim.model.parameters import PARAMETER_CHOICES, PER_AXIS
 from ccwsim.sharing.codec import fields_of
 
 ROOT = Path(__file__).parents[2]
@@ -83,7 +83,7 @@ def test_the_help_is_true(capsys):
     assert run("simulate", "--help") == 0
     shown = " ".join(capsys.readouterr().out.split())
     output = shown[shown.index("-o, --output") :]
-    formats = (*realizations.FORMATS, "npy")
+    formats = (*realizations.REALIZATION_FORMATS, "npy")
     assert [kind for kind in formats if not re.search(rf"\b{kind}\b", output)] == []
     assert shown.count("order x, y, z") == 1
     examples = {}
@@ -94,7 +94,7 @@ def test_the_help_is_true(capsys):
             assert example[0] in shown
     assert examples.keys() == {*PER_AXIS, "location_weight"}
     assert Parameters(**examples).wavelet_level == (1, 2, 2)
-    assert all("|".join(words) in shown for words in CHOICES.values())
+    assert all("|".join(words) in shown for words in PARAMETER_CHOICES.values())
 
 
 @pytest.mark.parametrize(
@@ -584,9 +584,9 @@ def test_ctrl_c_keeps_what_is_finished(tmp_path):
 def test_summary_owns_up_to_data_that_are_not_honoured():
     data = HardData([[0, 0], [1, 1]], [1, 1])
     e = ccwsim.simulate(datasets.load("channels"), (40, 40), PARAMETERS, data)
-    assert "2 of 2 honoured" in summary(e)
-    assert f"({100 * e.training_image.proportions[1]:.1f} %)." in summary(e)
-    assert "2.0 of 2 NOT honoured" in summary(replace(e, indices=np.zeros_like(e.indices)))
+    assert "2 of 2 honoured" in ensemble_summary(e)
+    assert f"({100 * e.training_image.proportions[1]:.1f} %)." in ensemble_summary(e)
+    assert "2.0 of 2 NOT honoured" in ensemble_summary(replace(e, indices=np.zeros_like(e.indices)))
 
 
 def test_the_images_of_a_file_and_of_the_bundle_do_not_mix(tmp_path, monkeypatch):
@@ -631,7 +631,7 @@ def test_help_writes_nothing(tmp_path, monkeypatch, capsys, name):
 def test_datasets_are_listed_and_written(tmp_path, capsys):
     assert run("datasets") == 0
     listed = capsys.readouterr().out
-    volumes = (*datasets.volume_names(), *datasets.WELLS)
+    volumes = (*datasets.volume_names(), *datasets.BUNDLED_WELLS)
     assert all(n in listed for n in (*datasets.names(), *datasets.hard_data_names(), *volumes))
     volume = tmp_path / "volume.sgems"
     assert run("datasets", "folded_layers", "--output", volume) == 0

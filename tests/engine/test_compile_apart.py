@@ -141,16 +141,18 @@ def test_progress_counts_kernels_and_measures_their_pace(compilers, monkeypatch)
 
 
 def test_a_walk_finds_out_what_is_missing_and_runs_nothing(monkeypatch, tmp_path):
-    monkeypatch.setattr(kernels, "FOLDER", str(tmp_path))
+    monkeypatch.setattr(kernels, "KERNEL_FOLDER", str(tmp_path))
     plain, allocating = kernels.kernel(add_one), kernels.allocating_kernel(twice)
     missing, cells = [], np.zeros(3, int)
-    with compilation.walk(lambda kernel, signature: missing.append((kernel, len(signature)))):
+    with compilation.list_missing_kernels(
+        lambda kernel, signature: missing.append((kernel, len(signature)))
+    ):
         assert plain(cells) == 0
         assert (allocating(cells + 1) == 2).all()
     assert missing == [(plain, 1), (allocating, 1)]
     assert (cells == 0).all()
     assert plain(cells) == 3  # not in the package, therefore compiled here
-    with compilation.walk(lambda *_: pytest.fail("it is there")):
+    with compilation.list_missing_kernels(lambda *_: pytest.fail("it is there")):
         assert plain(cells) == 3
 
 

@@ -73,7 +73,7 @@ def test_a_truncated_file_is_left_to_the_process_that_compiles(function, tmp_pat
         again = compiled(function, folder)
         numba_hooks.ask_first(again, asked.append)
         assert (again(4), asked) == (8, [signature])
-        assert numba_hooks.is_whole(file)
+        assert numba_hooks.is_complete_file(file)
 
 
 def test_a_moved_copied_or_touched_file_finds_what_is_compiled(function, tmp_path):
@@ -117,7 +117,9 @@ def test_the_name_of_the_folder_says_all_that_the_code_depends_on(name, tmp_path
     assert kernel_cache._digest_of_sources(tmp_path) == before
     file.write_text(file.read_text() + "# changed\n")
     assert kernel_cache._digest_of_sources(tmp_path) != before
-    assert kernel_cache.NAME.endswith(f"{kernel_cache.SOURCE}-numba{numba.__version__}")
+    assert kernel_cache.KERNEL_FOLDER_NAME.endswith(
+        f"{kernel_cache.SOURCE}-numba{numba.__version__}"
+    )
 
 
 def test_kernels_are_stored_in_the_cache_folder_of_the_user_and_not_beside_the_package(
@@ -126,7 +128,7 @@ def test_kernels_are_stored_in_the_cache_folder_of_the_user_and_not_beside_the_p
     """Test a writable package, which stays as it was installed, with and without a cache folder."""
     monkeypatch.delenv(kernel_cache.FOLDER_VARIABLE, raising=False)
     monkeypatch.setattr("pathlib.Path.home", lambda: tmp_path / "home")
-    own = "ccwsim", kernel_cache.NAME
+    own = "ccwsim", kernel_cache.KERNEL_FOLDER_NAME
     for given in (None, "", "relative"):
         if given is None:
             monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
@@ -162,7 +164,7 @@ def test_the_private_parts_of_numba_are_those_that_were_tested():
 
 def test_with_another_version_kernels_are_compiled_in_the_usual_way(monkeypatch, tmp_path):
     monkeypatch.setattr(numba_hooks, "TESTED", "0.1")
-    monkeypatch.setattr(kernels, "FOLDER", str(tmp_path))
+    monkeypatch.setattr(kernels, "KERNEL_FOLDER", str(tmp_path))
     monkeypatch.setitem(globals(), "_part", kernels.part_of_kernel(_part_of_it))
     assert kernels.kernel(_whole)(3) == 7
     assert {file.name.split(".")[1].split("-")[0] for file in tmp_path.rglob("*.nbi")} == {

@@ -16,7 +16,9 @@ def first_of(arrays):
 
 
 def test_kernels_do_not_count_who_holds_an_array(monkeypatch):
-    monkeypatch.setattr(kernels, "FOLDER", "")  # kernels read from disk have no code to inspect
+    monkeypatch.setattr(
+        kernels, "KERNEL_FOLDER", ""
+    )  # kernels read from disk have no code to inspect
     part = kernels.part_of_kernel(first_of)
 
     given = np.arange(3), np.arange(6).reshape(2, 3)
@@ -30,7 +32,7 @@ def test_kernels_do_not_count_who_holds_an_array(monkeypatch):
 
 
 def test_only_kernels_that_say_so_make_arrays(monkeypatch):
-    monkeypatch.setattr(kernels, "FOLDER", "")
+    monkeypatch.setattr(kernels, "KERNEL_FOLDER", "")
     with pytest.raises(TypingError):
         kernels.kernel(lambda n: np.zeros(n).sum())(3)
     assert kernels.allocating_kernel(lambda n: np.zeros(n))(3).tolist() == [0, 0, 0]
@@ -38,7 +40,7 @@ def test_only_kernels_that_say_so_make_arrays(monkeypatch):
 
 @pytest.mark.parametrize("decorate", [kernels.kernel, kernels.allocating_kernel])
 def test_a_kernel_keeps_no_random_generator(monkeypatch, decorate):
-    monkeypatch.setattr(kernels, "FOLDER", "")
+    monkeypatch.setattr(kernels, "KERNEL_FOLDER", "")
     draw = decorate(lambda rng: rng.random())
     rng, other = (np.random.default_rng(1) for _ in range(2))
     held = rng, rng.bit_generator

@@ -26,7 +26,7 @@ P = Parameters(template_size=16, overlap_size=4, wavelet_level=1)
 def test_parts_that_are_not_kept_are_made_again_with_the_same_cells(monkeypatch, n_workers):
     image = TrainingImage(blobs((60, 50), 3))
     expected = simulate(image, (40, 45), P, n_realizations=12, n_workers=1).digest
-    monkeypatch.setattr(prepared_image, "KEPT_BYTES", 0)
+    monkeypatch.setattr(prepared_image, "MAX_PARTS_BYTES", 0)
     with fresh_images():
         found = simulate(image, (40, 45), P, n_realizations=12, n_workers=n_workers).digest
     assert found == expected
@@ -35,7 +35,7 @@ def test_parts_that_are_not_kept_are_made_again_with_the_same_cells(monkeypatch,
 def test_the_parts_used_last_are_kept_as_far_as_the_bytes_go(monkeypatch):
     study = Study(TrainingImage(blobs((60, 50), 3)), Grid(40, 45), P)
     one = n_bytes(PreparedImage(study).oriented(0, (1, 16, 16)))
-    monkeypatch.setattr(prepared_image, "KEPT_BYTES", 3 * one)
+    monkeypatch.setattr(prepared_image, "MAX_PARTS_BYTES", 3 * one)
     image = PreparedImage(study)
     made = [image.oriented(way, (1, 16, 16)) for way in range(8)]
     assert image.oriented(7, (1, 16, 16)) is made[7]
@@ -95,7 +95,7 @@ def counted(monkeypatch) -> list[Memo]:
 @pytest.fixture
 def images(monkeypatch):
     """Return the cache of images, which is empty."""
-    cache = Memo(prepared_image.MAX_IMAGES, prepared_image.MAX_IMAGES_BYTES, min_values=0)
+    cache = Memo(prepared_image.MAX_PREPARED, prepared_image.MAX_PREPARED_BYTES, min_values=0)
     monkeypatch.setattr(prepared_image, "_images", cache)
     return cache
 

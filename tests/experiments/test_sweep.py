@@ -17,7 +17,7 @@ from ccwsim.experiments.plan import label, plan_sweep, varied
 from ccwsim.experiments.sweep import Sweep, SweepRow, pareto_front, recommended, sweep
 from ccwsim.experiments.timing import typical_seconds
 from ccwsim.figures import DARK, LIGHT, sweep_chart
-from ccwsim.figures.sweep import GAP, HEIGHT, SIDES, WIDTH, label_sides
+from ccwsim.figures.sweep import GAP, LABEL_POSITIONS, LETTER_WIDTH, LINE_HEIGHT, label_sides
 from ccwsim.metrics import judge
 from ccwsim.model.parameters import METHODS
 from tests.small_images import blobs
@@ -336,10 +336,12 @@ def test_labels_do_not_lie_on_each_other(points, letters):
     for (x, y), side in zip(points, sides, strict=True):
         if side is None:
             continue
-        right, down = SIDES[side]
-        width = letters * WIDTH
-        middle, line = x + right * (GAP + width / 2), y + down * (GAP + HEIGHT / 2)
-        boxes.append((middle - width / 2, line - HEIGHT / 2, middle + width / 2, line + HEIGHT / 2))
+        right, down = LABEL_POSITIONS[side]
+        width = letters * LETTER_WIDTH
+        middle, line = x + right * (GAP + width / 2), y + down * (GAP + LINE_HEIGHT / 2)
+        boxes.append(
+            (middle - width / 2, line - LINE_HEIGHT / 2, middle + width / 2, line + LINE_HEIGHT / 2)
+        )
     for k, a in enumerate(boxes):
         assert a[0] >= 0
         assert a[2] <= 400

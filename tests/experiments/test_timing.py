@@ -196,10 +196,10 @@ def test_published_times_have_a_source_and_are_those_of_the_paper():
         (t.source, t.where, t.image, t.n_cells, t.n_data, t.method, t.level) for t in pub.ALL_TIMES
     ]
     assert len(set(keys)) == len(keys)
-    found = pub.published_time(pub.PAPER, "ms-ccsim", 1, 512 * 512, 1000)
+    found = pub.published_time(pub.PAPER_SOURCE, "ms-ccsim", 1, 512 * 512, 1000)
     assert found is not None
     assert found.cpu_seconds == 26.78
-    assert pub.published_time(pub.PAPER, "ccwsim", 2, 512 * 512, 1000) is None
+    assert pub.published_time(pub.PAPER_SOURCE, "ccwsim", 2, 512 * 512, 1000) is None
 
 
 def test_the_machine_is_described():

@@ -11,7 +11,7 @@ from ccwsim.figures import (
     DARK,
     DASHES,
     LIGHT,
-    SYMBOLS,
+    MARKER_SYMBOLS,
     Bundle,
     Group,
     compared_proportions_chart,
@@ -41,7 +41,7 @@ def series(chart) -> dict:
 def test_no_two_settings_look_alike_and_none_like_the_image(theme):
     colours = theme.settings
     assert len({*colours, theme.reference}) == 5
-    assert len(set(DASHES)) == len(set(SYMBOLS)) == 4
+    assert len(set(DASHES)) == len(set(MARKER_SYMBOLS)) == 4
 
 
 def test_curves_have_a_median_and_a_band_a_setting(found):

@@ -21,7 +21,7 @@ from ccwsim.figures import (
     slices_png,
     vertical_proportions_chart,
 )
-from ccwsim.figures.maps import GAP, LABEL, WRONG
+from ccwsim.figures.maps import LABEL_HEIGHT, SLICE_GAP, WRONG_COLOUR
 from ccwsim.figures.style import bytes_of
 from ccwsim.metrics import etype, vertical_proportions
 from ccwsim.report.pictures import layers_bundle, layers_chart, map_picture, share_picture
@@ -89,25 +89,27 @@ def test_sizes_are_on_a_log_axis_with_their_shares():
 
 def test_slices_show_the_cells_with_north_and_up_at_the_top(volume):
     at = 4, 7, 9
-    picture = pixels(slices_png(volume, FACIES, at=at, longest=2 * GAP + 140))
+    picture = pixels(slices_png(volume, FACIES, at=at, longest=2 * SLICE_GAP + 140))
     wanted = [volume[4], volume[:, 7], volume[:, :, 9]]
     # one pixel per cell: only these letters make a label wider than its slice
     scale, left = 1, 0
     colours = np.array(bytes_of(FACIES), np.uint8)
     for shown, (label, width) in zip(wanted, placed(volume, at), strict=True):
         height = shown.shape[0] * scale
-        cut = picture[LABEL : LABEL + height, left : left + shown.shape[1] * scale, :3]
+        cut = picture[
+            LABEL_HEIGHT : LABEL_HEIGHT + height, left : left + shown.shape[1] * scale, :3
+        ]
         assert np.array_equal(cut, colours[shown[::-1]]), label
-        left += width + GAP
+        left += width + SLICE_GAP
 
 
 def placed(volume, at):
     """Return labels, and the larger number of pixels along the two axes of each slice."""
     from PIL import ImageFont
 
-    from ccwsim.figures.maps import TEXT
+    from ccwsim.figures.maps import LETTER_SIZE
 
-    font = ImageFont.load_default(TEXT)
+    font = ImageFont.load_default(LETTER_SIZE)
     for one in slices_of(volume, at):
         yield one.label, max(one.indices.shape[1], int(font.getlength(one.label)) + 1)
 
@@ -127,7 +129,7 @@ def test_data_stand_in_the_slices_that_they_lie_in(volume):
     assert row.dots.colours == ["#040506", "#070809"]
     assert column.dots.wrong.tolist() == [True]
     picture = pixels(slices_png(volume, FACIES, dots=dots))[..., :3].reshape(-1, 3)
-    red = bytes_of([WRONG])[0]
+    red = bytes_of([WRONG_COLOUR])[0]
     plain = pixels(slices_png(volume, FACIES))[..., :3].reshape(-1, 3)
     assert (picture == red).all(axis=1).any()
     assert not (plain == red).all(axis=1).any()

@@ -14,7 +14,7 @@ from ccwsim import Ensemble, Grid, HardData, Parameters, TrainingImage
 from ccwsim.io import maps, realizations, training_images
 from ccwsim.io.data_file import printable
 from ccwsim.io.formats.rasters import code_and_wkt
-from ccwsim.io.hard_data.files import FORMATS as HARD_FORMATS
+from ccwsim.io.hard_data.files import HARD_DATA_FORMATS as HARD_FORMATS
 from ccwsim.model.study import Study
 
 IMAGE = TrainingImage([[0, 5, -3], [5, 0, 0]], facies_names=["lime", "mud", "sand"])
@@ -42,7 +42,7 @@ def of_grid(grid: Grid, kind: str) -> Grid:
     return grid if kind in KEEP_CRS else replace(grid, crs="")
 
 
-@pytest.mark.parametrize("kind", realizations.FORMATS)
+@pytest.mark.parametrize("kind", realizations.REALIZATION_FORMATS)
 def test_realizations_are_read_back(kind):
     for grid in grids_of(kind):
         ensemble = ensemble_of(grid, 1 if kind == "png" else 2)
@@ -81,7 +81,7 @@ def test_maps_are_read_back(kind):
             assert cio.read_geometry(BytesIO(content), **how) == of_grid(grid, kind)
 
 
-@pytest.mark.parametrize("kind", training_images.FORMATS)
+@pytest.mark.parametrize("kind", training_images.IMAGE_FORMATS)
 def test_training_images_are_read_back(kind):
     for image in (IMAGE, TrainingImage(np.arange(24).reshape(2, 3, 4) % 3)):
         volume = image.n_dimensions == 3
@@ -110,7 +110,7 @@ EVIL = (
 """Names that could end a line, a record, a tag or a text."""
 
 
-@pytest.mark.parametrize("kind", realizations.FORMATS)
+@pytest.mark.parametrize("kind", realizations.REALIZATION_FORMATS)
 def test_names_of_users_break_no_file_of_realizations(kind):
     for grid in grids_of(kind):
         ensemble = ensemble_of(grid, 1)
@@ -139,7 +139,7 @@ def test_names_of_users_break_no_file_of_maps(kind):
             assert np.array_equal(cio.read_grid(BytesIO(content), **how), cells + k)
 
 
-@pytest.mark.parametrize("kind", training_images.FORMATS)
+@pytest.mark.parametrize("kind", training_images.IMAGE_FORMATS)
 def test_names_of_users_break_no_file_of_an_image(kind):
     image = TrainingImage(IMAGE.array + 3, name=EVIL[1], facies_names=EVIL)
     content = cio.training_image_as_bytes(image, kind)
@@ -189,7 +189,7 @@ def test_names_of_users_break_no_file_of_hard_data(kind, grid):
     assert cio.read_hard_data(content, grid, image).triples == data.triples
 
 
-@pytest.mark.parametrize("kind", training_images.FORMATS)
+@pytest.mark.parametrize("kind", training_images.IMAGE_FORMATS)
 def test_names_of_users_break_no_file_of_a_training_image(kind):
     image = TrainingImage(IMAGE.array, name=EVIL[0], facies_names=EVIL)
     content = BytesIO(cio.training_image_as_bytes(image, kind))

@@ -17,7 +17,7 @@ from ccwsim.io import (
     read_well_points,
     resolve_points,
 )
-from ccwsim.io.hard_data.placing import CHOICES, ROW_CHOICES
+from ccwsim.io.hard_data.placing import CONVERSION_CHOICES, ROW_CHOICES
 
 GRID = Grid(8, 8, nz=30)
 IMAGE = TrainingImage(np.array([[0, 1]]), facies_names=("mud", "sand"))
@@ -157,10 +157,10 @@ def test_the_wells_of_the_cases_say_both_problems_and_take_both_answers(data_dir
     assert [*report.wells] == ["W1", "W2", "W3", "W4"]
 
 
-@pytest.mark.parametrize("option", CHOICES)
+@pytest.mark.parametrize("option", CONVERSION_CHOICES)
 def test_an_unknown_choice_is_said_with_those_there_are(option):
     with pytest.raises(
-        CCWSIMError, match=f"{option} = 'maybe' must be one of {CHOICES[option][0]}"
+        CCWSIMError, match=f"{option} = 'maybe' must be one of {CONVERSION_CHOICES[option][0]}"
     ):
         Conversion(**{option: "maybe"})
 

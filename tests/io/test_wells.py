@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from ccwsim import CCWSIMError, Grid, Parameters, TrainingImage, read_hard_data, simulate
 from ccwsim.cli.program import main
 from ccwsim.io import WellColumns, import_hard_data, import_wells, preview_wells, read_wells
-from ccwsim.io.hard_data.wells import Stations, positions
+from ccwsim.io.hard_data.wells import Stations, positions_along_well
 from tests.small_images import blobs
 
 GRID = Grid(20, 30, (2.0, 4.0, 0.5), (100.0, 200.0, -7.0), nz=40)
@@ -102,7 +102,7 @@ def test_a_well_that_builds_at_a_constant_rate_is_a_circle(rate, azimuth):
         [np.sin(tilts) * np.sin(way), np.sin(tilts) * np.cos(way), -np.cos(tilts)]
     )
     between = np.linspace(0, depths[-1], 41)
-    found = positions(np.array([5.0, 6.0, 7.0]), Stations(depths, directions), between)
+    found = positions_along_well(np.array([5.0, 6.0, 7.0]), Stations(depths, directions), between)
     tilt = between * np.radians(rate) / 30
     across = radius * (1 - np.cos(tilt))
     expected = np.column_stack(
@@ -120,7 +120,7 @@ def test_two_stations_give_the_increments_of_the_published_formula():
     bend = np.arccos(np.dot(*ways))
     expected = length / 2 * np.sum(ways, axis=0) * 2 / bend * np.tan(bend / 2)
     stations = Stations(np.array([0.0, length]), np.array(ways))
-    found = positions(np.zeros(3), stations, np.array([length]))
+    found = positions_along_well(np.zeros(3), stations, np.array([length]))
     np.testing.assert_allclose(found[0], expected)
 
 
@@ -156,7 +156,7 @@ def test_a_deviated_well_has_a_datum_in_each_cell_it_goes_through(stations, seed
     )
     path = Stations(np.r_[0, depths], np.concatenate([directions[:1], directions]))
     fine = np.linspace(edges[0], edges[-1], 40_000)
-    cells = GRID.cells_of(*positions(np.array([x, y, 12.9]), path, fine).T)
+    cells = GRID.cells_of(*positions_along_well(np.array([x, y, 12.9]), path, fine).T)
     inside = GRID.holds(cells)
     facies = (np.searchsorted(edges, fine, side="right") - 1).clip(0, 2) % 2
     through: dict[tuple[int, ...], list[int]] = {}
@@ -429,5 +429,5 @@ def test_the_command_line_takes_wells(tmp_path, monkeypatch):
 def test_a_quarter_circle_has_minimum_curvature():
     down, east = [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]
     quarter = Stations(np.array([0.0, 50 * np.pi]), np.array([down, east]))
-    end = positions(np.zeros(3), quarter, np.array([50 * np.pi]))
+    end = positions_along_well(np.zeros(3), quarter, np.array([50 * np.pi]))
     assert np.allclose(end, [[100.0, 0.0, -100.0]])

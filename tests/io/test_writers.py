@@ -119,7 +119,7 @@ def test_wrong_colours_and_formats_say_so():
         cio.realizations_as_bytes(ensemble_of(np.zeros((0, 2, 2), np.uint8)), "npz")
 
 
-@pytest.mark.parametrize("ending", cio.FORMATS)
+@pytest.mark.parametrize("ending", cio.REALIZATION_FORMATS)
 def test_files_get_the_format_of_their_ending(tmp_path, ending):
     ensemble = ensemble_of(np.zeros((2, 3, 3), np.uint8))
     path = tmp_path / f"out.{ending.upper()}"

@@ -16,7 +16,7 @@ from ccwsim.metrics.data_fit import (
     _Family,
     _pair_shares,
     _reach,
-    wells_of,
+    well_numbers,
     winner,
 )
 from ccwsim.model.grid import Grid
@@ -162,7 +162,7 @@ def test_wells_of_a_volume_are_the_independent_data():
     image = TrainingImage(np.repeat(IMAGE.indices[None, :40, :40], 6, axis=0))
     cells = np.array([(z, y, x) for z in range(6) for y, x in ((2, 3), (9, 30), (20, 8))])
     data = HardData(cells, image.array[tuple(cells.T)])
-    assert wells_of(data.cells).max() == 2
+    assert well_numbers(data.cells).max() == 2
     fit = fit_data(image, data, (6, 40, 40), n_null=10)
     assert (fit.n, fit.words) == (3, "Too few data to judge the image")
 

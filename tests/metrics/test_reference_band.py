@@ -19,7 +19,7 @@ from ccwsim.metrics import (
 )
 from ccwsim.metrics.lags import max_lag
 from ccwsim.metrics.reference_band import (
-    ERRORS,
+    ERROR_LIMITS,
     MIN_TAU_SPREAD,
     Fit,
     ReferenceBand,
@@ -187,7 +187,7 @@ def test_the_tolerance_is_some_standard_errors_of_crops_and_pieces():
         spread = np.maximum(spread, np.minimum(of_pieces.std(axis=0, ddof=1), 2 * spread))
         freedom = 4 + n_pieces - 2
         widened = stdtrit(freedom, 0.9995) / ndtri(0.9995)
-        return ERRORS[kind][0] * spread * np.sqrt(1 / 4 + 1 / n_pieces) * widened
+        return ERROR_LIMITS[kind][0] * spread * np.sqrt(1 / 4 + 1 / n_pieces) * widened
 
     lags = np.arange(1, 33)
     each, own = (connectivity(images, 2, "E-W", lags).tau for images in (crops, pieces))

@@ -68,7 +68,7 @@ def test_patterns_counted_in_pieces_are_the_same(monkeypatch, n_facies):
 def test_a_table_knows_its_codes_and_no_others():
     codes = np.random.default_rng(0).integers(0, 2**40, 30_000).astype(np.uint64)
     known = np.unique(np.append(codes[:9000], np.uint64(0)))
-    table = own.table_of(known)
+    table = own.make_hash_table(known)
     np.testing.assert_array_equal(own.are_unknown(codes, *table), ~np.isin(codes, known))
     near = codes + np.uint64(1)
     np.testing.assert_array_equal(own.are_unknown(near, *table), ~np.isin(near, known))

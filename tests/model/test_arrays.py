@@ -10,8 +10,8 @@ from ccwsim.model.arrays import (
     LazyStack,
     as_integers,
     check_int,
+    is_integer,
     is_table,
-    is_whole,
     labelled_axes,
     listing,
     oriented_values,
@@ -49,7 +49,7 @@ def test_words():
 
 
 def test_integers():
-    assert [is_whole(v) for v in (np.uint8(3), 3.0, True)] == [True, False, False]
+    assert [is_integer(v) for v in (np.uint8(3), 3.0, True)] == [True, False, False]
     assert check_int("size", 4, 1, 8) == 4
     with pytest.raises(CCWSIMError, match="size = 9 must be a whole number from 1 to 8"):
         check_int("size", 9, 1, 8)

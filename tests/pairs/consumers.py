@@ -376,7 +376,9 @@ IO: dict[str, Callable[[Case], Any]] = {
         BytesIO(io.training_image_as_bytes(c.image, "npy")), volume=c.image.n_dimensions == 3
     ),
     "realizations_as_bytes": lambda c: in_formats(
-        c, lambda name: io.realizations_as_bytes(c.ensemble, name, colours=c.colours), io.FORMATS
+        c,
+        lambda name: io.realizations_as_bytes(c.ensemble, name, colours=c.colours),
+        io.REALIZATION_FORMATS,
     ),
     "to_flopy": lambda c: io.to_flopy(
         c.ensemble, c.conductivity, c.folder / "modflow", west_east=(1.0, 0.0)

@@ -28,7 +28,7 @@ from ccwsim.paper.reproduction import (
     Finished,
     document_of,
     reproduce,
-    summary,
+    reproduction_summary,
     usual_seconds,
     verdict_of,
     with_largest_grid,
@@ -36,18 +36,18 @@ from ccwsim.paper.reproduction import (
 from ccwsim.paper.times import level_change
 from ccwsim.paper.verdicts import (
     by_claim,
+    judge_both,
+    judge_data,
+    judge_levels,
+    judge_ratio,
+    judge_time,
     judged,
-    of_both,
-    of_data,
-    of_levels,
-    of_ratio,
-    of_time,
     order_of,
 )
 from ccwsim.report.document import (
     Chart,
     Judgement,
-    Row,
+    PictureRow,
     Table,
     Text,
     packed_plotly,
@@ -106,7 +106,7 @@ def test_a_quick_run_reports_every_experiment(small):
 def test_every_row_of_charts_has_a_caption_with_data_and_seed(small):
     blocks = [block for f in small.finished for block in f.outcome.blocks]
     assert not any(isinstance(block, Chart) for block in blocks)
-    rows = [b for b in blocks if isinstance(b, Row) and isinstance(b.items[0], Chart)]
+    rows = [b for b in blocks if isinstance(b, PictureRow) and isinstance(b.items[0], Chart)]
     assert len(rows) >= 4
     for row in rows:
         assert "no hard data" in row.caption or re.search(r"\d hard data", row.caption)
@@ -137,7 +137,7 @@ def test_a_failing_experiment_is_told_and_the_others_go_on():
     assert [f.outcome is None for f in found.finished] == [False, True, True, False]
     assert told == list(found.finished)
     assert verdict_of(found.finished[2]) == "failed: the grid is too small"
-    assert "4 experiments were run, 2 of them failed" in summary(found)
+    assert "4 experiments were run, 2 of them failed" in reproduction_summary(found)
     page = report_html(document_of(found))
     assert "ZeroDivisionError: &lt;/script&gt;&lt;b&gt;" in page
     assert ODD not in page
@@ -170,12 +170,12 @@ def test_progress_never_falls_and_ends_at_one():
 
 
 def test_words_follow_the_numbers():
-    times = [of_time("x", s, 2.0, "Fig.").word for s in (0.1, 1.9, 9.0)]
+    times = [judge_time("x", s, 2.0, "Fig.").word for s in (0.1, 1.9, 9.0)]
     assert times == ["less time", "like time", "more time"]
-    assert "no speed-up of the method" in of_time("x", 0.1, 2.0, "Fig.").finding
-    beside_code = [of_data(w, 100, t, "Ours").word for w, t in ((0, 0.1), (0, 0), (0.2, 0.1))]
+    assert "no speed-up of the method" in judge_time("x", 0.1, 2.0, "Fig.").finding
+    beside_code = [judge_data(w, 100, t, "Ours").word for w, t in ((0, 0.1), (0, 0), (0.2, 0.1))]
     assert beside_code == ["better", "agrees", "behind"]
-    assert [of_data(w, 100, None, "Ours").word for w in (0.0, 0.1)] == ["agrees", "differs"]
+    assert [judge_data(w, 100, None, "Ours").word for w in (0.0, 0.1)] == ["agrees", "differs"]
 
 
 @pytest.mark.parametrize(
@@ -197,17 +197,17 @@ def test_words_follow_the_numbers():
     ],
 )
 def test_ratios_agree_where_order_and_size_do(ours, theirs, word):
-    assert of_ratio("claim", "found", ours, theirs).word == word
+    assert judge_ratio("claim", "found", ours, theirs).word == word
 
 
 def test_levels_take_less_time_only_where_each_does():
-    told = of_levels({1: 0.0101, 2: 0.00434, 3: 0.00522}, "Ours")
+    told = judge_levels({1: 0.0101, 2: 0.00434, 3: 0.00522}, "Ours")
     assert told.word == "differs"
     assert "level 1 10.1 ms, level 2 4.34 ms, level 3 5.22 ms" in told.finding
     assert "level 2 takes less than level 1, level 3 takes more than level 2" in told.finding
-    assert of_levels({1: 56.0, 2: 32.0, 3: 20.0}, "Ours").word == "agrees"
-    assert of_levels({1: 56.0, 2: 32.0, 3: 31.0}, "Ours").word == "differs"
-    ends = of_levels({1: 10.0, 2: 12.0, 3: 5.0}, "Ours")  # not in the middle
+    assert judge_levels({1: 56.0, 2: 32.0, 3: 20.0}, "Ours").word == "agrees"
+    assert judge_levels({1: 56.0, 2: 32.0, 3: 31.0}, "Ours").word == "differs"
+    ends = judge_levels({1: 10.0, 2: 12.0, 3: 5.0}, "Ours")  # not in the middle
     assert ends.word == "differs"
 
 
@@ -222,9 +222,9 @@ def test_the_change_from_level_to_level_is_set_beside_the_papers():
 
 
 def test_two_measures_bear_a_claim_out_only_where_both_do():
-    assert of_both(1, 1) == "agrees"
-    assert {of_both(1, 0), of_both(0, 1), of_both(1, -1)} == {"in part"}
-    assert {of_both(0, 0), of_both(-1, 0), of_both(-1, -1)} == {"differs"}
+    assert judge_both(1, 1) == "agrees"
+    assert {judge_both(1, 0), judge_both(0, 1), judge_both(1, -1)} == {"in part"}
+    assert {judge_both(0, 0), judge_both(-1, 0), judge_both(-1, -1)} == {"differs"}
 
 
 def test_table_1_is_set_beside_what_is_found(small):
@@ -435,7 +435,7 @@ def test_verdicts_of_several_cases_are_one_verdict():
 def test_runs_without_experiments_are_summarized():
     none = reproduce(experiments=())
     assert not none.stopped
-    assert summary(none) == "0 experiments were run. Verdicts: none."
+    assert reproduction_summary(none) == "0 experiments were run. Verdicts: none."
     assert verdict_of(Finished(EXPERIMENTS[0], None, "no memory", 1.0)) == "failed: no memory"
     assert with_largest_grid(FULL, 5000).timed_sides == (1000, 2000, 3000, 4000, 5000)
     assert inputs_in(None).image("channel").name == "channels"

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from ccwsim.paper.reproduction import EXPERIMENTS
-from ccwsim.ui.how_it_works.words import PAPER
+from ccwsim.ui.how_it_works.words import STEP_REFERENCES
 
 ROOT = Path(__file__).parents[2]
 SECTIONS = {
@@ -144,16 +144,16 @@ def test_wrong_references_are_found():
 
 
 def test_each_step_of_how_it_works_names_its_section_and_line():
-    assert set(STEPS) | {"paste"} == set(PAPER)
+    assert set(STEPS) | {"paste"} == set(STEP_REFERENCES)
     for step, (sections, lines) in STEPS.items():
-        assert " ".join(named("section", PAPER[step])) == sections, step
-        assert tuple(map(int, named("line", PAPER[step]))) == lines, step
+        assert " ".join(named("section", STEP_REFERENCES[step])) == sections, step
+        assert tuple(map(int, named("line", STEP_REFERENCES[step]))) == lines, step
 
 
 def test_data_are_not_in_algorithm_1_and_figure_5_is_the_inverse_transform():
-    assert "Fig" not in PAPER["data"]
-    assert "Algorithm" not in PAPER["data"]
-    assert named("figure", PAPER["inverse"]) == ["5"]
+    assert "Fig" not in STEP_REFERENCES["data"]
+    assert "Algorithm" not in STEP_REFERENCES["data"]
+    assert named("figure", STEP_REFERENCES["inverse"]) == ["5"]
     method = (ROOT / "docs" / "method.md").read_text("utf-8")
     rows = {row.split("|")[1].strip(): row for row in method.splitlines() if row.count("|") == 6}
     assert named("figure", rows["inverse DWT"]) == ["5"]
@@ -166,7 +166,7 @@ def test_experiments_say_what_the_figures_show():
     assert "three simulations with 4000" in said["Section 5.7, Fig. 14"]
 
 
-@pytest.mark.parametrize("text", [*PAPER.values(), *(e.place for e in EXPERIMENTS)])
+@pytest.mark.parametrize("text", [*STEP_REFERENCES.values(), *(e.place for e in EXPERIMENTS)])
 def test_figures_and_tables_belong_to_their_section(text):
     sections = set(named("section", text))
     owners = [FIGURES[int(n)] for n in named("figure", text)]
@@ -200,10 +200,12 @@ def test_what_is_not_in_the_paper_is_named():
 
 
 def test_the_weights_in_the_docs_are_those_of_the_engine():
-    from ccwsim.engine.stages.conditioning import DENSE, MAX_DATA, SPARSE
+    from ccwsim.engine.stages.conditioning import DENSE_WEIGHTS, MAX_PATCH_DATA, SPARSE
 
     text = " ".join((ROOT / "docs" / "method.md").read_text("utf-8").split())
     assert f"{SPARSE.missed} wrong cells of the overlap. The weight is {SPARSE.held} cells" in text
-    assert f"{DENSE.missed}, {DENSE.held} and {DENSE.ahead}" in text
-    assert f"within {SPARSE.slack} wrong cells of the best ({DENSE.slack} in a split" in text
-    assert f"more than {MAX_DATA} data per patch" in text
+    assert f"{DENSE_WEIGHTS.missed}, {DENSE_WEIGHTS.held} and {DENSE_WEIGHTS.ahead}" in text
+    assert (
+        f"within {SPARSE.slack} wrong cells of the best ({DENSE_WEIGHTS.slack} in a split" in text
+    )
+    assert f"more than {MAX_PATCH_DATA} data per patch" in text

@@ -20,7 +20,7 @@ from ccwsim.report.document import (
     Judgement,
     Judgements,
     Picture,
-    Row,
+    PictureRow,
     Section,
     Table,
     Text,
@@ -43,7 +43,7 @@ def chart(name: str = "a") -> Chart:
 def document(word: str) -> Document:
     table = Table((word, word), ((word, "1.5"),), word)
     judged = Judgements((Judgement(word, word, word, "good"),), word, word)
-    row = Row((Picture(b"png", word, word), chart(word)), word)
+    row = PictureRow((Picture(b"png", word, word), chart(word)), word)
     words = Text(word), Text(word, quiet=True), Code(word, word), Facts(((word, word),))
     blocks = (*words, table, judged, row, chart(word))
     two = (Section(word, blocks, word), Section("second", ()))

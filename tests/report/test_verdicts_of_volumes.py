@@ -6,11 +6,11 @@ import numpy as np
 
 from ccwsim.metrics import Fit
 from ccwsim.report.verdicts import (
+    crop_size_text,
     describe_curve,
     describe_geobodies,
     describe_patterns,
     describe_unseen,
-    size_text,
 )
 
 CROPS = (12, 64, 80)
@@ -24,7 +24,7 @@ def fit(found, reference, tolerance=0.05) -> Fit:
 
 
 def test_crops_are_written_along_x_y_and_z():
-    assert size_text(fit([0.0], [0.0])) == "80 × 64 × 12"
+    assert crop_size_text(fit([0.0], [0.0])) == "80 × 64 × 12"
     said = str(describe_curve(fit([0.2, 0.9], [0.2, 0.5]), "connectivity"))
     assert said == (
         "too much connected beyond 0 cells: τ(1) 0.90 in pieces, 0.50 in TI crops of 80 × 64 × 12"

@@ -110,7 +110,7 @@ def test_a_cancelled_run_returns_its_first_realizations_and_the_worker_stays(wor
 
 @pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="the system cannot stop a process")
 def test_a_worker_that_does_not_stop_is_killed(workers, monkeypatch, expected):
-    monkeypatch.setattr(processes, "STOP_SECONDS", 0.1)
+    monkeypatch.setattr(processes, "STOP_RUN_SECONDS", 0.1)
     victim, begun = workers[-1], Event()
 
     def cancel() -> bool:

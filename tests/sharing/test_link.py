@@ -32,7 +32,7 @@ from ccwsim.sharing.choices import (
     ZoneLayers,
 )
 from ccwsim.sharing.codec import parts_of
-from ccwsim.sharing.link import KEYS, StudyReader, left_out, link_of, read_link, settings_of
+from ccwsim.sharing.link import KEYS, StudyReader, link_of, link_settings, parts_left_out, read_link
 from ccwsim.sharing.words import packed, unpacked
 from ccwsim.ui.session.resolve import study_of
 
@@ -192,7 +192,7 @@ SHAPES = "40x50", "20x20x6", "1x1", "6x300"
 @st.composite
 def guide_words(draw) -> str:
     if draw(st.integers(0, 9)) == 0:
-        return f"image_{draw(st.sampled_from((*datasets.IMAGES, 'nope')))}"
+        return f"image_{draw(st.sampled_from((*datasets.BUNDLED_IMAGES, 'nope')))}"
     kind, n = draw(st.sampled_from(sorted(N_WORDS.items())))
     n = max(n + draw(st.sampled_from((0, 0, 0, -1, 1, 2))), 0)
     return "_".join([kind, *draw(st.lists(NUMBERS, min_size=n, max_size=n))])
@@ -213,7 +213,7 @@ def test_what_is_read_from_a_link_is_what_was_written(choices, shown):
 
 @given(STUDIES)
 def test_what_is_read_from_a_project_is_what_was_written(choices):
-    settings = settings_of(choices, [*parts_of(choices, Shown())])
+    settings = link_settings(choices, [*parts_of(choices, Shown())])
     reader = StudyReader(json.loads(json.dumps(settings)), project=True)
     usual = parts_of(Choices(), Shown())
     image, data, grid, p = (
@@ -357,9 +357,9 @@ def test_every_name_that_resembles_a_known_one_is_short_enough_to_be_compared(kn
 def test_what_a_link_cannot_carry_is_named():
     many = HardData([[k, 0] for k in range(300)], [0] * 300)
     file = Upload("a.npy", b"")
-    assert left_out(Choices(ImageChoice(upload=file))) == ("the training image a.npy",)
-    assert left_out(Choices(data=DataChoice("file", upload=file))) == ("the hard data a.npy",)
-    assert "300 data placed" in left_out(Choices(data=DataChoice("placed", placed=many)))[0]
+    assert parts_left_out(Choices(ImageChoice(upload=file))) == ("the training image a.npy",)
+    assert parts_left_out(Choices(data=DataChoice("file", upload=file))) == ("the hard data a.npy",)
+    assert "300 data placed" in parts_left_out(Choices(data=DataChoice("placed", placed=many)))[0]
     for choices in (
         Choices(ImageChoice(upload=file)),
         Choices(data=DataChoice("placed", placed=many)),

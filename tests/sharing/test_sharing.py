@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from ccwsim import Grid, HardData, Parameters, TrainingImage, datasets, save_project, simulate
-from ccwsim.engine.kernel_cache import FOLDER
+from ccwsim.engine.kernel_cache import KERNEL_FOLDER
 from ccwsim.io import training_image_as_bytes
 from ccwsim.metrics import fit_curve, fit_flow
 from ccwsim.model.study import Study
@@ -19,7 +19,7 @@ from ccwsim.report.document import report_html
 from ccwsim.report.settings import caption_of
 from ccwsim.report.verdicts import describe_curve, describe_flow, relative_text
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Shown, Upload
-from ccwsim.sharing.link import link_of, settings_of
+from ccwsim.sharing.link import link_of, link_settings
 from ccwsim.sharing.project import Project
 from ccwsim.sharing.recipe import reproduction_recipe
 from ccwsim.sharing.study_report import MAX_FLOW_CELLS, study_report
@@ -50,7 +50,7 @@ STUDIES = {
 
 
 def project_of(choices: Choices, study: Study) -> Project:
-    settings = {**link_of(choices), "colour": settings_of(choices, ["image"])["colour"]}
+    settings = {**link_of(choices), "colour": link_settings(choices, ["image"])["colour"]}
     return Project(study, choices.n_realizations, settings)
 
 
@@ -67,7 +67,7 @@ def test_script_and_command_give_the_same_cells(what, tmp_path):
         line = [sys.executable, *words[1:]]
         env = {"PYTHONPATH": str(ROOT), "PATH": "", "HOME": str(tmp_path)}
         env |= {"NUMBA_CACHE_DIR": "", "LANG": "C.UTF-8"}
-        env["XDG_CACHE_HOME"] = str(Path(FOLDER).parents[1])  # kernels of these tests
+        env["XDG_CACHE_HOME"] = str(Path(KERNEL_FOLDER).parents[1])  # kernels of these tests
         subprocess.run(line, cwd=tmp_path, check=True, capture_output=True, env=env)
         out = tmp_path / "realizations.npz"
         with np.load(out) as saved:

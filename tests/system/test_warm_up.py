@@ -7,7 +7,7 @@ from numba.core import event
 
 from ccwsim import HardData, Parameters, TrainingImage, datasets, simulate
 from ccwsim.cli.program import main
-from ccwsim.engine.kernel_cache import FOLDER
+from ccwsim.engine.kernel_cache import KERNEL_FOLDER
 from ccwsim.metrics import connectivity, etype, variogram
 
 SETTINGS = [
@@ -33,7 +33,7 @@ def test_it_says_what_is_missing_and_how_long_it_took(warm, capsys):
     *parts, last = capsys.readouterr().err.splitlines()
     assert [line.split()[0] for line in parts] == ["0"] * 6
     assert last.startswith("0 compiled in ")
-    assert last.endswith(FOLDER)
+    assert last.endswith(KERNEL_FOLDER)
 
 
 @pytest.mark.parametrize("n_facies", [2, 3])

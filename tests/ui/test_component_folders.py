@@ -7,15 +7,19 @@ from pathlib import Path
 
 import pytest
 
-from ccwsim.ui.frontend.component import BELOW, ENTRY, FOLDER, component_parts
+from ccwsim.ui.frontend.component import ENTRY, FRONTEND_FOLDER, SCRIPTS_BELOW, component_parts
 
 PARTS = {".js", ".html", ".css"}
-NAMES = sorted(path.parent.name for path in FOLDER.glob("*/*.js") if path.stem == path.parent.name)
-SOURCES = [path.read_text("utf-8") for path in FOLDER.parent.rglob("*.py")]
+NAMES = sorted(
+    path.parent.name for path in FRONTEND_FOLDER.glob("*/*.js") if path.stem == path.parent.name
+)
+SOURCES = [path.read_text("utf-8") for path in FRONTEND_FOLDER.parent.rglob("*.py")]
 
 
 def folders() -> list[Path]:
-    return [path for path in FOLDER.iterdir() if path.is_dir() and path.name != "__pycache__"]
+    return [
+        path for path in FRONTEND_FOLDER.iterdir() if path.is_dir() and path.name != "__pycache__"
+    ]
 
 
 def test_every_folder_is_a_component_or_shared():
@@ -28,8 +32,8 @@ def test_the_folder_of_a_component_is_complete(name):
     assert re.search(r"<(div|canvas)", html)
     assert js.count(ENTRY) == 1
     assert css.count("{") == css.count("}")
-    for module in BELOW.get(name, ()):
-        assert (FOLDER / f"{module}.js").exists()
+    for module in SCRIPTS_BELOW.get(name, ()):
+        assert (FRONTEND_FOLDER / f"{module}.js").exists()
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -40,11 +44,11 @@ def test_every_component_is_drawn(name):
 def test_whatever_is_drawn_or_built_on_is_there():
     drawn = {name for source in SOURCES for name in re.findall(r'draw_component\("(\w+)"', source)}
     assert drawn == set(NAMES)
-    assert BELOW.keys() <= set(NAMES)
-    used = {module for modules in BELOW.values() for module in modules}
+    assert SCRIPTS_BELOW.keys() <= set(NAMES)
+    used = {module for modules in SCRIPTS_BELOW.values() for module in modules}
     files = {path for folder in folders() for path in folder.iterdir() if path.suffix in PARTS}
     known = {f"{name}/{name}" for name in NAMES} | used | {"shared/calls"}
-    assert {str(path.relative_to(FOLDER).with_suffix("")) for path in files} == known
+    assert {str(path.relative_to(FRONTEND_FOLDER).with_suffix("")) for path in files} == known
 
 
 def test_every_script_is_run_and_there_are_no_others():

@@ -146,7 +146,7 @@ def test_an_error_of_a_box_is_said_and_the_value_stays(finished, monkeypatch):
 def test_a_study_that_cannot_be_drawn_has_a_way_back(finished, monkeypatch):
     app = launched("simulate", finished).run()
     assert app.session_state[KEY].drawn == SMALL
-    real = __import__("ccwsim.ui.study.image_step", fromlist=["thumbnail"]).thumbnail
+    real = __import__("ccwsim.ui.study.image_step", fromlist=["image_thumbnail"]).thumbnail
     monkeypatch.setattr("ccwsim.ui.study.image_step.thumbnail", boom)
     app.session_state[KEY].choices = replace(SMALL, seed=9)
     app.run()

@@ -81,7 +81,7 @@ def test_an_estimate_of_time_says_that_kernels_compile_before(page, monkeypatch)
 
 
 def test_kernels_must_compile_unless_they_are_on_disk(monkeypatch, tmp_path):
-    monkeypatch.setattr(compilation, "FOLDER", str(tmp_path))
+    monkeypatch.setattr(compilation, "KERNEL_FOLDER", str(tmp_path))
     for name in sorted(compilation.ENTRY_KERNELS):
         assert compilation.must_compile()
         file = tmp_path / f"module.{name}-12.py311.1.nbc"

@@ -17,7 +17,7 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.sharing.choices import Choices, DataChoice
 from ccwsim.ui.page import OFF_MENU, PAGES
 from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.text import TEXTS, how_tos
+from ccwsim.ui.widgets.text import TEXTS_FILE, how_tos
 from tests.some import some
 from tests.ui.widgets import named, opened
 
@@ -75,18 +75,18 @@ def test_an_installation_without_documents_offers_none(monkeypatch):
 
 
 def test_every_table_of_labels_is_used_by_a_page():
-    modules = "".join(path.read_text("utf-8") for path in TEXTS.parent.rglob("*.py"))
+    modules = "".join(path.read_text("utf-8") for path in TEXTS_FILE.parent.rglob("*.py"))
     used = {*re.findall(r'page_labels\("([^"]+)"', modules), "cell_size", "origin"}
-    assert used == tomllib.loads(TEXTS.with_name("labels.toml").read_text("utf-8")).keys()
+    assert used == tomllib.loads(TEXTS_FILE.with_name("labels.toml").read_text("utf-8")).keys()
 
 
 def test_every_longer_text_is_shown_by_a_page():
     used = set()
-    for path in TEXTS.parent.rglob("*.py"):
+    for path in TEXTS_FILE.parent.rglob("*.py"):
         used |= set(re.findall(r'page_text\(\s*f?"([^"]+)"', path.read_text("utf-8")))
     used -= {"Import of {kind}", "Fate of a location: {location.fate}", "Window: {outcome}"}
     used |= {f"Window: {outcome}" for outcome in ("forced", "none", "isolated", "patch")}
     used |= {"Import of points", "Import of tables of wells"}
     used |= {f"Fate of a location: {fate}" for fate in get_args(Fate)}
-    titles = re.findall(r"(?m)^## (.+)$", TEXTS.read_text("utf-8"))
+    titles = re.findall(r"(?m)^## (.+)$", TEXTS_FILE.read_text("utf-8"))
     assert sorted(titles) == sorted(used)

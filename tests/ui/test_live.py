@@ -16,12 +16,12 @@ from ccwsim.jobs.job import Job
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import KEY, PastRun, PastRuns, State
-from ccwsim.ui.simulate.results import go_back, place_of
+from ccwsim.ui.simulate.results import go_back, shown_run_index
 from ccwsim.ui.study.changes import changes_between, study_name
 from ccwsim.ui.study.run import (
     collect,
-    describe_levels,
     describe_price,
+    describe_prices_of_levels,
     first_part,
     in_parts,
     is_live,
@@ -299,7 +299,7 @@ def test_going_back_brings_study_and_results_without_simulating(monkeypatch):
     assert state.ensemble is first
     assert state.choices == state.ensemble_choices == SIX
     assert named(app.selectbox, "wavelet_level").value == 2
-    assert place_of(state) == 1
+    assert shown_run_index(state) == 1
     assert state.job is None
     assert len(state.runs.runs) == 2
 
@@ -390,11 +390,11 @@ def test_sliders_change_the_method_while_live_is_on():
 
 def test_the_method_says_the_times_of_the_levels_beside_the_present_one():
     study = Choices(grid=Grid(256, 256), data=DataChoice())
-    one, three = describe_levels(study).splitlines()
+    one, three = describe_prices_of_levels(study).splitlines()
     assert one.startswith("Level 1: about")
     assert three.startswith("Level 3: about")
     assert one.endswith(describe_price(study, wavelet_level=1).split(", ")[1])
     coarse = replace(study, parameters=Parameters(template_size=32, wavelet_level=0))
-    assert describe_levels(coarse).startswith("Level 1: ")
-    assert "\n" not in describe_levels(coarse)
-    assert not describe_levels(replace(study, parameters=Parameters(method="ccsim")))
+    assert describe_prices_of_levels(coarse).startswith("Level 1: ")
+    assert "\n" not in describe_prices_of_levels(coarse)
+    assert not describe_prices_of_levels(replace(study, parameters=Parameters(method="ccsim")))

@@ -30,7 +30,7 @@ from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.run import start_run
 from ccwsim.ui.sweep.planning import SweepState
 from ccwsim.ui.validate.large_ensemble import LargeEnsembleState
-from ccwsim.ui.validate.large_ensemble import start as start_large_ensemble
+from ccwsim.ui.validate.large_ensemble import start_large_ensemble as start_large_ensemble
 from tests.ui.test_pages import ROOT, SMALL, html, launched, settled, texts
 from tests.ui.widgets import named
 

@@ -12,7 +12,7 @@ from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.sharing.link import link_of, own_choices, read_link
 from ccwsim.sharing.project import project_as_bytes
 from ccwsim.ui.session import kept
-from ccwsim.ui.session.kept import KeptChoices, size_of
+from ccwsim.ui.session.kept import KeptChoices, bytes_of_choice
 from ccwsim.ui.session.resolve import data_of
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.share.menu import open_project, project_of
@@ -143,4 +143,4 @@ def test_the_browser_with_the_most_bytes_loses_its_oldest_first():
 
 def test_data_placed_by_hand_count_too():
     (data,) = own_choices(Choices(data=DataChoice("placed", placed=PLACED))).values()
-    assert size_of(data) == PLACED.n * 3 * 8
+    assert bytes_of_choice(data) == PLACED.n * 3 * 8

@@ -29,9 +29,9 @@ def ensemble():
 
 def page(ensemble, colours=None):
     """Draw the curves of the second facies."""
-    from ccwsim.ui.results.charts import draw_curves
+    from ccwsim.ui.results.charts import draw_facies_charts
 
-    draw_curves(ensemble, 1, colours)
+    draw_facies_charts(ensemble, 1, colours)
 
 
 def drawn(ensemble, colours=None) -> AppTest:

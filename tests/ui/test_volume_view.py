@@ -12,9 +12,9 @@ from streamlit.testing.v1 import AppTest
 from ccwsim import Grid, HardData, TrainingImage
 from ccwsim.ui.frontend.cells import (
     N_STEPS,
+    editor_points,
     facies_map,
     map_content,
-    points_of,
     share_map,
     volume_content,
 )
@@ -72,17 +72,17 @@ def test_data_of_a_volume_have_their_layer_and_say_what_is_wrong():
     data = HardData([[5, 2, 1], [0, 8, 7]], [7, 4])
     realization = np.zeros((6, 9, 8), int)
     realization[5, 2, 1] = 7
-    points = points_of(data, IMAGE, realization)
+    points = editor_points(data, IMAGE, realization)
     assert points == [[0, 8, 7, 1, 1], [5, 2, 1, 2, 0]]
     shown = facies_map(IMAGE.indices, IMAGE, COLOURS, "A volume")
     shown.points.extend(points)
     assert volume_content(shown, "data")["wrong_label"] == "1 not honoured"
-    assert points_of(HardData(), IMAGE) == []
+    assert editor_points(HardData(), IMAGE) == []
 
 
 def test_data_of_a_map_are_as_before():
     image = TrainingImage([[0, 1], [1, 0]])
-    points = points_of(HardData([[1, 0]], [1]), image, np.array([[0, 0], [0, 0]]))
+    points = editor_points(HardData([[1, 0]], [1]), image, np.array([[0, 0], [0, 0]]))
     assert points == [[1, 0, 1, 1]]
 
 

@@ -18,25 +18,25 @@ from ccwsim.engine.corrections.resimulation import Target
 from ccwsim.engine.corrections.seam_repair import has_data
 from ccwsim.engine.corrections.unseen_patterns import Patterns, is_known, number_run
 from ccwsim.engine.kernels import kernel, part_of_kernel
-from ccwsim.engine.stages.candidates import draw_index, place_of
+from ccwsim.engine.stages.candidates import draw_index, location_of_number
 from ccwsim.engine.stages.path import UNKNOWN, Box, Triple
 from ccwsim.model.watch import UNWATCHED, Watch
 
-PART, PART_VOLUME = (1, 64, 512), (16, 32, 128)
+PART_SHAPE, PART_SHAPE_VOLUME = (1, 64, 512), (16, 32, 128)
 """Layers, rows and columns of a part of a grid. A part fits into the processor's cache."""
 PARTS_PER_CALL = 64
 FURTHER, FURTHER_VOLUME = 3, 14
 """Number of unseen patterns, in excess of the best state, at which a tabu search ends."""
-PATIENCE, PATIENCE_VOLUME = 20, 40
+TABU_PATIENCE, TABU_PATIENCE_VOLUME = 20, 40
 """Number of changes without a new best state after which a tabu search ends."""
-FURTHER_DATA, PATIENCE_DATA, SHARE_OF_DATA = 200, 2000, 0.001
-"""Values of FURTHER and PATIENCE for tabu searches that start at data of a volume, if at most
+FURTHER_DATA, TABU_PATIENCE_DATA, SHARE_OF_DATA = 200, 2000, 0.001
+"""Values of FURTHER and TABU_PATIENCE for tabu searches that start at data of a volume, if at most
 SHARE_OF_DATA of the cells have data. The values are high because few changes suit both image and
-data. With more data the values decrease to FURTHER_VOLUME and PATIENCE_VOLUME."""
+data. With more data the values decrease to FURTHER_VOLUME and TABU_PATIENCE_VOLUME."""
 STAYS = 4
 """Number of further changes in a tabu search for which a changed cell is tabu, unless changing the
 cell again leads to a new best state."""
-LONGEST = 4000
+MAX_CHANGES = 4000
 """Maximum number of changes in a tabu search, and maximum number of unseen patterns that it
 lists."""
 
@@ -60,9 +60,9 @@ class RepairedPart(NamedTuple):
     n_unseen: NDArray[np.uint8]  # number of unseen patterns that contain a cell
     was_tried: NDArray[np.bool_]  # True if no other facies of a cell helps
     stays: NDArray[np.uint16]  # number of changes before which a cell must not change again
-    near: NDArray[np.uint64]  # shape (LONGEST,): patterns among which a tabu search chooses
-    changed: NDArray[np.uint64]  # shape (LONGEST,): cells that a tabu search changed, in order
-    before: NDArray[np.uint8]  # shape (LONGEST,): facies of these cells before the change
+    near: NDArray[np.uint64]  # shape (MAX_CHANGES,): patterns among which a tabu search chooses
+    changed: NDArray[np.uint64]  # shape (MAX_CHANGES,): cells that a tabu search changed, in order
+    before: NDArray[np.uint8]  # shape (MAX_CHANGES,): facies of these cells before the change
     trials: NDArray[np.int64]  # shape (1,): number of changes that may still be tried
     aside: NDArray[np.uint64]  # shape (n_neighbours,): index steps to neighbours, modulo 2⁶⁴
     steps: NDArray[np.uint64]  # shape (n,): index steps from the first to each cell of a pattern
@@ -91,7 +91,7 @@ def repair_cells(
     if any(r >= n for r, n in zip(patterns.reach, shape, strict=True)):
         return 0
     volume = patterns.size[0] > 1
-    most = PART_VOLUME if volume else PART
+    most = PART_SHAPE_VOLUME if volume else PART_SHAPE
     share = float(np.mean(target.data != UNKNOWN)) if volume and walks else 0.0
     ends, ends_at_data = ends_of_walks(volume, 0.0), ends_of_walks(volume, share)
     begin, end = np.zeros(3, int), np.array(shape)
@@ -114,15 +114,15 @@ def repair_cells(
 
 
 def ends_of_walks(volume: bool, share: float) -> tuple[int, int]:
-    """Return the values of `FURTHER` and `PATIENCE` for tabu searches in a map or a volume.
+    """Return the values of `FURTHER` and `TABU_PATIENCE` for tabu searches in a map or a volume.
 
     For searches that start at data, `share` is the share of cells with data; otherwise it is 0.
     """
     if not volume:
-        return FURTHER, PATIENCE
+        return FURTHER, TABU_PATIENCE
     part = min(SHARE_OF_DATA / share, 1) if share > 0 else 0
-    further, patience = round(part * FURTHER_DATA), round(part * PATIENCE_DATA)
-    return max(further, FURTHER_VOLUME), max(patience, PATIENCE_VOLUME)
+    further, patience = round(part * FURTHER_DATA), round(part * TABU_PATIENCE_DATA)
+    return max(further, FURTHER_VOLUME), max(patience, TABU_PATIENCE_VOLUME)
 
 
 def make_part(patterns: Patterns, lengths: Triple) -> RepairedPart:
@@ -145,9 +145,9 @@ def make_part(patterns: Patterns, lengths: Triple) -> RepairedPart:
         n_unseen=np.zeros(n, np.uint8),
         was_tried=np.zeros(n, np.bool_),
         stays=np.zeros(n, np.uint16),
-        near=np.zeros(LONGEST, np.uint64),
-        changed=np.zeros(LONGEST, np.uint64),
-        before=np.zeros(LONGEST, np.uint8),
+        near=np.zeros(MAX_CHANGES, np.uint64),
+        changed=np.zeros(MAX_CHANGES, np.uint64),
+        before=np.zeros(MAX_CHANGES, np.uint8),
         trials=np.zeros(1, np.int64),
         aside=aside.astype(np.uint64),
         steps=np.array(steps, np.uint64),
@@ -186,23 +186,23 @@ def change_cells(target, patterns, firsts, lengths, part, rng, walks, ends, ends
                 if facies == UNKNOWN:
                     break
                 change_cell(cell, facies, 0, patterns, part)
-                forget(cell, patterns, part)
+                forget_tried(cell, patterns, part)
                 part.changed[0] = cell
                 n_changed += write_back(1, target, origin, part)
         for k in range(n_found if walks else 0):
             first = np.uint64(part.unseen[k])
             if part.is_unseen[first] and part.trials[0] > 0:
-                with_datum = has_data(target.data, box_of(first, origin, patterns, part))
+                with_datum = has_data(target.data, pattern_box(first, origin, patterns, part))
                 limits = ends_at_data if with_datum else ends
-                n = walk(first, limits, target.balance, patterns, part, rng)
+                n = tabu_search(first, limits, target.balance, patterns, part, rng)
                 n_changed += write_back(n, target, origin, part)
     return n_changed
 
 
 @part_of_kernel
-def box_of(first, origin, patterns, part):
+def pattern_box(first, origin, patterns, part):
     """Return the box of grid cells that a pattern of a part covers."""
-    z, y, x = place_of(np.int64(first), (part.shape[1], part.shape[2]), (1, 1, 1))
+    z, y, x = location_of_number(np.int64(first), (part.shape[1], part.shape[2]), (1, 1, 1))
     nz, ny, nx = patterns.size
     return Box(origin[0] + z, origin[1] + y, origin[2] + x, nz, ny, nx, 0, 0, 0, 0)
 
@@ -216,7 +216,7 @@ def write_back(n, target, origin, part):
     _, ny, nx = part.shape
     n_different = 0
     for i in range(n):
-        z, y, x = place_of(np.int64(part.changed[i]), (ny, nx), (1, 1, 1))
+        z, y, x = location_of_number(np.int64(part.changed[i]), (ny, nx), (1, 1, 1))
         place = origin[0] + z, origin[1] + y, origin[2] + x
         if target.grid[place] == part.facies[part.changed[i]]:
             continue
@@ -332,7 +332,7 @@ def best_change(first, balance, patterns, part):
 
 
 @part_of_kernel
-def walk(first, ends, balance, patterns, part, rng):
+def tabu_search(first, ends, balance, patterns, part, rng):
     """Run a tabu search from an unseen pattern; return the number of retained changes.
 
     The retained changes are listed first in `part.changed`; they reduce unseen patterns.
@@ -341,7 +341,7 @@ def walk(first, ends, balance, patterns, part, rng):
     near, changed, before = part.near, part.changed, part.before
     near[0], n_near = first, np.int64(1)
     more = least = n_changed = n_kept = np.int64(0)
-    while n_near > 0 and n_changed < min(n_kept + patience, LONGEST) and part.trials[0] > 0:
+    while n_near > 0 and n_changed < min(n_kept + patience, MAX_CHANGES) and part.trials[0] > 0:
         k = draw_index(rng, n_near)
         if not part.is_unseen[near[k]]:
             n_near -= 1
@@ -361,7 +361,7 @@ def walk(first, ends, balance, patterns, part, rng):
     for i in range(n_changed):
         part.stays[changed[i]] = 0
     for i in range(n_changed - 1, n_kept - 1, -1):
-        change_cell(changed[i], before[i], LONGEST, patterns, part)
+        change_cell(changed[i], before[i], MAX_CHANGES, patterns, part)
     return n_kept
 
 
@@ -441,17 +441,17 @@ def change_cell(cell, facies, n_near, patterns, part):
         is_unseen[first] = now
         for i in range(n_steps):
             n_unseen[first + steps[i]] += more
-        if now and n_near < LONGEST:
+        if now and n_near < MAX_CHANGES:
             part.near[n_near] = first
             n_near += 1
     return n_near
 
 
 @part_of_kernel
-def forget(cell, patterns, part):
+def forget_tried(cell, patterns, part):
     """Reset `was_tried` of the cells that share a pattern with a cell or its neighbours."""
     (nz, ny, nx), (reach_z, reach_y, reach_x) = part.shape, patterns.reach
-    z, y, x = place_of(np.int64(cell), (ny, nx), (1, 1, 1))
+    z, y, x = location_of_number(np.int64(cell), (ny, nx), (1, 1, 1))
     for near_z in range(max(z - reach_z - 1, 0), min(z + reach_z + 2, nz)):
         for near_y in range(max(y - reach_y - 1, 0), min(y + reach_y + 2, ny)):
             first = (near_z * ny + near_y) * nx

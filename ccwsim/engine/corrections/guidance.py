@@ -11,7 +11,7 @@ in the patch, the mean proportion is the given probability. λ is thus 0 where t
 is the proportion of the image. c is `NAT` wrong cells for an overlap of 448 cells. Where many
 locations of a map fit the overlap equally well, the best would have extreme proportions. In maps
 each location therefore also has a random cost, so that such locations are drawn with probabilities
-proportional to exp(λ·f/`SPREAD`).
+proportional to exp(λ·f/`RANDOM_COST_SPREAD`).
 
 Parts of split tiles have fewer overlap cells; their costs are smaller by this ratio, and those of
 probabilities by its square.
@@ -34,25 +34,25 @@ from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.lengths import USUAL_OVERLAP, ScaledLengths
 from ccwsim.engine.stages.candidates import draw_index
 from ccwsim.engine.stages.path import Triple, overlap_cells
-from ccwsim.engine.stages.similarity import exclude_illegal, excluded_from
+from ccwsim.engine.stages.similarity import TERMS_AT_ONCE, exclude_illegal, excluded_from
 from ccwsim.model.study import Study
 
 NAT = 10.0
 """Number of wrong cells that count as much as a likelihood ratio of e, for an overlap of
 `USUAL_OVERLAP` cells."""
-SPREAD = 0.5
+RANDOM_COST_SPREAD = 0.5
 """Spread of the random costs of locations, as a share of the cost of a nat, with two facies. With n
 facies it is divided by n − 1; maps of more facies are followed better with less spread."""
 MAX_RANDOM, N_SHIFTS = 12.0, 4096
 """Maximum of a random cost with a spread of 1, and number of ways to assign the random numbers to
 locations."""
-CERTAIN = 0.002  # probabilities are limited to CERTAIN … 1 − CERTAIN, because λ would be infinite
+# probabilities are limited to MIN_PROBABILITY … 1 − MIN_PROBABILITY, because λ would be infinite
+MIN_PROBABILITY = 0.002
 MAX_TILT = 60.0  # maximum of |λ|, at which drawn patches have the most extreme proportion
 N_TILTS, N_SHARES = 241, 5000
 """Numbers of λ and of locations from which the relation of λ and probability is computed."""
 LIMITS = -0.5, 1.5  # limits of values of the grid, with the range of the image as unit
-AT_ONCE = 4  # number of terms that are added in one loop over locations
-WHOLE, SMALLER, EVERY = -1, -2, -3
+WHOLE_PATCHES, SMALLER_PATCHES, EVERY_PATCH = -1, -2, -3
 """Values of `Guide.tables_of` if the factor of a plane is constant: for which patches it holds."""
 POSITION = -4
 """The value POSITION − axis of `Guide.tables_of` means that the factor is the relative position of
@@ -70,8 +70,8 @@ class Guide(NamedTuple):
     # shape (n_tables, sz, sy, sx): made by `summed_up` from maps of the grid, a view in path
     # coordinates; a single layer has no layer of zeros before it
     tables: NDArray[np.float64]
-    # shape (n_planes,): number of the table whose means over parts are factors; or WHOLE, SMALLER,
-    # EVERY or a value of `POSITION`
+    # shape (n_planes,): number of the table whose means over parts are factors; or WHOLE_PATCHES,
+    # SMALLER_PATCHES, EVERY_PATCH or a value of `POSITION`
     tables_of: NDArray[np.int64]
     weights: NDArray[np.float64]  # shape (n_planes,): weight of the means, or the constant
     n_soft: int  # number of planes of probabilities, which are the first
@@ -97,7 +97,7 @@ def score_bound(study: Study, lengths: ScaledLengths, planes: int) -> float:
     secondary, bound = study.secondary, 4 * sum(study.parameters.location_weights)
     if secondary is not None:
         soft = secondary.probabilities is not None
-        nats = MAX_TILT + SPREAD * MAX_RANDOM
+        nats = MAX_TILT + RANDOM_COST_SPREAD * MAX_RANDOM
         bound += soft * nats * secondary.soft_weight * NAT / USUAL_OVERLAP
         bound += 4 * sum(each.weight for each in secondary.auxiliary)
     return mismatch_cost(lengths, planes) * bound
@@ -131,7 +131,7 @@ def tilts_of(
     size = tuple(t // b for t, b in zip(lengths.template, lengths.block, strict=True))
     n_cells = prod(lengths.template)
     shares = patch_shares(sums, size, n_cells, illegal)  # type: ignore[arg-type]
-    p, n = np.clip(soft, CERTAIN, 1 - CERTAIN), len(proportions)
+    p, n = np.clip(soft, MIN_PROBABILITY, 1 - MIN_PROBABILITY), len(proportions)
     if n <= 2:
         return np.nan_to_num(_tilt_of(shares[:, -1], p[-1:] if n == 2 else p[:0]))
     variances = np.maximum(shares[:, -n:].var(axis=0), 1e-9)
@@ -173,9 +173,9 @@ def guide_terms(guide, box):
     share = (box.nz * box.ny * box.nx - inside) / whole if whole else 1.0
     for plane in range(len(guide.weights)):
         table, factor = guide.tables_of[plane], guide.weights[plane]
-        if (table == WHOLE and not is_whole) or (table == SMALLER and is_whole):
+        if (table == WHOLE_PATCHES and not is_whole) or (table == SMALLER_PATCHES and is_whole):
             continue
-        for part in range(n_parts if table >= SMALLER and table != WHOLE else 1):
+        for part in range(n_parts if table >= SMALLER_PATCHES and table != WHOLE_PATCHES else 1):
             numbers, n_cells = (part // (py * px), part // px % py, part % px), 1
             for axis in range(3):
                 block, scale, most = guide.block[axis], guide.cell_size[axis], sides[axis] - 1
@@ -208,7 +208,7 @@ def guide_terms(guide, box):
                 guide.offsets[n] = ((plane * mz + start[0]) * my + start[1]) * mx + start[2]
                 guide.terms[n] = term
                 n += 1
-    while n % AT_ONCE:
+    while n % TERMS_AT_ONCE:
         guide.offsets[n], guide.terms[n] = 0, np.float32(0)
         n += 1
     return n, share
@@ -235,7 +235,7 @@ def guided_energies(guide, box, illegal, layer, energies, guided, rng):
     out, old = guided.reshape(-1), energies.reshape(-1)
     for z in range(nz):
         base = (layer + z) * my * mx
-        for k in range(0, n, AT_ONCE):
+        for k in range(0, n, TERMS_AT_ONCE):
             a, b = np.uint64(base + offsets[k]), np.uint64(base + offsets[k + 1])
             c, d = np.uint64(base + offsets[k + 2]), np.uint64(base + offsets[k + 3])
             fa, fb, fc, fd = terms[k], terms[k + 1], terms[k + 2], terms[k + 3]

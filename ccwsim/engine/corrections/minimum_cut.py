@@ -29,18 +29,19 @@ from ccwsim.engine.stages.path import (
     inside_overlap,
 )
 
-SAME, DIFFERS, ALL_NEW, ALL_OLD, NOTHING = 0, 1, 2, 3, 4
-"""States of cells. SAME and DIFFERS are cells in the overlap whose old and new facies are equal or
-different. ALL_NEW, ALL_OLD and NOTHING are new, old and missing cells beyond the overlap."""
+SAME_FACIES, DIFFERENT_FACIES, ALL_NEW, ALL_OLD, MISSING_CELL = 0, 1, 2, 3, 4
+"""States of cells. SAME_FACIES and DIFFERENT_FACIES are cells in the overlap whose old and new
+facies are equal or different. ALL_NEW, ALL_OLD and MISSING_CELL are new, old and missing cells
+beyond the overlap."""
 BROKEN_CELL = 1 << 20
 """Cost of a datum that the cut does not honour; it exceeds the cost of all seams of a patch."""
 FREE, OF_OLD, OF_NEW, INACTIVE = 0, 1, 2, 3
 """Tree to which a cell belongs: none yet, the tree of old cells, or the tree of new cells. INACTIVE
 marks cells that are omitted."""
-ROOT, ORPHAN, NONE = 6, 7, 8
+TREE_ROOT, ORPHAN, NO_TREE = 6, 7, 8
 """Values of `parent` for a cell without a parent: the cell is a root, was cut off from a tree, or
 is in no tree. Other values of `parent` are directions, 0 to 5."""
-FAR = 1 << 30
+UNREACHED = 1 << 30
 
 
 class FlowWorkspace(NamedTuple):
@@ -96,10 +97,10 @@ def minimum_cut(grid, data, image, place, box, flow, keep_mask):
     total += _largest_flow(n, steps, flow)
     for k in range(n):
         u = np.uint64(flow.cells[k])
-        if flow.tree[u] == OF_OLD and flow.state[u] == DIFFERS:
+        if flow.tree[u] == OF_OLD and flow.state[u] == DIFFERENT_FACIES:
             for a in range(6):  # an omitted cell joins its only neighbour that differs
                 v = u + steps[a]
-                if flow.state[v] == SAME and flow.beside[v] < 2:
+                if flow.state[v] == SAME_FACIES and flow.beside[v] < 2:
                     flow.tree[v] = OF_OLD
     keep = keep_mask.reshape(-1)
     for z in range(box.nz):
@@ -133,10 +134,10 @@ def _mark_states(grid, image, place, box, flow):
                 flow.tree[u + x] = INACTIVE
             if outside:
                 for x in range(row):
-                    state[u + x] = ALL_OLD if old else NOTHING
+                    state[u + x] = ALL_OLD if old else MISSING_CELL
             else:
-                state[u] = ALL_OLD if west else NOTHING
-                state[u + row - np.uint64(1)] = ALL_OLD if east else NOTHING
+                state[u] = ALL_OLD if west else MISSING_CELL
+                state[u + row - np.uint64(1)] = ALL_OLD if east else MISSING_CELL
                 to = u + np.uint64(1)
                 first = np.uint64(((box.z0 + z) * ny + box.y0 + y) * nx + box.x0)
                 new = np.uint64(((tz + z) * my + ty + y) * mx + tx)
@@ -162,7 +163,7 @@ def _count_beside(box, row, layer, flow):
                 k = np.uint64(x)
                 n_different = np.uint8(0)
                 for v in (before, after, top, bottom, below, above):
-                    n_different += np.uint8(state[v + k] == DIFFERS)
+                    n_different += np.uint8(state[v + k] == DIFFERENT_FACIES)
                 beside[u + k] = np.uint8(n_different)
 
 
@@ -180,19 +181,19 @@ def _make_graph(grid, data, image, place, box, steps, flow):
             for x in range(box.nx):
                 u = first + np.uint64(x)
                 cell_state = np.int32(state[u])
-                if cell_state > DIFFERS:
+                if cell_state > DIFFERENT_FACIES:
                     continue
-                if cell_state == SAME and flow.beside[u] < 2:
+                if cell_state == SAME_FACIES and flow.beside[u] < 2:
                     continue  # no flow passes through a cell with a link on only one side
                 source, sink = np.int32(0), np.int32(0)
                 for a in range(6):
                     other = np.int32(state[u + steps[a]])
-                    free = other <= DIFFERS
+                    free = other <= DIFFERENT_FACIES
                     flow.capacity[_link(u, a)] = cell_state + other if free else 0
                     sink += 2 * cell_state if other == ALL_NEW else 0
                     source += 2 * cell_state if other == ALL_OLD else 0
                 datum = data[box.z0 + z, box.y0 + y, box.x0 + x]
-                if cell_state == DIFFERS and datum != UNKNOWN:
+                if cell_state == DIFFERENT_FACIES and datum != UNKNOWN:
                     old = grid[box.z0 + z, box.y0 + y, box.x0 + x]
                     side = forced_side(old, image[tz + z, ty + y, tx + x], datum)
                     if side:
@@ -226,10 +227,10 @@ def _largest_flow(n, steps, flow):
     for k in range(n):
         u = np.uint64(flow.cells[k])
         time[u], is_queued[u] = 0, False
-        tree[u], parent[u] = FREE, NONE
+        tree[u], parent[u] = FREE, NO_TREE
         if flow.remaining[u] != 0:
             tree[u] = OF_OLD if flow.remaining[u] > 0 else OF_NEW
-            parent[u], distance[u] = ROOT, 1
+            parent[u], distance[u] = TREE_ROOT, 1
             queue[tail], is_queued[u] = u, True
             tail += 1
     n_queued = tail
@@ -292,12 +293,12 @@ def _augment(old, new, meets, steps, flow):
     capacity, parent, orphans = flow.capacity, flow.parent, flow.orphans
     remaining = flow.remaining
     amount, u = np.int32(capacity[_link(old, meets)]), old
-    while parent[u] != ROOT:
+    while parent[u] != TREE_ROOT:
         a = np.int64(parent[u])
         u += steps[a]
         amount = min(amount, np.int32(capacity[_link(u, a ^ 1)]))
     amount, u = min(amount, remaining[u]), new
-    while parent[u] != ROOT:
+    while parent[u] != TREE_ROOT:
         a = np.int64(parent[u])
         amount = min(amount, np.int32(capacity[_link(u, a)]))
         u += steps[a]
@@ -306,7 +307,7 @@ def _augment(old, new, meets, steps, flow):
     capacity[_link(old, meets)] -= amount
     capacity[_link(new, meets ^ 1)] += amount
     u = old
-    while parent[u] != ROOT:
+    while parent[u] != TREE_ROOT:
         a, child = np.int64(parent[u]), u
         u += steps[a]
         capacity[_link(u, a ^ 1)] -= amount
@@ -319,7 +320,7 @@ def _augment(old, new, meets, steps, flow):
         parent[u], orphans[n] = ORPHAN, u
         n += 1
     u = new
-    while parent[u] != ROOT:
+    while parent[u] != TREE_ROOT:
         a, child = np.int64(parent[u]), u
         u += steps[a]
         capacity[_link(child, a)] -= amount
@@ -342,7 +343,7 @@ def _adopt(u, n_orphans, tail, n_queued, now, steps, flow):
     """
     tree, parent, distance, time = flow.tree, flow.parent, flow.distance, flow.time
     capacity, queue = flow.capacity, flow.queue
-    own_tree, nearest, best = tree[u], FAR, NONE
+    own_tree, nearest, best = tree[u], UNREACHED, NO_TREE
     for a in range(6):
         v = u + steps[a]
         if tree[v] != own_tree or parent[v] == ORPHAN:
@@ -356,14 +357,14 @@ def _adopt(u, n_orphans, tail, n_queued, now, steps, flow):
                 steps_up += distance[w]
                 break
             steps_up += 1
-            if parent[w] == ROOT:
+            if parent[w] == TREE_ROOT:
                 time[w], distance[w] = now, 1
                 break
             if parent[w] == ORPHAN:
-                steps_up = FAR
+                steps_up = UNREACHED
                 break
             w += steps[np.int64(parent[w])]
-        if steps_up >= FAR:
+        if steps_up >= UNREACHED:
             continue
         if steps_up < nearest:
             nearest, best = steps_up, a
@@ -373,7 +374,7 @@ def _adopt(u, n_orphans, tail, n_queued, now, steps, flow):
             steps_up -= 1
             w += steps[np.int64(parent[w])]
     parent[u] = best
-    if best != NONE:
+    if best != NO_TREE:
         time[u], distance[u] = now, nearest + 1
         return n_orphans, tail, n_queued
     for a in range(6):
@@ -385,7 +386,7 @@ def _adopt(u, n_orphans, tail, n_queued, now, steps, flow):
             queue[tail], flow.is_queued[v] = v, True
             tail = tail + 1 if tail + 1 < len(queue) else 0
             n_queued += 1
-        if parent[v] < ROOT and v + steps[np.int64(parent[v])] == u:
+        if parent[v] < TREE_ROOT and v + steps[np.int64(parent[v])] == u:
             parent[v] = ORPHAN
             flow.orphans[n_orphans] = v
             n_orphans += 1

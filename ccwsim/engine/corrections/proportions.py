@@ -12,24 +12,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import part_of_kernel
-from ccwsim.engine.stages.candidates import draw_index, place_of
+from ccwsim.engine.stages.candidates import draw_index, location_of_number
 from ccwsim.engine.stages.path import Triple
 from ccwsim.engine.stages.similarity import box_sums, summed_up
 from ccwsim.model.arrays import Bytes, Floats, Ints
 
-N_COMPARED = 3
+N_COMPARED_CANDIDATES = 3
 """Number of candidates compared by proportions. With more candidates, proportions match sooner, but
 patches vary less."""
 GAIN = 800.0
 """Strength of the steering: if a facies exceeds its target by a share s of the grid, a patch with
 only that facies is less likely by a factor of e^(−GAIN s)."""
-PART = 4
+N_PIECES_ALONG = 4
 """Length of the image divided by the length of the pieces from which the spread of proportions is
 estimated."""
 MAX_PLACES = 4000
 """Approximate number of grid cells for which the nearest column of data is searched."""
 N_TARGETS = 50  # number of random targets from which the variance of targets is estimated
-FEW = 5  # the image counts as this number of columns when the variance of columns is estimated
+# the image counts as this number of columns when the variance of columns is estimated
+N_ASSUMED_COLUMNS = 5
 CONTRADICTED = 4
 """Squared difference between the proportions of data and image, in squared standard errors, above
 which data contradict the image."""
@@ -41,9 +42,9 @@ estimated; with more than 20 facies it limits the number of locations."""
 MAX_PRODUCTS = 1_000_000_000
 """Approximate maximum number of products in all steps of Newton's method; with more than 20 facies
 it limits the number of steps."""
-MAX_STEPS = 50  # maximum number of steps of Newton's method; a few suffice
+MAX_NEWTON_STEPS = 50  # maximum number of steps of Newton's method; a few suffice
 ACCURATE = 1e-7
-RARE = 0.2  # maximum proportion of a rare facies
+MAX_RARE_PROPORTION = 0.2  # maximum proportion of a rare facies
 USUAL_VARIANCE = 0.05
 """Variance of the proportion of a facies between patches for which GAIN is made. Rare facies vary
 less, so their gain is larger."""
@@ -85,7 +86,7 @@ def margin_weights(shares: Floats, proportions: Floats) -> Floats:
     """
     target = proportions[-shares.shape[1] :]
     weights = np.zeros(len(target))
-    for _ in range(min(MAX_STEPS, MAX_PRODUCTS // (shares.size * len(target)))):
+    for _ in range(min(MAX_NEWTON_STEPS, MAX_PRODUCTS // (shares.size * len(target)))):
         exponents = -shares @ weights
         chance = np.exp(exponents - exponents.max())
         chance /= chance.sum()
@@ -107,7 +108,7 @@ def gain_factors(shares: Floats, proportions: Floats) -> Floats:
     """
     variances = np.broadcast_to(np.var(shares, axis=0), len(proportions))
     factors = np.clip(USUAL_VARIANCE / np.maximum(variances, 1e-9), 1.0, MAX_FACTOR)
-    return np.where(proportions < RARE, factors, 1.0)
+    return np.where(proportions < MAX_RARE_PROPORTION, factors, 1.0)
 
 
 def draw_target(
@@ -120,7 +121,7 @@ def draw_target(
     expected for a piece as large as the grid. The piece has as many layers as the grid (at most all
     layers of the image), because proportions differ most between layers.
     """
-    parts = [-(-m // PART) for m in image.shape]
+    parts = [-(-m // N_PIECES_ALONG) for m in image.shape]
     parts[:-2] = image.shape[:-2]
     sides = [min(m, n) for m, n in zip(parts, grid_shape, strict=True)]
     indices = []
@@ -188,8 +189,8 @@ def draw_between(
     n = len(data.weights)
     mean = data.weights @ data.shares
     single = 1 - proportions @ proportions  # variance of one cell
-    spread = FEW * single + np.square(data.shares - mean).sum()
-    error = np.square(data.weights).sum() * spread * residual / (FEW + n - 1)
+    spread = N_ASSUMED_COLUMNS * single + np.square(data.shares - mean).sum()
+    error = np.square(data.weights).sum() * spread * residual / (N_ASSUMED_COLUMNS + n - 1)
     off = np.square(mean - proportions).sum() / CONTRADICTED
     natural = data.natural + (between if off > data.natural + error else 0.0)
     if off > natural + error:
@@ -228,7 +229,7 @@ def draw_towards(
     along_x = n_planes * mz * my * mx
     rows, columns = box.ny // block[1], box.nx // block[2]
     for i in range(len(candidates)):
-        tz, ty, tx = place_of(candidates[i], n_places, block)
+        tz, ty, tx = location_of_number(candidates[i], n_places, block)
         exponent = 0.0
         for plane in range(n_planes):
             n_cells = np.int64(0)
@@ -255,16 +256,16 @@ def draw_towards(
 
 @part_of_kernel
 def closest_to_target(image, candidates, box, block, n_places, proportions, counts, after, rng):
-    """Choose N_COMPARED random candidates; return the index of the candidate closest to the target.
+    """Choose random candidates; return the index of the candidate closest to the target.
 
     `image` has the shape (mz, my, mx); `after`, with the shape (n_facies,), is workspace; the other
     arguments are documented in `draw_towards`.
     """
     chosen = np.int64(0)
     smallest = np.inf
-    for _ in range(N_COMPARED):
+    for _ in range(N_COMPARED_CANDIDATES):
         drawn = draw_index(rng, len(candidates))
-        tz, ty, tx = place_of(candidates[drawn], n_places, block)
+        tz, ty, tx = location_of_number(candidates[drawn], n_places, block)
         for k in range(len(counts)):
             after[k] = counts[k]
         for z in range(tz, tz + box.nz):

@@ -39,26 +39,27 @@ from ccwsim.model.watch import UNWATCHED, Watch
 
 MIN_SIZE = 4  # side, in cells, of the smallest re-simulated window
 MIN_SIZE_ISOLATED = 8  # side, in cells, of the smallest window around an isolated datum
-TOLERANCE = 0.12  # maximum share of wrong cells in the ring (the overlap on all sides) of a window
-TOLERANCE_SMALLEST = 0.5
+# maximum share of wrong cells in the ring (the overlap on all sides) of a window
+RING_TOLERANCE = 0.12
+RING_TOLERANCE_SMALLEST = 0.5
 """Maximum share of wrong cells in the ring of the smallest window. If no patch fits, the cell of
 the datum is forced to the facies of the datum."""
 TOLERANCE_ISOLATED = 0.18
 """Maximum share of wrong cells in the ring of a window around an isolated datum."""
-RARE = 0.002
+ISOLATED_SHARE = 0.002
 """Share of a facies' cells in the training image that count as isolated, because few cells around
 them have the same facies."""
-MAX_COMPARED = 3000
+MAX_COMPARED_LOCATIONS = 3000
 """Maximum number of compared locations, chosen at random among locations that honour the data."""
-MAX_COMPARED_VOLUME = 1000
+MAX_COMPARED_LOCATIONS_VOLUME = 1000
 """Maximum number of compared locations in a volume. When this number is reached, the rest of the
 image is not searched."""
 LOCATIONS_AT_ONCE = 100_000
 """Number of locations of a volume that are searched between two counts of the locations that honour
 the data."""
-THIN = 2  # minimum number of layers of a window, unless the volume has fewer layers
-N_BEST = 4  # number of best locations from which the patch is chosen at random
-DENSE = 0.75
+MIN_WINDOW_LAYERS = 2  # minimum number of layers of a window, unless the volume has fewer layers
+N_BEST_LOCATIONS = 4  # number of best locations from which the patch is chosen at random
+MAX_DATA_SHARE = 0.75
 """Maximum share of cells with data for a search around data that form an unseen pattern."""
 LOCATIONS_PER_CALL = 10_000_000
 """Number of locations compared between two checks for a stop, some hundredths of a second apart."""
@@ -99,7 +100,7 @@ class Honouring(NamedTuple):
     """The locations that honour all data of a window."""
 
     mask: NDArray[np.uint64]  # shape (mz, my, n_words), with one bit for each location
-    # shape (64 * mask.size,): numbers of the locations to compare, from `draw_numbers`
+    # shape (64 * mask.size,): numbers of the locations to compare, from `sample_locations`
     numbers: NDArray[np.int32]
 
 
@@ -108,7 +109,9 @@ class WindowWorkspace(NamedTuple):
 
     honouring: Honouring
     patterns: Patterns  # patterns of adjacent cells, or NO_PATTERNS if data are not dense
-    best: NDArray[np.int64]  # shape (N_BEST, 4): misfit, layer, row and column of a location
+    best: NDArray[
+        np.int64
+    ]  # shape (N_BEST_LOCATIONS, 4): misfit, layer, row and column of a location
     strips: Strips
     cut: CutWorkspace
     counts: NDArray[np.int64]
@@ -138,16 +141,16 @@ def resimulate(
     data_status = np.zeros(len(cells), np.int16)
     nz, ny, nx = largest_window(template, image.shape, grid.shape)
     volume = nz > 1 or target.volume
-    dense = len(cells) > DENSE * grid.size and not volume
+    dense = len(cells) > MAX_DATA_SHARE * grid.size and not volume
     work = WindowWorkspace(
         honouring=make_honouring(target.bits),
         patterns=known_patterns(image, 1, False, target.unknown) if dense else NO_PATTERNS,
-        best=np.empty((N_BEST, 4), np.int64),
+        best=np.empty((N_BEST_LOCATIONS, 4), np.int64),
         strips=make_strips(target.square_bits, (nz, ny, nx)),
         cut=make_cut((nz, ny, nx), (max(1, nz // 4), max(1, ny // 4), max(1, nx // 4))),
         counts=np.zeros(0, np.int64),  # cells of each facies are not counted
     )
-    most = MAX_COMPARED_VOLUME if volume else MAX_COMPARED
+    most = MAX_COMPARED_LOCATIONS_VOLUME if volume else MAX_COMPARED_LOCATIONS
     sizes = _halved((nz, ny, nx), MIN_SIZE)
     larger = _halved((nz, ny, nx), MIN_SIZE_ISOLATED)
     n_steps = len(sizes) + (0 if isolated_below is None else len(larger))
@@ -167,7 +170,7 @@ def resimulate(
                 on_window(int(batch[0]), size, bool(fits[0]))
 
     for step, size in enumerate(sizes):
-        tolerance = TOLERANCE if max(size) > MIN_SIZE else TOLERANCE_SMALLEST
+        tolerance = RING_TOLERANCE if max(size) > MIN_SIZE else RING_TOLERANCE_SMALLEST
         resimulate_marked(step, grid[places] != facies, size, tolerance, anyway=False)
     wrong = grid[places] != facies
     missed = tuple(cells[wrong].T)
@@ -209,10 +212,10 @@ def _halved(size: Triple, smallest: int) -> list[Triple]:
     sizes: list[Triple] = []
     while side > smallest:
         sizes.append((nz, side, side))
-        if nz > THIN and 2 * nz >= side:
-            nz = max(THIN, nz // 4)
+        if nz > MIN_WINDOW_LAYERS and 2 * nz >= side:
+            nz = max(MIN_WINDOW_LAYERS, nz // 4)
             continue
-        nz, side = max(nz // 2, min(nz, THIN)), side // 2
+        nz, side = max(nz // 2, min(nz, MIN_WINDOW_LAYERS)), side // 2
     return sizes + [(nz, smallest, smallest)] * (bool(sizes) or side == smallest)
 
 
@@ -223,7 +226,7 @@ def isolated_datum_thresholds(image: NDArray[np.uint8]) -> NDArray[np.float64]:
         marked = image == index
         if marked.any():
             counts = _counts_around(marked, int(len(image) > 1))
-            thresholds[index] = np.quantile(counts[marked], RARE)
+            thresholds[index] = np.quantile(counts[marked], ISOLATED_SHARE)
     return thresholds
 
 
@@ -444,16 +447,16 @@ def best_windows(
     """Fill `best` with the misfit, layer, row and column of the locations whose ring fits best.
 
     Return the number of locations in `best`. Only marked locations with at most `limit` wrong cells
-    are used. `sample` is documented in `draw_numbers`, `layers` and `part` in `honouring_places`,
-    and `unknown` in `Target`. Of equally good locations, the first one compared is used; the search
-    therefore begins at a random location.
+    are used. `sample` is documented in `sample_locations`, `layers` and `part` in
+    `honouring_places`, and `unknown` in `Target`. Of equally good locations, the first one compared
+    is used; the search therefore begins at a random location.
     """
     mask, numbers = honouring
     layers = layers[0], layers[1] - box.nz + 1
     rows, columns = shape[1] - box.ny + 1, shape[2] - box.nx + 1
     first_row, n_rows = part
     start_row, first_x = draw_index(rng, n_rows), draw_index(rng, columns)
-    n_numbers = draw_numbers(rng, sample, numbers)
+    n_numbers = sample_locations(rng, sample, numbers)
     n, one, words = 0, np.uint64(1), square_bits.reshape(-1)
     worst = limit + 1
     passed, n_compared = np.int64(0), np.int64(0)  # numbers of marked and compared locations
@@ -495,7 +498,7 @@ def has_unknown(unknown, place, box):
 
 
 @part_of_kernel
-def draw_numbers(rng, sample, numbers):
+def sample_locations(rng, sample, numbers):
     """Fill `numbers` with the marked locations to compare; return the count of these locations.
 
     `sample` has the number of marked locations, the approximate number of locations to compare, and

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.corrections.refinement import refine_place
 from ccwsim.engine.corrections.resimulation import (
-    THIN,
+    MIN_WINDOW_LAYERS,
     Honouring,
     Target,
     fitting_windows,
@@ -34,7 +34,13 @@ from ccwsim.engine.corrections.unseen_patterns import (
 )
 from ccwsim.engine.kernels import kernel, part_of_kernel
 from ccwsim.engine.stages.bits import Strips, make_strips, take_strips
-from ccwsim.engine.stages.candidates import Ranking, best_places, draw_index, make_ranking, place_of
+from ccwsim.engine.stages.candidates import (
+    Ranking,
+    best_places,
+    draw_index,
+    location_of_number,
+    make_ranking,
+)
 from ccwsim.engine.stages.cut import CutWorkspace, keep_old, make_cut, paste
 from ccwsim.engine.stages.path import ABOVE, BELOW, BOTTOM, LEFT, RIGHT, TOP, UNKNOWN, Box, Triple
 from ccwsim.engine.stages.pyramid import build_pyramid
@@ -52,10 +58,10 @@ from ccwsim.engine.stages.similarity import (
 from ccwsim.model.arrays import Bytes, Floats, Ints, Mask
 from ccwsim.model.watch import UNWATCHED, Watch
 
-N_BEST = 2  # number of best locations that are tried for a window
-N_BEST_DATA = 8  # number of best locations that are tried for a window in a volume with data
-LEAST, LEAST_VOLUME = 3, 4  # minimum number of unseen patterns in a repaired window
-MAX_COMPARED = 500
+N_BEST_TRIED = 2  # number of best locations that are tried for a window
+N_BEST_TRIED_DATA = 8  # number of best locations that are tried for a window in a volume with data
+MIN_UNSEEN, MIN_UNSEEN_VOLUME = 3, 4  # minimum number of unseen patterns in a repaired window
+MAX_COMPARED_WITH_DATA = 500
 """Maximum number of locations, all honouring the data, that are compared for a window with data."""
 LOCATIONS = 12_500  # approximate number of locations in a volume that are compared for each window
 CHANGE = 0.25
@@ -108,7 +114,7 @@ def window_lengths(template: Triple, room: Triple) -> tuple[Triple, Triple, Trip
     the window includes all cells and has no ring.
     """
     volume = template[0] > 1
-    n_layers = min(THIN if volume else 1, room[0])
+    n_layers = min(MIN_WINDOW_LAYERS if volume else 1, room[0])
     lengths = [(n_layers, 0, n_layers)]
     for t, most in zip(template[1:], room[1:], strict=True):
         side, wide, large = (3 * t / 8, 1 / 6, 16) if volume else (t / 2, 1 / 4, 12)
@@ -148,7 +154,7 @@ def prepare_repair(
         illegal = n_unknown[blocks] > 0
         spans = legal_spans(illegal.astype(np.uint8))
         energy[illegal] = np.iinfo(kind).max
-    least = LEAST_VOLUME if volume else LEAST
+    least = MIN_UNSEEN_VOLUME if volume else MIN_UNSEEN
     patterns = known_patterns(image, None, volume, unknown)
     near = patterns if patterns.spacing == 1 else known_patterns(image, 1, volume, unknown)
     counts = np.bincount(image.ravel(), minlength=n_facies)[:n_facies]
@@ -167,7 +173,7 @@ def prepare_repair(
     )
 
 
-def make_workspace(repair: Repair, target: Target) -> RepairWorkspace:
+def make_repair_workspace(repair: Repair, target: Target) -> RepairWorkspace:
     """Return the workspace for the windows of a realization."""
     nz, ny, nx = repair.energy.shape
     if len(target.layers) > 1:
@@ -178,8 +184,8 @@ def make_workspace(repair: Repair, target: Target) -> RepairWorkspace:
     return RepairWorkspace(
         scores=np.zeros(shape, kind),
         terms=make_terms(repair.running, window, both, repair.block),  # type: ignore[arg-type]
-        ranking=make_ranking(n, min(N_BEST, n), kind),
-        best=np.zeros((N_BEST_DATA if window[0] > 1 else N_BEST, 4), np.int64),
+        ranking=make_ranking(n, min(N_BEST_TRIED, n), kind),
+        best=np.zeros((N_BEST_TRIED_DATA if window[0] > 1 else N_BEST_TRIED, 4), np.int64),
         no_data=np.zeros((0, 4), np.int64),
         honouring=make_honouring(target.bits),
         strips=make_strips(target.square_bits, window),
@@ -219,7 +225,7 @@ def repair_seams(
     n_changed = 0
     if any(n > m for n, m in zip(window, target.grid.shape, strict=True)):
         places = places[:0]  # the grid is smaller than a window
-    work = make_workspace(repair, target)
+    work = make_repair_workspace(repair, target)
     for first in range(0, max(len(places), 1), WINDOWS_PER_CALL):  # one call even without windows
         watch.tell(first / max(len(places), 1))
         batch = places[first : first + WINDOWS_PER_CALL]
@@ -250,7 +256,14 @@ def repair_windows(target, repair, places, forced, rng, work):
         if has_data(data, box):
             limit = np.int64(nz * ny * nx)
             n = fitting_windows(
-                target, box, limit, MAX_COMPARED, rng, work.honouring, work.strips, work.best
+                target,
+                box,
+                limit,
+                MAX_COMPARED_WITH_DATA,
+                rng,
+                work.honouring,
+                work.strips,
+                work.best,
             )
         else:
             n = well_fitting_windows(target, box, repair, rng, work)
@@ -331,7 +344,7 @@ def well_fitting_windows(target, box, repair, rng, work):
     take_strips(grid, box, square_bits, work.strips)
     n_places, missed = (scores.shape[1], scores.shape[2]), np.int64(0)
     for k in range(len(places)):
-        z, y, x = place_of(places[k], n_places, repair.block)
+        z, y, x = location_of_number(places[k], n_places, repair.block)
         near, block = (z + layer * repair.block[0], y, x), repair.shift_block
         misfit, z, y, x = refine_place(
             image, square_bits, box, block, near, work.strips, work.no_data, missed

@@ -16,7 +16,7 @@ from ccwsim.engine.stages.path import RasterPath, Triple
 
 N_PIXELS = 64  # number of pixels of the map along the longer side of the grid
 N_PIXELS_GIVEN = 32  # number of pixels for given probabilities; the resolution of the targets
-FRACTIONS = (1 / 4, 1 / 6, 1 / 8, 1 / 12, 1 / 16, 1 / 24, 1 / 32)
+TREND_WIDTHS = (1 / 4, 1 / 6, 1 / 8, 1 / 12, 1 / 16, 1 / 24, 1 / 32)
 """Standard deviations of the Gaussian that are tried, divided by the longer side of the grid."""
 MIN_COLUMNS = 10  # minimum number of columns of data from which a trend is estimated
 SIGNIFICANT = 2.0  # minimum improvement of the prediction, in standard errors
@@ -56,7 +56,7 @@ def trend_of_data(data: DataProportions, grid_shape: Triple, min_width: float) -
     mean = data.shares.mean(axis=0)
     errors = np.square((data.shares - mean) * n / (n - 1)).sum(axis=1)  # each column left out
     best, best_map = float(errors.mean()), None
-    for fraction in FRACTIONS:
+    for fraction in TREND_WIDTHS:
         width = fraction * N_PIXELS
         if width * pixel < min_width:
             break

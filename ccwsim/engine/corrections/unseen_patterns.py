@@ -16,16 +16,19 @@ from ccwsim.engine.stages.path import LEFT, TOP, Box, Triple
 from ccwsim.engine.stages.similarity import box_sums
 from ccwsim.model.watch import UNWATCHED, Watch
 
-SIDE, SPACING = 4, 2  # side of a pattern in a map, and spacing of the cells in a pattern
-SIDE_VOLUME, SPACING_VOLUME = 3, 1
+UNSEEN_SIDE, UNSEEN_SPACING = (
+    4,
+    2,
+)  # side of a pattern in a map, and spacing of the cells in a pattern
+UNSEEN_SIDE_VOLUME, UNSEEN_SPACING_VOLUME = 3, 1
 """Side of a pattern in a volume, and spacing of the cells in a pattern."""
 NUMBER_BITS, NUMBER_BITS_VOLUME = 22, 24
 """Number of bits of a pattern number. If there are more possible patterns than numbers, patterns
 share numbers, and an unseen pattern may be overlooked."""
 HASH, HASH_OF_ROWS, HASH_OF_LABELS = 0x9E3779B1, 0x85EBCA6B, 0xC2B2AE35
 """Factors of the hash of a pattern: odd numbers with irregular bits."""
-EVERY = 2  # distance between searched rows of patterns of a map. Dead ends span several rows
-ROWS_AT_ONCE = 64  # number of rows of the training image whose patterns are marked together
+ROW_SPACING = 2  # distance between searched rows of patterns of a map. Dead ends span several rows
+IMAGE_ROWS_AT_ONCE = 64  # number of rows of the training image whose patterns are marked together
 STRIPS_PER_CALL = 64
 
 
@@ -89,7 +92,9 @@ def known_patterns(
     running numbers of unknown cells (see `Target`), whose index is the largest one.
     """
     volume = len(image) > 1 if volume is None else volume
-    side, usual = (SIDE_VOLUME, SPACING_VOLUME) if volume else (SIDE, SPACING)
+    side, usual = (
+        (UNSEEN_SIDE_VOLUME, UNSEEN_SPACING_VOLUME) if volume else (UNSEEN_SIDE, UNSEEN_SPACING)
+    )
     spacing = usual if spacing is None else spacing
     shape = image.shape if volume else (1, *image.shape[1:])
     size = tuple(side if (side - 1) * spacing < n else 1 for n in shape)
@@ -111,7 +116,7 @@ def known_patterns(
         row_base=np.uint32(n_facies ** size[2] if exact else HASH_OF_ROWS),
         shift=0 if exact else 32 - bits,
     )
-    strip = 1, min(ROWS_AT_ONCE, image.shape[1]), image.shape[2]
+    strip = 1, min(IMAGE_ROWS_AT_ONCE, image.shape[1]), image.shape[2]
     extent, n_unknown = tuple(n + 1 for n in reach), unknown
     if unknown.size:
         n_unknown = box_sums(unknown, extent, (0, 0, 0), extent)  # type: ignore[arg-type]
@@ -168,7 +173,7 @@ def unseen_places(
         rows_used = np.flatnonzero(active.any(axis=(0, 2)))
         low = max(rows_used[0] - middle[1], 0) // part[1]
         high = min(rows_used[-1] // part[1] + 1, high)
-    every = EVERY if grid.shape[0] == 1 else 1
+    every = ROW_SPACING if grid.shape[0] == 1 else 1
     for first in range(low, high, STRIPS_PER_CALL):
         watch.tell(0.0)
         last = min(first + STRIPS_PER_CALL, high)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ccwsim.engine.kernels import inlined_part_of_kernel, part_of_kernel
 from ccwsim.engine.stages.path import Triple, inside_overlap
 
-SIDE = 8  # side, in cells, of a square whose bits fill a word
+SQUARE_SIDE = 8  # side, in cells, of a square whose bits fill a word
 FIRST_ROW = 0x0101010101010101  # word in which the bits of the first row of a square are set
 
 
@@ -51,7 +51,9 @@ def to_square_bits(image: NDArray[np.uint8], n_facies: int = 0) -> NDArray[np.ui
     """
     nz, ny, nx = image.shape
     planes = _n_planes(image, n_facies)
-    columns = np.zeros((planes, nz, ny + SIDE, SIDE * (nx // SIDE + 2)), np.uint8)
+    columns = np.zeros(
+        (planes, nz, ny + SQUARE_SIDE, SQUARE_SIDE * (nx // SQUARE_SIDE + 2)), np.uint8
+    )
     for plane in range(planes):
         columns[plane, :, :ny, :nx] = image >> plane & 1
     words = columns.view("<u8").astype(np.uint64, copy=False)
@@ -69,7 +71,7 @@ def _n_planes(image: NDArray[np.uint8], n_facies: int = 0) -> int:
 def make_strips(square_bits: NDArray[np.uint64], size: Triple) -> Strips:
     """Return uninitialized `Strips` for boxes of at most `size` cells."""
     nz, ny, nx = size
-    n = nz * -(-ny // SIDE) * -(-nx // SIDE)
+    n = nz * -(-ny // SQUARE_SIDE) * -(-nx // SQUARE_SIDE)
     words = np.zeros(n * len(square_bits), np.uint64)
     return Strips(np.zeros(n, np.uint64), words, np.zeros(n, np.uint64), np.zeros(1, np.int64))
 
@@ -85,9 +87,9 @@ def take_strips(grid, box, square_bits, strips):
     n_planes, _, my, mx = square_bits.shape
     words, n = strips.words, 0
     for z in range(box.nz):
-        for y0 in range(0, box.ny, SIDE):
-            for x0 in range(0, box.nx, SIDE):
-                width, height = min(SIDE, box.nx - x0), min(SIDE, box.ny - y0)
+        for y0 in range(0, box.ny, SQUARE_SIDE):
+            for x0 in range(0, box.nx, SQUARE_SIDE):
+                width, height = min(SQUARE_SIDE, box.nx - x0), min(SQUARE_SIDE, box.ny - y0)
                 inside = low_x <= x0 and x0 + width <= high_x
                 if inside and low_z <= z < high_z and low_y <= y0 and y0 + height <= high_y:
                     continue
@@ -104,8 +106,8 @@ def take_strips(grid, box, square_bits, strips):
                         continue
                     corner = np.uint64(((box.z0 + z) * rows + box.y0 + y) * columns + box.x0 + x0)
                     facies = np.uint64(0)
-                    if width == SIDE:  # the compiler unrolls a loop of constant length
-                        for x in range(np.uint64(SIDE)):
+                    if width == SQUARE_SIDE:  # the compiler unrolls a loop of constant length
+                        for x in range(np.uint64(SQUARE_SIDE)):
                             facies |= np.uint64(of_grid[corner + x]) << (x << np.uint64(3))
                     else:
                         for x in range(np.uint64(width)):
@@ -115,7 +117,7 @@ def take_strips(grid, box, square_bits, strips):
                     mask |= row << down
                     for plane in range(n_planes):
                         words[first + plane] |= (facies >> np.uint64(plane) & row) << down
-                strips.offsets[n] = (z * my + y0) * mx + x0 // SIDE
+                strips.offsets[n] = (z * my + y0) * mx + x0 // SQUARE_SIDE
                 strips.mask[n] = mask
                 n += 1
     strips.n[0] = n

@@ -156,7 +156,7 @@ def keep_within(scores, places, slack):
 
 
 @part_of_kernel
-def place_of(number, n_places, block):
+def location_of_number(number, n_places, block):
     """Return layer, row and column, in cells, of the location with a number.
 
     `n_places` has the numbers of rows and columns of locations.

@@ -32,15 +32,15 @@ class Weights(NamedTuple):
 
 SPARSE = Weights(missed=40, held=8, ahead=4, slack=6, everywhere=False)
 """Weights for tiles that are not split, with more weight on the overlap to preserve shapes."""
-DENSE = Weights(missed=100, held=20, ahead=4, slack=2, everywhere=True)
+DENSE_WEIGHTS = Weights(missed=100, held=20, ahead=4, slack=2, everywhere=True)
 """Weights for split tiles: dense data determine the shapes, and few locations fit the data."""
 KEEP_OLD, TAKE_NEW = 1, 2
 """The side of a cut on which a cell must be: the cell stays old or gets the facies of the patch."""
-MAX_DATA = 10
+MAX_PATCH_DATA = 10
 """Maximum number of data per patch; a tile with more data is split into smaller patches. The limit
 of `ScaledLengths.max_data` is higher for maps with a large overlap."""
-MAX_TERMS = 1024  # maximum number of data that are compared with locations in one pass
-MAX_COUNTED = 255  # maximum number that a byte can count
+MAX_DATA_AT_ONCE = 1024  # maximum number of data that are compared with locations in one pass
+MAX_BYTE = 255  # maximum number that a byte can count
 N_CLASSES = 256
 
 
@@ -103,7 +103,7 @@ def split_tiles(
     path: RasterPath,
     template: Triple,
     overlap: Triple,
-    max_data: float = MAX_DATA,
+    max_data: float = MAX_PATCH_DATA,
     volume: bool = False,
 ) -> Ints:
     """Return, for each tile, the index of the first split with at most `max_data` data per part.
@@ -170,7 +170,7 @@ def make_misses(n_data: int, blocks: Triple, places: Triple) -> Misses:
     nz, ny, nx = places if n_data else (0, 0, 0)
     n, short = nz * blocks[1] * blocks[2], blocks[2] <= N_CLASSES
     return Misses(
-        terms=np.zeros((6, min(n_data, MAX_TERMS)), np.int64),
+        terms=np.zeros((6, min(n_data, MAX_DATA_AT_ONCE)), np.int64),
         counts=np.zeros(n, np.uint8),
         column_of=np.resize(np.arange(blocks[2], dtype=np.uint8), n if short else 0),
         beyond=np.zeros((nz, ny, nx), np.int64),
@@ -297,7 +297,7 @@ def _count_misses(of_image, my, mx, terms, n, work, totals):
         for k in range(n):
             together = together and terms[5, k] % least == 0
             total += terms[5, k] // least
-        together = together and total <= MAX_COUNTED
+        together = together and total <= MAX_BYTE
         counted = 0
         counts[: nz * my * mx] = 0
         for k in range(n):
@@ -324,7 +324,7 @@ def _count_misses(of_image, my, mx, terms, n, work, totals):
                             counts[first + place] += times if missed else no
             terms[5, k] = 0
             counted += 1
-            if counted == MAX_COUNTED:
+            if counted == MAX_BYTE:
                 break
         cost = totals.dtype.type(least)
         for pz in range(nz):

@@ -15,7 +15,9 @@ from ccwsim.engine.stages.bits import n_bits
 from ccwsim.engine.stages.conditioning import KEEP_OLD, TAKE_NEW, forced_side
 from ccwsim.engine.stages.path import BOTTOM, LEFT, RIGHT, TOP, UNKNOWN, Triple
 
-BROKEN = 1 << 16  # cost of a datum that the cut does not honour; it exceeds any cost without data
+MISSED_DATUM_COST = (
+    1 << 16
+)  # cost of a datum that the cut does not honour; it exceeds any cost without data
 MAX_BIT_COST = 32
 """Cost of a boundary below which bits represent all boundaries of a line at once in the search."""
 
@@ -68,7 +70,7 @@ def boundary(cut, n, m):
                 broken += demand[i, c - 1] == TAKE_NEW
                 broken -= demand[i, c - 1] == KEEP_OLD
             total = _bit(error, max(c - 1, 0)) + _bit(error, min(c, m - 1))
-            total += BROKEN * broken
+            total += MISSED_DATUM_COST * broken
             if i > 0:
                 best = cost[i - 1, c]
                 if c > 0:
@@ -263,7 +265,7 @@ def _cell_of(i, c, box, upright, far):
 
 
 @part_of_kernel
-def n_of(flat, first, n_cells, facies):
+def count_facies(flat, first, n_cells, facies):
     """Count the cells of a facies in a row, with 16-bit counts for faster vector instructions."""
     n, facies = np.int16(0), np.uint8(facies)
     for x in range(np.uint64(n_cells)):
@@ -287,11 +289,11 @@ def paste(image, place, box, keep_mask, counts, grid, sources):
             new = np.uint64(((tz + z) * image.shape[1] + ty + y) * image.shape[2] + tx)
             kept = np.uint64((z * keep_mask.shape[1] + y) * keep_mask.shape[2])
             for k in range(len(counts)):
-                counts[k] -= n_of(of_grid, old, box.nx, k)
+                counts[k] -= count_facies(of_grid, old, box.nx, k)
             for x in range(np.uint64(box.nx)):
                 of_grid[old + x] = of_grid[old + x] if keep[kept + x] else of_image[new + x]
             for k in range(len(counts)):
-                counts[k] += n_of(of_grid, old, box.nx, k)
+                counts[k] += count_facies(of_grid, old, box.nx, k)
             if sources.size:
                 for x in range(box.nx):
                     if not keep[kept + np.uint64(x)]:

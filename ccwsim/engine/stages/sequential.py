@@ -208,7 +208,7 @@ def best_near(grid, image, data, box, y, x, rules):
     codes, fewest, best, best_y, best_x = rules.codes, np.int64(1) << 60, np.int64(0), y, x
     for py in range(max(y - box.ny, 0), min(y + box.ny, image.shape[1] - 1) - box.ny + 2):
         for px in range(max(x - box.nx, 0), min(x + box.nx, image.shape[2] - 1) - box.nx + 2):
-            if rules.has_gaps and not is_whole(image, py, px, box, len(codes)):
+            if rules.has_gaps and not is_known_patch(image, py, px, box, len(codes)):
                 continue
             misses = np.int64(0)
             for row in range(box.y0, min(box.y0 + box.ny, data.facies.shape[1])):
@@ -231,7 +231,7 @@ def best_near(grid, image, data, box, y, x, rules):
 
 
 @part_of_kernel
-def is_whole(image, y, x, box, n_facies):
+def is_known_patch(image, y, x, box, n_facies):
     """Return whether a patch at row `y` and column `x` has no unknown cell."""
     for row in range(y, y + box.ny):
         for column in range(x, x + box.nx):

@@ -24,9 +24,9 @@ from numpy.typing import NDArray
 from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.stages.path import Triple, inside_overlap, overlap_cells
 
-ROWS_AT_ONCE = 16
+LOCATION_ROWS_AT_ONCE = 16
 """Number of rows of locations scored in one loop; their data fit into the processor's cache."""
-AT_ONCE = 4  # number of terms that are added in one loop over locations
+TERMS_AT_ONCE = 4  # number of terms that are added in one loop over locations
 SCORE_TYPES = np.int16, np.int32, np.int64
 SUM_TYPES = np.uint16, np.uint32, np.uint64
 
@@ -214,7 +214,9 @@ class Terms(NamedTuple):
     offsets: NDArray[np.int64]  # index of each term in the raveled running sums, for location 0
     weights: NDArray[np.unsignedinteger[Any]]  # factor of each term
     ends: NDArray[np.int64]  # end of each group
-    sums: NDArray[np.unsignedinteger[Any]]  # sums of a group, for ROWS_AT_ONCE rows of locations
+    sums: NDArray[
+        np.unsignedinteger[Any]
+    ]  # sums of a group, for LOCATION_ROWS_AT_ONCE rows of locations
     largest: int  # largest sum that fits the type
 
 
@@ -224,12 +226,12 @@ def make_terms(
     """Return the arrays for the terms of patches; `overlap` is the maximum overlap."""
     n_blocks = running.shape[1] * (overlap_cells(template, overlap) // prod(block))
     # A line has at most one term per block, but workspace for two terms and for padding.
-    n = (3 + AT_ONCE) * n_blocks + 2
+    n = (3 + TERMS_AT_ONCE) * n_blocks + 2
     return Terms(
         offsets=np.zeros(n, np.int64),
         weights=np.zeros(n, running.dtype),
         ends=np.zeros(n_blocks, np.int64),
-        sums=np.zeros(ROWS_AT_ONCE * running.shape[4], running.dtype),
+        sums=np.zeros(LOCATION_ROWS_AT_ONCE * running.shape[4], running.dtype),
         largest=int(min(np.iinfo(running.dtype).max, np.iinfo(np.int64).max)),
     )
 
@@ -288,8 +290,8 @@ def overlap_terms(grid, box, block, running, terms):
 
 @part_of_kernel
 def fill_up(n, terms):
-    """Add terms of weight 0 up to a multiple of `AT_ONCE`; return the number of terms."""
-    while n % AT_ONCE:
+    """Add terms of weight 0 up to a multiple of `TERMS_AT_ONCE`; return the number of terms."""
+    while n % TERMS_AT_ONCE:
         terms.offsets[n], terms.weights[n] = 0, 0
         n += 1
     return n
@@ -346,7 +348,7 @@ def score_places(running, layer, spans, terms, n_groups, energy, scores):
     energies, flat, values = energy.reshape(-1), scores.reshape(-1), running.reshape(-1)
     offsets, weights, sums = terms.offsets, terms.weights, terms.sums
     kind, two = scores.dtype.type, scores.dtype.type(2)
-    at_once = ROWS_AT_ONCE if spans.size else _rows_at_once(nx, mx)
+    at_once = LOCATION_ROWS_AT_ONCE if spans.size else _rows_at_once(nx, mx)
     if n_groups == 0 or spans.size:
         for x in range(np.uint64(len(flat))):
             flat[x] = energies[x]
@@ -363,7 +365,7 @@ def score_places(running, layer, spans, terms, n_groups, energy, scores):
             length, n_columns = np.uint64(length), np.uint64(high - low)
             for group in range(n_groups):
                 start = terms.ends[group - 1] if group > 0 else 0
-                for n in range(start, terms.ends[group], AT_ONCE):
+                for n in range(start, terms.ends[group], TERMS_AT_ONCE):
                     a, b = np.uint64(base + offsets[n]), np.uint64(base + offsets[n + 1])
                     c, d = np.uint64(base + offsets[n + 2]), np.uint64(base + offsets[n + 3])
                     wa, wb, wc, wd = weights[n], weights[n + 1], weights[n + 2], weights[n + 3]
@@ -392,4 +394,4 @@ def score_places(running, layer, spans, terms, n_groups, energy, scores):
 @part_of_kernel
 def _rows_at_once(nx, mx):
     """Return the number of rows summed in one loop; 1 if many sums would be discarded."""
-    return ROWS_AT_ONCE if 4 * nx >= 3 * mx else 1
+    return LOCATION_ROWS_AT_ONCE if 4 * nx >= 3 * mx else 1

@@ -10,7 +10,7 @@ from ccwsim.engine.corrections.resimulation import first_cell
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.raster import Plan, draw_template, empty_grid, make_plan, to_grid
 from ccwsim.engine.realization import Realization, honour_data, random_numbers, repair, repairs
-from ccwsim.engine.stages.conditioning import DENSE, SPARSE
+from ccwsim.engine.stages.conditioning import DENSE_WEIGHTS, SPARSE
 from ccwsim.engine.stages.path import FROM_ABOVE, Box, Triple, inside_overlap
 from ccwsim.engine.stages.pyramid import block_sums, cells_of_blocks, decompose, reconstruct
 from ccwsim.engine.trace.frames import Frame
@@ -295,7 +295,7 @@ class Trace:
         scores, copies = self._all_scores(blocks, layer, n_layers)
         illegal = self.oriented.illegal[layer : layer + n_layers]
         if seen_data(self.data, before, box, search.co_template):
-            weights, totals = SPARSE if p.split == 0 else DENSE, work.totals[:n_layers]
+            weights, totals = SPARSE if p.split == 0 else DENSE_WEIGHTS, work.totals[:n_layers]
             data = data_terms(
                 inputs, layer, before, box, weights, totals=totals, of_places=of_places
             )

@@ -12,7 +12,7 @@ import numpy as np
 
 from ccwsim.io.archive import opened_archive
 from ccwsim.io.data_file import DataFile, broken, printable
-from ccwsim.io.formats.tables import table_of
+from ccwsim.io.formats.tables import make_table
 from ccwsim.io.limits import check, check_table, limits
 from ccwsim.model.errors import CCWSIMError, refused
 from ccwsim.model.extras import needs
@@ -39,7 +39,7 @@ def read_geojson(text: bytes, name: str) -> DataFile:
     )
     columns = chain(x_and_y, columns)  # made one by one, after their number is checked
     names = ["x", "y", *keys]
-    return table_of("GeoJSON points", name, names, columns, numbers, counted="feature")
+    return make_table("GeoJSON points", name, names, columns, numbers, counted="feature")
 
 
 def _places(geometry: Any, name: str, number: int) -> list[tuple[float, float]]:
@@ -89,7 +89,7 @@ def read_gis(content: bytes, name: str, kind: str) -> DataFile:
     names, columns = ["x", "y", *meta["fields"]], [*np.array(places).reshape(-1, 2).T, *columns]
     numbers = np.arange(1, len(places) + 1)
     kind_name = f"{GIS_FILES[kind]} points"
-    return table_of(kind_name, name, names, columns, numbers, counted="feature")
+    return make_table(kind_name, name, names, columns, numbers, counted="feature")
 
 
 def _parts(content: bytes, name: str) -> bytes:

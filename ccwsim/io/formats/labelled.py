@@ -12,7 +12,7 @@ from ccwsim import CCWSIMError, Grid
 from ccwsim.io.data_file import DataFile, Geometry, broken
 from ccwsim.io.formats.rasters import code_and_wkt
 from ccwsim.io.limits import check, check_arrays, limits
-from ccwsim.model.arrays import AXES, labelled_axes, oriented_values
+from ccwsim.model.arrays import WORLD_AXES, labelled_axes, oriented_values
 from ccwsim.model.extras import needs
 
 _MATLAB = "MATLAB_class"
@@ -118,7 +118,7 @@ def _grid(array: NDArray, is_matlab: bool) -> NDArray:
 def netcdf_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
     """Return maps as NetCDF variables; coordinates (z,) y, x are cell centres in world units."""
     xarray = needs("xarray")
-    axes = dict(reversed(list(zip(AXES, grid.axes, strict=False))))
+    axes = dict(reversed(list(zip(WORLD_AXES, grid.axes, strict=False))))
     variables = {name: (tuple(axes), netcdf_integers(values)) for name, values in maps.items()}
     return _netcdf(xarray.Dataset(variables, axes), grid.crs)
 

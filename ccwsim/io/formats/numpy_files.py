@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ccwsim.io.archive import Archive, opened_archive
 from ccwsim.io.data_file import DataFile, Geometry, broken, distinct_names
-from ccwsim.io.formats.tables import table_of
+from ccwsim.io.formats.tables import make_table
 from ccwsim.io.limits import check, check_arrays, check_cells
 from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.grid import Grid
@@ -98,7 +98,7 @@ def _cells_and_facies(archive: Archive, name: str) -> DataFile | None:
     check_cells(name, (shape[0] * (shape[1] + 1),))
     cells, facies = (array.values() for array in arrays)
     places, lines = ("layer", "row", "col")[-shape[1] :], np.arange(1, shape[0] + 1)
-    return table_of("NumPy arrays", name, [*places, "facies"], [*cells.T, facies], lines)
+    return make_table("NumPy arrays", name, [*places, "facies"], [*cells.T, facies], lines)
 
 
 def _grids_and_reasons(archive: Archive, name: str) -> tuple[dict[str, NDArray], list[str]]:

@@ -143,7 +143,8 @@ def _on_white(picture: Image.Image) -> tuple[Bytes, Mask | None]:
 
 MAX_COLOURS = 16  # maximum number of colours that count as facies; more indicate blur or shading
 
-GREY = 24  # maximum difference between red, green and blue for a colour to count as grey
+# maximum difference between red, green and blue for a colour to count as grey
+MAX_GREY_DIFFERENCE = 24
 
 DEFAULT_COLOURS = ("#1f3f77", "#f0a830", "#2f8f5b", "#a63d2f", "#7d5ba6", "#8a8f98")
 """Default colours of facies, in the order of the codes: blue, amber, green, brick, violet, grey."""
@@ -168,7 +169,9 @@ def grey_of(rgb: Bytes) -> Floats:
 
 def is_grey(rgb: Bytes, percent: float = 100.0) -> bool:
     """Return whether at least `percent` % of the cells are grey."""
-    return bool(np.percentile(np.ptp(rgb.astype(np.int16), axis=-1), percent) <= GREY)
+    return bool(
+        np.percentile(np.ptp(rgb.astype(np.int16), axis=-1), percent) <= MAX_GREY_DIFFERENCE
+    )
 
 
 def distinct_colours(rgb: Bytes, counted: Mask | None = None) -> tuple[Bytes, NDArray[np.int32]]:

@@ -16,7 +16,7 @@ from ccwsim.model.arrays import as_array
 from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.extras import needs
 
-NAME = "the table"  # name of a table in messages
+UNNAMED_TABLE = "the table"  # name of a table in messages
 
 
 def read_memory_table(table: Any) -> DataFile:
@@ -24,16 +24,18 @@ def read_memory_table(table: Any) -> DataFile:
     keys = list(table.dtype.names) if hasattr(getattr(table, "dtype", None), "names") else []
     keys = keys or list(table if isinstance(table, Mapping) else table.columns)
     if not keys:
-        raise CCWSIMError(f"{NAME} has no columns; give columns x, y and facies")
+        raise CCWSIMError(f"{UNNAMED_TABLE} has no columns; give columns x, y and facies")
     columns = [_values_of(table[key]) for key in keys]
     n = len(columns[0]) if columns[0].ndim else 0
     for key, column in zip(keys, columns, strict=True):
         if column.shape != (n,):
-            raise refused("column_shape", name=NAME, key=shown(key), shape=column.shape, n=n)
-    return table_of("table", NAME, keys, columns, np.arange(1, n + 1))
+            raise refused(
+                "column_shape", name=UNNAMED_TABLE, key=shown(key), shape=column.shape, n=n
+            )
+    return make_table("table", UNNAMED_TABLE, keys, columns, np.arange(1, n + 1))
 
 
-def table_of(
+def make_table(
     kind: str,
     name: str,
     keys: Sequence[object],
@@ -64,7 +66,7 @@ def _values_of(column: Any) -> NDArray:
     if isinstance(column, np.ma.MaskedArray):
         is_real = column.dtype.kind in "buif"
         column = np.ma.filled(column.astype(float if is_real else object), np.nan)
-    return as_array(column, NAME)
+    return as_array(column, UNNAMED_TABLE)
 
 
 def _text_of(value: Any) -> str:

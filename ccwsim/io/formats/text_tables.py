@@ -69,7 +69,7 @@ def _parsed(chunk: bytes, name: str, line: int) -> Floats:
 
 SEPARATORS = (";", "\t", ",", None)  # possible separators; None means white space
 
-UNKNOWN = frozenset({"", "nan", "na", "n/a", "null", "none", "-"})  # missing, in lower case
+MISSING_WORDS = frozenset({"", "nan", "na", "n/a", "null", "none", "-"})  # missing, in lower case
 
 BOOLEANS = {
     **dict.fromkeys(["true", "yes", "wahr", "ja", "vrai", "oui", "verdadero"], 1.0),
@@ -103,7 +103,7 @@ _APOSTROPHE = re.compile(r"(?<=\d)['’\u00a0\u202f](?=\d{3})")
 
 def field_number(field: str, decimal: str) -> float | None:
     """Return the number in a field; return NaN for a missing value and None for text."""
-    if field.lower() in UNKNOWN or field == "*" * len(field):
+    if field.lower() in MISSING_WORDS or field == "*" * len(field):
         return float("nan")
     field = _APOSTROPHE.sub("", field)
     if _GROUPS[decimal].fullmatch(field):
@@ -114,7 +114,7 @@ def field_number(field: str, decimal: str) -> float | None:
 
 def column_of_numbers(fields: Sequence[str], decimal: str = ".") -> Floats | None:
     """Return a column as numbers, if it consists of numbers, or of words for 1 and 0."""
-    if {field.lower() for field in fields} <= BOOLEANS.keys() | UNKNOWN:
+    if {field.lower() for field in fields} <= BOOLEANS.keys() | MISSING_WORDS:
         return np.array([BOOLEANS.get(field.lower(), np.nan) for field in fields])
     values = [field_number(field, decimal) for field in fields]
     return None if any(v is None or np.isinf(v) for v in values) else np.array(values, np.float64)
@@ -154,7 +154,7 @@ def _n_numbers(line: str, separator: str | None) -> int:
 
 def _counts(field: str, decimal: str) -> bool:
     number = field_number(field, decimal)
-    return number is not None and field.lower() not in UNKNOWN - {"nan"}
+    return number is not None and field.lower() not in MISSING_WORDS - {"nan"}
 
 
 _COMMENT = (b"#", b"%", b"//")
@@ -281,14 +281,14 @@ class _Marks(NamedTuple):
 
 
 MIN_NUMBERED = 8  # minimum count of successive numbers that are read as row or column numbers
-MAX_SAMPLED = 20  # number of lines at the start of a text from which its structure is detected
+N_SAMPLED_LINES = 20  # number of lines at the start of a text from which its structure is detected
 
 
 def _n_titles(lines: list[bytes], marks: _Marks) -> int:
     """Return the number of lines above the header with no field except the first."""
     if marks.separator is None:
         return 0
-    rows = [marks.fields(line) for line in lines[:MAX_SAMPLED]]
+    rows = [marks.fields(line) for line in lines[:N_SAMPLED_LINES]]
     titles = [len(row) < 2 < len(rows[-1]) or (len(row) > 2 and not any(row[1:])) for row in rows]
     return titles.index(False) if False in titles else 0
 
@@ -318,7 +318,7 @@ def _matrix_of_names(lines: _Lines, marks: _Marks, name: str) -> DataFile | None
     fields = [field for row in rows for field in row]
     if len({len(row) for row in rows}) > 1 or any(map(is_number, {*fields} - {""})):
         return None
-    values, names = numbered(fields, {field for field in fields if field.lower() in UNKNOWN})
+    values, names = numbered(fields, {field for field in fields if field.lower() in MISSING_WORDS})
     if len(names) > MAX_FACIES:
         return None
     check_cells(name, (len(rows), len(rows[0])))

@@ -29,9 +29,8 @@ _HEADERS = {"UInt32": "u4", "UInt64": "u8"}
 _MARKS = ("vtkGhostType", "vtkGhostLevels", "vtkOriginalCellIds")  # names of arrays that VTK adds
 _NORTH_UP = "1 0 0 0 1 0 0 0 1"
 _BLOCK = 2**20  # number of uncompressed bytes in each compressed block that is written
-_N_SEARCHED = (
-    1000  # number of bytes at the start of a file that are searched for the name of the format
-)
+# number of bytes at the start of a file that are searched for the name of the format
+_N_SEARCHED = 1000
 
 
 class _Stored(NamedTuple):

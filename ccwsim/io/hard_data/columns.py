@@ -40,9 +40,12 @@ _ROLES = {
     table: {role: Role(**about) for role, about in roles.items()}
     for table, roles in _asset("column_roles.toml").items()
 }
-DEPTHS, LAYERS, SURVEYS = _ROLES["depths"], _ROLES["layers"], _ROLES["surveys"]
-HEIGHTS, INTERVALS = {**_ROLES["heights"], **DEPTHS}, {**_ROLES["intervals"], **DEPTHS}
-WELL_TABLES = {"collars": _ROLES["collars"], "intervals": INTERVALS, "surveys": SURVEYS}
+DEPTH_ROLES, LAYER_ROLES, SURVEY_ROLES = _ROLES["depths"], _ROLES["layers"], _ROLES["surveys"]
+HEIGHT_ROLES, INTERVAL_ROLES = (
+    {**_ROLES["heights"], **DEPTH_ROLES},
+    {**_ROLES["intervals"], **DEPTH_ROLES},
+)
+WELL_TABLES = {"collars": _ROLES["collars"], "intervals": INTERVAL_ROLES, "surveys": SURVEY_ROLES}
 """The roles of columns in each table of wells."""
 ALTERNATIVE_ROLES = {"depth": ("depth_from", "depth_to"), "survey_dip": ("survey_inclination",)}
 """By role, the roles that are preferred by default if a table also has columns of these roles."""
@@ -83,7 +86,7 @@ class PointColumns:
 
     def named(self) -> dict[str, str | None]:
         """Return the given columns by role."""
-        roles = ("x", "y", "facies", "well", "z", *DEPTHS)
+        roles = ("x", "y", "facies", "well", "z", *DEPTH_ROLES)
         return {role: getattr(self, role) for role in roles}
 
 
@@ -150,19 +153,19 @@ def assign_columns(file: DataFile, asked: PointColumns, *, volume: bool) -> Assi
     with _collected(problems):
         if not volume:
             reason = "applies only to volumes; give a grid with nz, or leave the column out"
-            _refuse(asked, ("z", *DEPTHS), reason)
+            _refuse(asked, ("z", *DEPTH_ROLES), reason)
         named = asked_columns(file, asked.named())
         taken = [column for role, column in named.items() if role not in ("x", "y")]
         places = place_columns(file, named.get("x"), named.get("y"), asked.coordinates, taken)
         columns["x"], columns["y"], world, notes = places
     unclear = bool(notes or problems)
     with _collected(problems):
-        heights = {} if not volume else HEIGHTS if world else LAYERS
+        heights = {} if not volume else HEIGHT_ROLES if world else LAYER_ROLES
         roles = {**heights, **_ROLES["points"]}
         taken = [*columns.values(), *([named["facies"]] if "facies" in named else [])]
-        columns |= columns_of(file, roles, vars(asked), taken)
+        columns |= columns_by_role(file, roles, vars(asked), taken)
         if not world:
-            _refuse(asked, DEPTHS, "is a depth below z, but cells have layers; leave it out")
+            _refuse(asked, DEPTH_ROLES, "is a depth below z, but cells have layers; leave it out")
         ends = {"depth_from", "depth_to"}
         _check_complete(file, roles, columns, ends if ends & columns.keys() else ())
         if "depth" in columns and asked.depth is None and _has_heights_of_data(file, columns):
@@ -195,12 +198,12 @@ def assign_well_columns(file: DataFile, table: str, asked: WellColumns) -> Assig
     roles, columns, problems = WELL_TABLES[table], dict[str, str](), list[str]()
     has_facies = table == "intervals"
     if has_facies and file.kind == PETREL:  # each depth is the top of an interval
-        roles = {**roles, "depth_from": DEPTHS["depth"]}
+        roles = {**roles, "depth_from": DEPTH_ROLES["depth"]}
     with _collected(problems):
         facies = {"facies": asked.facies} if has_facies else {}
         named = asked_columns(file, {**facies, **{role: getattr(asked, role) for role in roles}})
         taken = [named["facies"]] if "facies" in named else []
-        columns = columns_of(file, roles, vars(asked), taken)
+        columns = columns_by_role(file, roles, vars(asked), taken)
         needs_tilt = table == "surveys" and "survey_inclination" not in columns
         needs_depth = has_facies and not {"depth_from", "depth_to"} & columns.keys()
         needed = ["survey_dip"] if needs_tilt else ["depth"] if needs_depth else []
@@ -290,7 +293,7 @@ def _untold(first: str, second: str, axes: str) -> str:
     return f"No column name shows coordinates. {first} and {second} are read as {axes}."
 
 
-def columns_of(
+def columns_by_role(
     file: DataFile, roles: Mapping[str, Role], asked: Asked, taken: Sequence[str] = ()
 ) -> dict[str, str]:
     """Return the column of each role in a table, as given by the user or guessed by name."""

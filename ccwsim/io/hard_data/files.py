@@ -10,7 +10,7 @@ from ccwsim.io.hard_data.columns import PointColumns
 from ccwsim.io.hard_data.placing import Conversion, HardDataImport, place_points, resolve_points
 from ccwsim.io.hard_data.points import read_points
 from ccwsim.io.opening import PathOrFile
-from ccwsim.model.arrays import AXES
+from ccwsim.model.arrays import WORLD_AXES
 
 
 def import_hard_data(
@@ -59,7 +59,7 @@ def read_hard_data(
     return import_hard_data(path_or_file, grid, training_image, **options).hard_data
 
 
-FORMATS = ("csv", "gslib", "dat")
+HARD_DATA_FORMATS = ("csv", "gslib", "dat")
 
 
 def write_hard_data(
@@ -77,7 +77,7 @@ def write_hard_data(
     >>> file.getvalue()
     b'x,y,facies\\n4.5,3.5,1\\n'
     """
-    kind = format_of(path_or_file, format, FORMATS)
+    kind = format_of(path_or_file, format, HARD_DATA_FORMATS)
     write_bytes(path_or_file, hard_data_as_bytes(hard_data, kind, grid))
 
 
@@ -88,14 +88,14 @@ def hard_data_as_bytes(hard_data: HardData, format: str, grid: Grid | None = Non
     (0 for maps) and facies in a Geo-EAS table, the format of point sets in SGeMS and GSLIB. Raises
     `CCWSIMError` if there are no data.
     """
-    kind = format_of(None, format, FORMATS)
+    kind = format_of(None, format, HARD_DATA_FORMATS)
     if not hard_data.n:
         raise CCWSIMError("there are no hard data to write; place some first")
     frame = grid or Grid.of((1,) * hard_data.n_dimensions)
     places = frame.centers_of(hard_data.cells).tolist()
     rows = zip(places, hard_data.facies.tolist(), strict=True)
     if kind == "csv":
-        names = *AXES[: hard_data.n_dimensions], "facies"
+        names = *WORLD_AXES[: hard_data.n_dimensions], "facies"
         return csv_as_bytes(names, ((*place, code) for place, code in rows))
     head = [f"{hard_data.n} hard data", "4", "x", "y", "z", "facies"]
     lines = [" ".join([*(*map(repr, place), "0")[:3], str(code)]) for place, code in rows]

@@ -12,9 +12,9 @@ import numpy as np
 
 from ccwsim import Grid, HardData, TrainingImage
 from ccwsim.io.formats.text_tables import is_number
-from ccwsim.io.hard_data.points import FAR, ImportedPoints, along_wells
+from ccwsim.io.hard_data.points import MAX_DISTANCE_CELLS, ImportedPoints, along_wells
 from ccwsim.io.hard_data.rows import RowProblem
-from ccwsim.model.arrays import Floats, Ints, Mask, as_integers, check_choice, is_whole
+from ccwsim.model.arrays import Floats, Ints, Mask, as_integers, check_choice, is_integer
 from ccwsim.model.classes import Classes, asks_for_codes, classify
 from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.grid import describe_cell
@@ -59,7 +59,7 @@ class Conversion:
     def __post_init__(self) -> None:
         if isinstance(self.classes, (int, np.integer)):
             raise refused("other_classes", classes=shown(self.classes))
-        for name, allowed in CHOICES.items():
+        for name, allowed in CONVERSION_CHOICES.items():
             check_choice(name, getattr(self, name), allowed)
 
     @classmethod
@@ -69,13 +69,13 @@ class Conversion:
         return cls(**{name: options.pop(name) for name in names})
 
 
-CHOICES: dict[str, tuple[str, ...]] = {
+CONVERSION_CHOICES: dict[str, tuple[str, ...]] = {
     name: get_args(hint)
     for name, hint in get_type_hints(Conversion).items()
     if name.startswith("on_")
 }
 """The possible values of each option for data that do not fit."""
-ROW_CHOICES = {name: CHOICES[name] for name in KINDS_OF_ROWS}
+ROW_CHOICES = {name: CONVERSION_CHOICES[name] for name in KINDS_OF_ROWS}
 """The possible values of each option for rows of tables of wells; the first is the default."""
 
 
@@ -228,13 +228,13 @@ def _cells(points: ImportedPoints, grid: Grid | None) -> tuple[Ints, Floats]:
     if not points.world:
         cells = np.rint(points.places)
         broken = ~(np.abs(points.places - cells).max(axis=1, initial=0) <= 1e-3)  # also NaN
-        broken |= ~(np.abs(cells).max(axis=1, initial=0) <= FAR)
+        broken |= ~(np.abs(cells).max(axis=1, initial=0) <= MAX_DISTANCE_CELLS)
         message = "rows and columns must be whole numbers; for world coordinates name them x and y"
         points.refuse(broken, message)
         return cells.astype(np.int64), np.zeros(points.n)
     frame = grid or Grid.of((1,) * points.places.shape[1])
     in_cells = (points.places - frame.origin) / frame.cell_size
-    far = ~(np.abs(in_cells).max(axis=1, initial=0) <= FAR)  # also NaN
+    far = ~(np.abs(in_cells).max(axis=1, initial=0) <= MAX_DISTANCE_CELLS)  # also NaN
     points.refuse(far, "the coordinates are too far from the grid; correct them")
     floors = np.floor(in_cells[:, ::-1]).astype(np.int64)
     cells = grid.cells_of(*points.places.T) if grid else floors
@@ -261,7 +261,9 @@ def _codes_by_name(facies_names: FaciesNames | None) -> dict[str, int]:
         codes = {_bare(name): code for name, code in dict(facies_names or {}).items()}
     except (TypeError, ValueError):
         codes = {"": 0}
-    if not all(name and is_whole(code) and abs(int(code)) < 2**53 for name, code in codes.items()):
+    if not all(
+        name and is_integer(code) and abs(int(code)) < 2**53 for name, code in codes.items()
+    ):
         message = f"facies_names = {shown(facies_names)} must map names to whole numbers"
         raise CCWSIMError(f"{message}, as {{'sand': 1}}")
     finite = {name for name in codes if not is_number(name) or np.isfinite(float(name))}
@@ -388,7 +390,9 @@ def _on_rows(
         choice, more = getattr(conversion, option), len(undecided) - _LISTED
         if undecided and choice == "error":
             errors += [f"{p.where}: {p.message}; {p.remedy}" for p in undecided[:_LISTED]]
-            choices = " or ".join(f"'{each}'" for each in CHOICES[option] if each != "error")
+            choices = " or ".join(
+                f"'{each}'" for each in CONVERSION_CHOICES[option] if each != "error"
+            )
             errors[-1] += f", or choose what to do ({option}={choices})"
             errors[-1] += f"; {more} more of this kind" if more > 0 else ""
         elif undecided and (option, choice) != ("on_no_facies", "drop"):  # these rows are counted

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ccwsim import CCWSIMError, Grid
 from ccwsim.io.data_file import DataFile, first_of, named_lines, printable
 from ccwsim.io.formats.pictures import PictureFile
-from ccwsim.io.formats.text_tables import UNKNOWN, is_number, not_a_number, numbered
+from ccwsim.io.formats.text_tables import MISSING_WORDS, is_number, not_a_number, numbered
 from ccwsim.io.hard_data.columns import (
     GUESSED,
     NOTHING_ASSIGNED,
@@ -23,12 +23,23 @@ from ccwsim.io.hard_data.columns import (
 from ccwsim.io.hard_data.rows import RowProblem
 from ccwsim.io.limits import check
 from ccwsim.io.opening import PathOrFile, open_file
-from ccwsim.model.arrays import AXES, Floats, Ints, Mask, Shape, check_int, describe_shape, frozen
+from ccwsim.model.arrays import (
+    WORLD_AXES,
+    Floats,
+    Ints,
+    Mask,
+    Shape,
+    check_int,
+    describe_shape,
+    frozen,
+)
 from ccwsim.model.classes import are_codes
 from ccwsim.model.errors import refused
 from ccwsim.model.missing import CUSTOMARY_CODES
 
-FAR = 2.0**40  # maximum distance of data from the grid, in cells; a larger distance is an error
+MAX_DISTANCE_CELLS = (
+    2.0**40
+)  # maximum distance of data from the grid, in cells; a larger distance is an error
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +141,7 @@ def along_wells(points: ImportedPoints, grid: Grid | None) -> ImportedPoints:
     if grid is None or grid.nz is None:
         raise CCWSIMError(f"{points.name}: depth intervals need a grid with nz; give such a grid")
     bottom, top = ((points.spans - grid.origin[2]) / grid.cell_size[2] - 0.5).T
-    far = ~(np.maximum(np.abs(bottom), np.abs(top)) <= FAR)  # also NaN
+    far = ~(np.maximum(np.abs(bottom), np.abs(top)) <= MAX_DISTANCE_CELLS)  # also NaN
     points.refuse(far, "the depths are too far from the grid; correct them")
     first = np.ceil(bottom).astype(np.int64)
     counts = np.ceil(top).astype(np.int64) - first
@@ -146,7 +157,10 @@ def along_wells(points: ImportedPoints, grid: Grid | None) -> ImportedPoints:
     return replace(points.taken(which), places=places, spans=None, notes=notes)
 
 
-PREFERRED = ("hd", "hard_data")  # names of grids that are preferred if a file has several grids
+PREFERRED_GRIDS = (
+    "hd",
+    "hard_data",
+)  # names of grids that are preferred if a file has several grids
 
 
 def read_points(
@@ -179,7 +193,7 @@ def read_points(
     if named:
         roles = " and ".join(named[:2])
         raise CCWSIMError(f"{file.name} has no named columns; leave {roles} out")
-    key = file.chosen(columns.facies, PREFERRED, "facies")
+    key = file.chosen(columns.facies, PREFERRED_GRIDS, "facies")
     values = file.variables[key]
     if _is_list(values, file.lines is not None, grid_shape):
         return _of_list(file, key, columns.coordinates, volume)
@@ -240,10 +254,10 @@ def preview_points(
     if isinstance(file, PictureFile) or not file.is_table:
         return PointsPreview(file.name)
     assignment = assign_columns(file, columns, volume=_is_volume(grid_shape))
-    return preview_of(file, assignment, n_rows)
+    return make_preview(file, assignment, n_rows)
 
 
-def preview_of(file: DataFile, assignment: Assignment, n_rows: int) -> PointsPreview:
+def make_preview(file: DataFile, assignment: Assignment, n_rows: int) -> PointsPreview:
     """Return the first rows of a table."""
     n_rows = check_int("n_rows", n_rows, 1)
     texts = [_texts(file, name, n_rows) for name in file.names]
@@ -273,12 +287,12 @@ def _is_volume(grid_shape: Shape | None) -> bool:
 
 
 def _of_table(file: DataFile, assigned: Assignment) -> ImportedPoints:
-    lines, roles = lines_of(file), assigned.columns
-    along = [numbers_of(file, column) for column in assigned.of("x", "y")]
+    lines, roles = row_lines(file), assigned.columns
+    along = [coordinates_of(file, column) for column in assigned.of("x", "y")]
     notes, spans = list(assigned.notes), None
     if "z" in roles:
         depths = assigned.of("depth_from", "depth_to", "depth")
-        z, *below = (numbers_of(file, column) for column in (roles["z"], *depths))
+        z, *below = (coordinates_of(file, column) for column in (roles["z"], *depths))
         z, spans = heights_below(z, below)
         along.append(z)
         if depths:
@@ -314,12 +328,12 @@ def facies_of(file: DataFile, column: str) -> tuple[Floats, tuple[str, ...]]:
         values = file.variables[column]
         return np.where(file.known(values), values, np.nan).astype(np.float64), ()
     fields = file.words[column]
-    unknown = {field for field in fields if field.lower() in UNKNOWN}
+    unknown = {field for field in fields if field.lower() in MISSING_WORDS}
     unknown |= {f for f in fields if is_number(f) and float(f) in (*CUSTOMARY_CODES, *file.missing)}
     return numbered(fields, unknown)
 
 
-def lines_of(file: DataFile) -> Ints:
+def row_lines(file: DataFile) -> Ints:
     """Return the line number of each row of a table."""
     if file.lines is None:
         raise CCWSIMError(f"{file.name}: too many lines for hard data; remove empty lines")
@@ -341,12 +355,12 @@ def _name_of(number: float) -> str:
     return str(int(number)) if number.is_integer() else repr(number)
 
 
-def numbers_of(file: DataFile, column: str) -> Floats:
+def coordinates_of(file: DataFile, column: str) -> Floats:
     """Return a column of coordinates; raise an error if it contains a word."""
     if column in file.words:
         fields = file.words[column]
         bad = next((k for k, f in enumerate(fields) if not is_number(f) and f), 0)
-        line = int(lines_of(file)[bad])
+        line = int(row_lines(file)[bad])
         raise CCWSIMError(not_a_number(file.name, line, fields[bad], file.counted))
     return file.variables[column].astype(np.float64)
 
@@ -357,7 +371,9 @@ def _of_list(file: DataFile, key: str, coordinates: str | None, volume: bool) ->
     if volume and rows.shape[1] < 4:
         raise refused("three_columns_of_volume", name=file.name)
     world = coordinates == "world" or (coordinates is None and in_text)
-    columns = {axis: axis for axis in AXES} if world else {"z": "layer", "y": "row", "x": "column"}
+    columns = (
+        {axis: axis for axis in WORLD_AXES} if world else {"z": "layer", "y": "row", "x": "column"}
+    )
     if not volume:
         del columns["z"]
     note = f"Columns without names are read as {', '.join(columns.values())} and facies."

@@ -15,7 +15,7 @@ from ccwsim.io.formats.pictures import PictureFile
 from ccwsim.io.hard_data import placing
 from ccwsim.io.hard_data.columns import (
     GUESSED_WELLS,
-    SURVEYS,
+    SURVEY_ROLES,
     WELL_TABLES,
     WellColumns,
     assign_well_columns,
@@ -24,12 +24,12 @@ from ccwsim.io.hard_data.points import (
     ImportedPoints,
     PointsPreview,
     along_wells,
+    coordinates_of,
     facies_of,
     heights_below,
-    lines_of,
+    make_preview,
     names_of_wells,
-    numbers_of,
-    preview_of,
+    row_lines,
 )
 from ccwsim.io.hard_data.rows import Intervals, RowProblems
 from ccwsim.io.limits import check, limits
@@ -152,7 +152,7 @@ def read_well_points(
     wells = _collars(problems, columns)
     if surveys is not None:
         _add_stations(problems._replace(file=_table(surveys)), wells, columns)
-    elif lost := next((name for name in SURVEYS if getattr(columns, name)), None):
+    elif lost := next((name for name in SURVEY_ROLES if getattr(columns, name)), None):
         named = shown(getattr(columns, lost))
         raise refused("only_with_surveys", lost=lost, value=named)
     return _points(problems._replace(file=_table(intervals)), wells, grid, columns)
@@ -175,7 +175,7 @@ def preview_wells(
     """
     check_choice("table", table, WELL_TABLES)
     file = _table(path_or_file)
-    return preview_of(file, assign_well_columns(file, table, columns), n_rows)
+    return make_preview(file, assign_well_columns(file, table, columns), n_rows)
 
 
 class Well(NamedTuple):
@@ -196,8 +196,8 @@ def _table(path_or_file: PathOrFile) -> DataFile:
 
 def _complete_rows(problems: RowProblems, columns: Sequence[str]) -> tuple[list[Floats], Mask]:
     """Return columns of numbers and a mask of the rows with all of them; note other rows."""
-    numbers = [numbers_of(problems.file, column) for column in columns]
-    usable = np.ones(len(lines_of(problems.file)), bool)
+    numbers = [coordinates_of(problems.file, column) for column in columns]
+    usable = np.ones(len(row_lines(problems.file)), bool)
     for column, values in zip(columns, numbers, strict=True):
         usable &= problems.usable(~np.isfinite(values), f"{column} is missing", "add it")
     return numbers, usable
@@ -210,7 +210,7 @@ def _collars(problems: RowProblems, asked: WellColumns) -> dict[str, Well]:
     places, usable = _complete_rows(problems, [columns[name] for name in ("x", "y", "z")])
     lengths = np.full(len(usable), np.nan)
     if "collar_length" in columns:
-        lengths = numbers_of(file, columns["collar_length"])
+        lengths = coordinates_of(file, columns["collar_length"])
     lengths = np.where(np.isnan(lengths), np.inf, lengths)
     names = names_of_wells(file, columns["collar_well"])
     usable &= problems.with_name(names)
@@ -278,12 +278,12 @@ def _points(
     """Return the points of all wells: one per single depth, or one per cell of each interval."""
     file = problems.file
     columns = assign_well_columns(file, "intervals", asked).complete().columns
-    lines = lines_of(file)
+    lines = row_lines(file)
     check(file.name, points=len(lines))
     single = "depth" in columns
     roles = ("depth", "depth") if single else ("depth_from", "depth_to")
     missing = np.full(len(lines), np.nan)
-    depths = [numbers_of(file, columns[r]) if r in columns else missing for r in roles]
+    depths = [coordinates_of(file, columns[r]) if r in columns else missing for r in roles]
     names = names_of_wells(file, columns["well"])
     lengths = {name: well.length for name, well in wells.items()}
     intervals = Intervals(names, depths, lengths, problems)
@@ -365,7 +365,7 @@ def _along_path(
     """Return a point per cell whose middle of the path is in an interval of a deviated well."""
     assert well.stations is not None
     if point.spans is None:
-        places = positions(well.collar, well.stations, np.array([start]))
+        places = positions_along_well(well.collar, well.stations, np.array([start]))
         return replace(point, places=places, spans=None)
     step = min(grid.cell_size) / STEPS_A_CELL
     reach = sum(grid.cell_size)  # follow the path up to the borders of the first and last cell
@@ -377,7 +377,7 @@ def _along_path(
             f"but cells are only {min(grid.cell_size):g} wide or high; correct the depths"
         )
     depths = step * np.arange(first, first + n, dtype=np.float64)  # multiples of `step`
-    path = positions(well.collar, well.stations, depths)
+    path = positions_along_well(well.collar, well.stations, depths)
     cells = grid.cells_of(*path.T)
     changes = np.flatnonzero((np.diff(cells, axis=0) != 0).any(axis=1)) + 1
     begins, ends = np.r_[0, changes], np.r_[changes, n] - 1
@@ -398,7 +398,7 @@ class Stations(NamedTuple):
     directions: Floats  # unit vectors along x, y and z, shape (n, 3)
 
 
-def positions(collar: Floats, stations: Stations, depths: Floats) -> Floats:
+def positions_along_well(collar: Floats, stations: Stations, depths: Floats) -> Floats:
     """Return the positions, shape (n, 3), at given depths along a well, by minimum curvature.
 
     Between two stations, the path is an arc of length L and bend β, with end tangents t₁ and t₂. At

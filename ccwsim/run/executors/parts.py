@@ -19,7 +19,7 @@ from typing import Any
 from ccwsim.engine.kernel_cache import SOURCE
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.realization import Realization
-from ccwsim.jobs.workers import POLL_SECONDS
+from ccwsim.jobs.workers import WORKER_POLL_SECONDS
 from ccwsim.model.errors import CCWSIMError, refused
 from ccwsim.model.watch import Watch
 from ccwsim.run.executors.threads import Take, ThreadRunner, Work
@@ -30,7 +30,7 @@ PART_BYTES = 64_000_000
 PARTS_PER_WORKER = 2
 """Number of parts sent to each worker at a time, so that no worker waits for its next part."""
 REPORT_SECONDS = 0.2  # seconds between two reports of a worker, each of which may stop it
-STOP_SECONDS = 0.7
+STOP_PARTS_SECONDS = 0.7
 """Seconds that running parts have after a stop to return their finished realizations."""
 MAX_STUDIES = 4  # maximum number of recent studies that a worker keeps
 
@@ -141,7 +141,7 @@ class PartRunner:
                     size = self._size_of_part(len(waiting))
                     sent[self._submit(waiting[:size])] = waiting[:size]
                     waiting = waiting[size:]
-                for future in wait(sent, POLL_SECONDS, FIRST_COMPLETED).done:
+                for future in wait(sent, WORKER_POLL_SECONDS, FIRST_COMPLETED).done:
                     del sent[future]
                     self._keep(take, future)
                 n_done = len(self._finished)
@@ -152,7 +152,7 @@ class PartRunner:
         finally:
             channel.stop()
             running = [future for future in sent if not future.cancel()]
-            for future in wait(running, STOP_SECONDS).done:
+            for future in wait(running, STOP_PARTS_SECONDS).done:
                 if future.exception() is None:
                     self._keep(take, future)
         return sorted(self._finished)

@@ -10,7 +10,7 @@ from queue import Empty, SimpleQueue
 from threading import Lock
 from typing import Any, NamedTuple
 
-from ccwsim.engine.kernel_cache import FOLDER, FOLDER_VARIABLE
+from ccwsim.engine.kernel_cache import FOLDER_VARIABLE, KERNEL_FOLDER
 from ccwsim.engine.prepared_image import (
     PreparedImage,
     divide_images,
@@ -19,8 +19,8 @@ from ccwsim.engine.prepared_image import (
 )
 from ccwsim.engine.realization import compile_kernels
 from ccwsim.jobs.child import (
-    BROKEN,
     CAN_FORK,
+    CONNECTION_ERRORS,
     ChildProcess,
     ProcessTemplate,
     WarmProcesses,
@@ -30,7 +30,7 @@ from ccwsim.jobs.child import (
     send_answer,
 )
 from ccwsim.jobs.limits import RESERVE, free_bytes, limits_of_environment
-from ccwsim.jobs.workers import POLL_SECONDS, stoppable
+from ccwsim.jobs.workers import WORKER_POLL_SECONDS, stoppable
 from ccwsim.model.errors import refused
 from ccwsim.model.study import Study
 from ccwsim.model.watch import UNWATCHED, Watch
@@ -39,8 +39,8 @@ from ccwsim.system.machine import n_cores
 from ccwsim.system.memory import give_back_memory, settle_memory
 
 MAX_IDLE = n_cores() + 1  # worker processes that are kept for the next runs
-STOP_SECONDS = 5.0  # seconds that a run has to end after a stop, before its process is killed
-ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1", FOLDER_VARIABLE: FOLDER}
+STOP_RUN_SECONDS = 5.0  # seconds that a run has to end after a stop, before its process is killed
+ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1", FOLDER_VARIABLE: KERNEL_FOLDER}
 """Variables of worker processes: a template may have only one thread, and compiles no kernels."""
 
 
@@ -79,12 +79,12 @@ class ProcessRunner(ThreadRunner):
             _send(process, request)
             while not isinstance(answer, End):
                 if kill_at == inf and watch.cancel():
-                    kill_at = time.monotonic() + STOP_SECONDS
+                    kill_at = time.monotonic() + STOP_RUN_SECONDS
                     _send(process, None)
                 elif time.monotonic() > kill_at:
                     process.kill()
                 try:
-                    answer = process.received.get(timeout=POLL_SECONDS)
+                    answer = process.received.get(timeout=WORKER_POLL_SECONDS)
                 except Empty:
                     continue
                 if isinstance(answer, dict):
@@ -105,7 +105,7 @@ class ProcessRunner(ThreadRunner):
 
 
 def _send(process: ChildProcess, request: Request | None) -> None:
-    with suppress(*BROKEN):  # `received` contains the error
+    with suppress(*CONNECTION_ERRORS):  # `received` contains the error
         process.send(request)
 
 
@@ -134,17 +134,17 @@ def _running_template() -> ProcessTemplate:
 def _start(study: Study) -> ChildProcess:
     """Start a worker process: if the system can fork, a fork with the kernels of a study."""
     for _ in range(CAN_FORK * 2):
-        with _template_lock, suppress(*BROKEN):  # the template may have ended
+        with _template_lock, suppress(*CONNECTION_ERRORS):  # the template may have ended
             return _running_template().fork(study)
-    return ChildProcess(serve, ENVIRONMENT)
+    return ChildProcess(serve_runs, ENVIRONMENT)
 
 
 def fork_workers() -> None:
     """Fork worker processes, each with the kernels of a study."""
-    fork_on_request(lambda study: compile_kernels(PreparedImage(study), UNWATCHED), serve)
+    fork_on_request(lambda study: compile_kernels(PreparedImage(study), UNWATCHED), serve_runs)
 
 
-def serve() -> None:
+def serve_runs() -> None:
     """Simulate the runs that the parent process requests, until it ends."""
     requests, answers = connect_to_parent(niceness=0)
     settle_memory(max(2, n_cores()))

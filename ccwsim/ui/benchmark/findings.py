@@ -14,15 +14,15 @@ from ccwsim.model.arrays import describe_shape
 from ccwsim.model.numbers import duration, plural, three_digits
 from ccwsim.model.parameters import Parameters
 from ccwsim.paper import published_times as published
-from ccwsim.paper.published_times import PAPER, published_time
-from ccwsim.report.settings import describe_value, short_name
-from ccwsim.ui.benchmark.measurement import TimingRun, size_text
+from ccwsim.paper.published_times import PAPER_SOURCE, published_time
+from ccwsim.report.settings import describe_value, short_parameter_name
+from ccwsim.ui.benchmark.measurement import TimingRun, grid_size_text
 from ccwsim.ui.results.maps import pretty
 from ccwsim.ui.widgets.text import numbers_table, page_text, scrolled
 
 Setting = tuple[str, int, bool]
 """Key of a curve: method, level (for volumes, within layers), and whether volumes are simulated."""
-NONE = "–"
+NO_NUMBER = "–"
 
 
 def by_setting(timings: Sequence[TrialResult]) -> dict[Setting, list[TrialResult]]:
@@ -53,7 +53,7 @@ def describe_growth(name: str, timings: Sequence[TrialResult]) -> str:
         return ""
     fit = growth(timings)
     ends = (f((t.trial for t in timings), key=lambda trial: trial.grid.n_cells) for f in (min, max))
-    low, high = (size_text(trial.grid.shape) for trial in ends)
+    low, high = (grid_size_text(trial.grid.shape) for trial in ends)
     trend, reason = "linear", ""
     if not fit.linear:
         trend = "more than linear" if fit.exponent > 1 else "less than linear"
@@ -71,7 +71,7 @@ def growth_lines(timings: Sequence[TrialResult]) -> list[str]:
     growths = [
         describe_growth(name_of(setting, list(groups)), group) for setting, group in groups.items()
     ]
-    comparisons = (describe_levels(timings), describe_volumes(timings))
+    comparisons = (compare_levels(timings), describe_volumes(timings))
     return [line for line in (*growths, *comparisons) if line]
 
 
@@ -92,7 +92,7 @@ def describe_volumes(timings: Sequence[TrialResult]) -> str:
     return page_text("Volumes and maps", times=", ".join(ratios))
 
 
-def describe_levels(timings: Sequence[TrialResult]) -> str:
+def compare_levels(timings: Sequence[TrialResult]) -> str:
     """Compare the lowest and highest wavelet level by time, as measured here and in the paper."""
     paper = {t.level: t.cpu_seconds or 0.0 for t in published.FIGURE_13}
     maps = [t for t in timings if setting_of(t.trial)[::2] == ("ccwsim", False)]
@@ -149,7 +149,7 @@ def _describe_maps(trials: Sequence[Trial]) -> str:
 def _describe_sizes(p: Parameters) -> str:
     names = ("template_size", "overlap_size")
     return ", ".join(
-        f"{short_name(name)} {describe_value(name, getattr(p, name))}" for name in names
+        f"{short_parameter_name(name)} {describe_value(name, getattr(p, name))}" for name in names
     )
 
 
@@ -163,12 +163,14 @@ def grid_table(timings: Sequence[TrialResult]) -> str:
             next((t for t in group if t.trial.grid.shape == shape), None)
             for group in groups.values()
         ]
-        rows.append([size_text(shape), *(duration(t.seconds) if t else NONE for t in row)])
+        rows.append(
+            [grid_size_text(shape), *(duration(t.seconds) if t else NO_NUMBER for t in row)]
+        )
     if any(volume for _, _, volume in groups):
         return times_table(rows, head)
     paper = {t.level: t.cpu_seconds for t in published.FIGURE_13}
     last = [
-        f"{paper[level]:.0f} s" if method == "ccwsim" and level in paper else NONE
+        f"{paper[level]:.0f} s" if method == "ccwsim" and level in paper else NO_NUMBER
         for method, level, _ in groups
     ]
     return times_table([*rows, ["paper, 5000²", *last]], head, "with-paper")
@@ -191,11 +193,16 @@ def data_table(timings: Sequence[TrialResult], trials: Sequence[Trial]) -> str:
         method, level, volume = setting
         ours = [measured.get((setting, n)) for n in nonzero]
         theirs = [
-            published_time(PAPER, method, level, 0 if volume else n_cells, n) for n in nonzero
+            published_time(PAPER_SOURCE, method, level, 0 if volume else n_cells, n)
+            for n in nonzero
         ]
         row = [method.upper(), str(level), *[_time(measured.get((setting, 0)))] * has_free]
         for timing, stated in zip(ours, theirs, strict=True):
-            row += [_time(timing), f"{stated.cpu_seconds} s" if stated else NONE, _wrong(timing)]
+            row += [
+                _time(timing),
+                f"{stated.cpu_seconds} s" if stated else NO_NUMBER,
+                _wrong(timing),
+            ]
         if len(nonzero) > 1:
             row.append(_ratio([timing and timing.seconds for timing in ours]))
             row.append(_ratio([stated and stated.cpu_seconds for stated in theirs]))
@@ -207,8 +214,8 @@ def octave_table() -> str:
     """Return an HTML table with times and numbers of wrong data of the published codes."""
     rows = []
     for t in published.OCTAVE_TIMES:
-        took = NONE if t.cpu_seconds is None else f"{t.cpu_seconds:.1f} s"
-        wrong = NONE if t.wrong_share is None else f"{100 * t.wrong_share:.1f} %"
+        took = NO_NUMBER if t.cpu_seconds is None else f"{t.cpu_seconds:.1f} s"
+        wrong = NO_NUMBER if t.wrong_share is None else f"{100 * t.wrong_share:.1f} %"
         grid = f"{round((t.n_cells or 0) ** 0.5)}²"
         case = [t.image, grid, str(t.n_data), t.method.upper(), str(t.level)]
         rows.append([*case, took, wrong, t.note])
@@ -225,12 +232,12 @@ def times_table(
 
 
 def _time(timing: TrialResult | None) -> str:
-    return duration(timing.seconds) if timing else NONE
+    return duration(timing.seconds) if timing else NO_NUMBER
 
 
 def _wrong(timing: TrialResult | None) -> str:
     if timing is None:
-        return NONE
+        return NO_NUMBER
     share = 100 * float(np.mean(timing.n_mismatched)) / timing.trial.n_data
     return "0" if share == 0 else f"{three_digits(share)} %"
 
@@ -238,7 +245,7 @@ def _wrong(timing: TrialResult | None) -> str:
 def _ratio(times: Sequence[float | None]) -> str:
     """Return the ratio of the last time to the time before it."""
     before, last = times[-2:]
-    return f"{last / before:.2f}" if before and last else NONE
+    return f"{last / before:.2f}" if before and last else NO_NUMBER
 
 
 def timings_csv(runs: Sequence[TimingRun], machine: str) -> bytes:

@@ -18,16 +18,16 @@ from ccwsim.ui.session.state import RunState, State
 from ccwsim.ui.study.trials import TrialsRun
 
 Kind = Literal["grids", "data"]
-SIDES = (256, 512, 1000, 2000, 3000, 5000)
+TIMED_SIDES = (256, 512, 1000, 2000, 3000, 5000)
 """Sides of the square grids in Fig. 13, in cells; the last grid has 25 million cells."""
 DATA_SIDES = (256, 512, 1000)
 VOLUME_SIDES = (48, 64, 100, 160, 256)
 """Sides of the layers of timed volumes, which have as many layers as the study's grid."""
 DATA_SIDES_VOLUME = (64, 100, 160)
-NUMBERS = (0, 100, 400, 1000, 2000, 4000)
+DATA_COUNTS = (0, 100, 400, 1000, 2000, 4000)
 TIMED_METHODS = tuple(method for method in METHODS if method != "ccsim")
 """Methods with levels; CCSIM is not included, because CCSIM is level 0 of CCWSIM."""
-BYTES_PER_CELL = 10  # number of bytes of memory that a run needs per cell, including a margin
+TIMED_BYTES_PER_CELL = 10  # number of bytes of memory that a run needs per cell, including a margin
 MAX_SHARE_OF_MEMORY = 0.5
 FINEST, COARSEST = 0, 3
 
@@ -58,9 +58,8 @@ class TimingRun(TrialsRun[TrialResult, None]):
         if to_come:
             trial = to_come[0]
             data = f", {trial.n_data} data" if trial.n_data else ""
-            text += (
-                f" · now {size_text(trial.grid.shape)}, level {level_of(trial.parameters)}{data}"
-            )
+            size, level = grid_size_text(trial.grid.shape), level_of(trial.parameters)
+            text += f" · now {size}, level {level}{data}"
         return text
 
     def work(self, job: Job) -> None:
@@ -114,7 +113,9 @@ def start_timing(state: State, kind: Kind) -> None:
     """Start a measurement; if it cannot start, earlier results remain on the page."""
     page_state = state.page(Benchmark)
     page_state.of(kind).start(
-        lambda: TimingRun(trials=trials_of(state, kind), n_realizations=page_state.n_realizations)
+        lambda: TimingRun(
+            trials=timed_trials(state, kind), n_realizations=page_state.n_realizations
+        )
     )
 
 
@@ -127,17 +128,21 @@ def level_options(state: State) -> list[int]:
 def side_options(free_bytes: int | None) -> list[int]:
     """Return the grid sides offered to the user: at least two, and more if memory allows."""
     available = float("inf") if free_bytes is None else MAX_SHARE_OF_MEMORY * free_bytes
-    return [s for s in SIDES[1:] if s == SIDES[1] or s * s * BYTES_PER_CELL <= available]
+    return [
+        s
+        for s in TIMED_SIDES[1:]
+        if s == TIMED_SIDES[1] or s * s * TIMED_BYTES_PER_CELL <= available
+    ]
 
 
 def number_options(side: int, nz: int | None = None) -> list[int]:
     """Return the numbers of data that the user can choose, at most a quarter of the cells."""
-    return [n for n in NUMBERS if 4 * n <= side * side * (nz or 1)]
+    return [n for n in DATA_COUNTS if 4 * n <= side * side * (nz or 1)]
 
 
-def trials_of(state: State, kind: Kind) -> list[Trial]:
+def timed_trials(state: State, kind: Kind) -> list[Trial]:
     """Return the trials of a measurement by size; raise an error if a choice is missing."""
-    page_state, nz, seed = state.page(Benchmark), layers_of(state), state.choices.seed
+    page_state, nz, seed = state.page(Benchmark), timed_n_layers(state), state.choices.seed
     image = image_of(state.choices.image)
     if kind == "data":
         shape = shape_of_data(state)
@@ -147,7 +152,9 @@ def trials_of(state: State, kind: Kind) -> list[Trial]:
         chosen = timed_parameters(state, page_state.data_methods, page_state.data_levels)
         return timing.data_trials(image, shape, numbers, chosen, seed)
     largest, offered = (
-        (page_state.largest, SIDES) if nz is None else (page_state.largest_volume, VOLUME_SIDES)
+        (page_state.largest, TIMED_SIDES)
+        if nz is None
+        else (page_state.largest_volume, VOLUME_SIDES)
     )
     sides = [side for side in offered if side <= largest]
     chosen = timed_parameters(state, page_state.grid_methods, page_state.grid_levels)
@@ -168,16 +175,16 @@ def shape_of(side: int, nz: int | None = None) -> Shape:
 
 def shape_of_data(state: State) -> Shape:
     """Return the shape of the grid that is timed with data."""
-    page_state, nz = state.page(Benchmark), layers_of(state)
+    page_state, nz = state.page(Benchmark), timed_n_layers(state)
     return shape_of(page_state.side if nz is None else page_state.side_volume, nz)
 
 
-def size_text(shape: Shape) -> str:
+def grid_size_text(shape: Shape) -> str:
     """Return the size of a square map, or of a volume, as text."""
     return f"{shape[0]}²" if len(shape) == 2 else describe_shape(shape)
 
 
-def layers_of(state: State) -> int | None:
+def timed_n_layers(state: State) -> int | None:
     """Return the number of layers of timed volumes, or None if the study simulates maps."""
     image = image_of(state.choices.image)
     if image.n_dimensions == 2:
@@ -204,7 +211,7 @@ def timed_parameters(
     return settings
 
 
-def expected(state: State, trials: Sequence[Trial]) -> float:
+def expected_run_seconds(state: State, trials: Sequence[Trial]) -> float:
     """Return the expected duration of a run in seconds, from measurements in this session."""
     page_state, image = state.page(Benchmark), image_of(state.choices.image)
     runs = [run for run in page_state.runs if run.main.training_image.digest == image.digest]

@@ -17,7 +17,7 @@ from ccwsim.paper import published_times as published
 from ccwsim.paper.times import paper_series
 from ccwsim.system.machine import this_machine
 from ccwsim.ui.benchmark import findings, measurement
-from ccwsim.ui.benchmark.measurement import SIDES, Benchmark, Kind
+from ccwsim.ui.benchmark.measurement import TIMED_SIDES, Benchmark, Kind
 from ccwsim.ui.results.charts import draw_caption, titled_chart
 from ccwsim.ui.session.file_names import image_part
 from ccwsim.ui.session.fragments import follow
@@ -49,7 +49,7 @@ def draw_benchmark(state: State) -> None:
     for part in (page_state.grids, page_state.data):
         if part.message:
             st.error(plain(part.message))
-    for kind, (title, place, draw_sizes) in PARTS.items():
+    for kind, (title, place, draw_sizes) in MEASUREMENTS.items():
         st.html(f'<h2 class="part">{title} <span>as in {place}</span></h2>')
         with st.container(
             horizontal=True, vertical_alignment="bottom", gap="medium", key=f"controls_{kind}"
@@ -61,7 +61,7 @@ def draw_benchmark(state: State) -> None:
 
 
 def _draw_largest(state: State) -> None:
-    page_state, nz = state.page(Benchmark), measurement.layers_of(state)
+    page_state, nz = state.page(Benchmark), measurement.timed_n_layers(state)
     if nz is None:
         sides = measurement.side_options(this_machine().free_bytes)
         page_state.largest = min(page_state.largest, sides[-1])
@@ -80,7 +80,7 @@ def _draw_largest(state: State) -> None:
 
 
 def _draw_numbers(state: State) -> None:
-    page_state, nz = state.page(Benchmark), measurement.layers_of(state)
+    page_state, nz = state.page(Benchmark), measurement.timed_n_layers(state)
     if nz is None:
         name, sides, width = "side", measurement.DATA_SIDES, 130
         tip = "The paper's Table 2 uses 512 × 512 cells."
@@ -102,7 +102,7 @@ def _draw_side(
     state: State, label: str, name: str, sides: Sequence[int], tip: str, width: int, key: str = ""
 ) -> None:
     """Draw the field of the attribute `name`, the side of a square map or of square layers."""
-    nz = measurement.layers_of(state)
+    nz = measurement.timed_n_layers(state)
     names = {side: describe_shape(measurement.shape_of(side, nz)) for side in sides}
     field(
         st.selectbox,
@@ -163,12 +163,12 @@ def _describe_plan(state: State, kind: Kind) -> str:
     """Describe the planned run, or name a missing choice."""
     page_state = state.page(Benchmark)
     try:
-        trials = measurement.trials_of(state, kind)
+        trials = measurement.timed_trials(state, kind)
     except CCWSIMError as error:
         return str(error)
-    seconds = measurement.expected(state, trials)
+    seconds = measurement.expected_run_seconds(state, trials)
     text = describe_work(len(trials), page_state.n_realizations, seconds)
-    n_bytes = max(trial.grid.n_cells for trial in trials) * measurement.BYTES_PER_CELL
+    n_bytes = max(trial.grid.n_cells for trial in trials) * measurement.TIMED_BYTES_PER_CELL
     if n_bytes > MIN_BYTES_TOLD:
         text += f" Up to {format_bytes(n_bytes)} of memory."
     if page_state.running not in (None, page_state.of(kind).run):
@@ -201,7 +201,7 @@ def _draw_grids(state: State) -> None:
     """Draw times against grid size, or outlines before the first run."""
     run = state.page(Benchmark).grids.run
     timings = list(run.rows) if run else []
-    ticks = ticks_of(timings, measurement.layers_of(state) is not None)
+    ticks = ticks_of(timings, measurement.timed_n_layers(state) is not None)
     draw_caption(findings.describe_run(run))
     left, right = st.columns(2, gap="medium")
     with left:
@@ -244,7 +244,12 @@ def has_paper(timings: Sequence[TrialResult]) -> bool:
 def ticks_of(timings: Sequence[TrialResult], volumes: bool) -> dict[int, str]:
     """Return the ticks of the axis of cell numbers: sizes of square grids or powers of ten."""
     if has_paper(timings) and not (volumes and not timings):
-        sides = {t.trial.grid.nx for t in timings} | {SIDES[0], SIDES[1], SIDES[3], SIDES[-1]}
+        sides = {t.trial.grid.nx for t in timings} | {
+            TIMED_SIDES[0],
+            TIMED_SIDES[1],
+            TIMED_SIDES[3],
+            TIMED_SIDES[-1],
+        }
         return {side**2: f"{side}²" for side in sorted(sides)}
     numbers = [t.trial.grid.n_cells for t in timings] or [10**5, 10**7]
     low, high = int(np.log10(min(numbers))), int(np.ceil(np.log10(max(numbers))))
@@ -254,7 +259,7 @@ def ticks_of(timings: Sequence[TrialResult], volumes: bool) -> dict[int, str]:
 def _draw_data(state: State) -> None:
     """Draw the times by number of data, in the layout of Table 2."""
     run = state.page(Benchmark).data.run
-    planned = if_possible(lambda: measurement.trials_of(state, "data")) if run is None else None
+    planned = if_possible(lambda: measurement.timed_trials(state, "data")) if run is None else None
     trials = run.trials if run is not None else planned or []
     timings = list(run.rows) if run is not None else []
     shape = run.grid.shape if run is not None else measurement.shape_of_data(state)
@@ -264,7 +269,7 @@ def _draw_data(state: State) -> None:
     if timings:
         step_note(findings.describe_run(run))
     with st.expander("The published codes in GNU Octave: times, and data not honoured"):
-        step_note(f"{published.OCTAVE.reference}.\n{published.OCTAVE.machine}.")
+        step_note(f"{published.OCTAVE_SOURCE.reference}.\n{published.OCTAVE_SOURCE.machine}.")
         st.html(findings.octave_table())
 
 
@@ -286,7 +291,7 @@ def measured_series(timings: Sequence[TrialResult], per_cell: bool) -> list[Time
     return lines
 
 
-PARTS: dict[Kind, tuple[str, str, Callable[[State], None]]] = {
+MEASUREMENTS: dict[Kind, tuple[str, str, Callable[[State], None]]] = {
     "grids": ("CPU time and the size of the grid", "Fig. 13", _draw_largest),
     "data": ("CPU time and the number of data", "Table 2", _draw_numbers),
 }

@@ -21,7 +21,7 @@ MAX_EQUAL_TIME = 1.05
 """Two settings count as equally fast if the ratio of CPU times is at most this value."""
 
 
-def colour_of(k: int) -> str:
+def setting_colour(k: int) -> str:
     """Return the colour of setting `k` as a CSS value for the light and the dark theme."""
     light, dark = (theme.settings[k] for theme in (LIGHT, DARK))
     return f"light-dark({light}, {dark})"
@@ -115,7 +115,7 @@ def figures_table(comparison: Comparison) -> str:
     heads = ("", "CPU a realization", f"to {comparison.names[0]}", *data_heads)
     rows = []
     for k, (name, e) in enumerate(zip(comparison.names, comparison.ensembles, strict=True)):
-        letter = f'<b class="own" style="--own: {colour_of(k)}">{escape(name)}</b>'
+        letter = f'<b class="own" style="--own: {setting_colour(k)}">{escape(name)}</b>'
         ratio = comparison.cpu_seconds[k] / comparison.cpu_seconds[0]
         means = map(three_digits, _counts_of_data(name, e).mean(axis=1)) if with_data else ()
         patterns = _patterns(comparison, k)
@@ -170,7 +170,7 @@ def settings_csv(comparison: Comparison) -> bytes:
     return records_as_csv(records)
 
 
-def realizations_csv(comparison: Comparison) -> bytes:
+def comparison_csv(comparison: Comparison) -> bytes:
     """Return CSV with a line per realization, including its position in the MDS plot."""
     records = []
     for k, (name, e) in enumerate(zip(comparison.names, comparison.ensembles, strict=True)):

@@ -13,7 +13,7 @@ import streamlit as st
 
 from ccwsim import CCWSIMError, Ensemble, Parameters, datasets, figures
 from ccwsim.experiments.comparison import MAX_SETTINGS, MIN_SETTINGS, STATISTICS, Comparison
-from ccwsim.jobs.job import PATIENCE
+from ccwsim.jobs.job import FIRST_RESULT_SECONDS
 from ccwsim.jobs.limits import Demand, limits_of_environment
 from ccwsim.metrics.lags import axes_of
 from ccwsim.model.arrays import describe_shape
@@ -42,7 +42,7 @@ from ccwsim.ui.study.image_step import image_uploader
 from ccwsim.ui.study.study_column import parameter_field, size_fields, variant_field
 from ccwsim.ui.study.trials import draw_run_news, use_button
 from ccwsim.ui.widgets.errors import problem_in
-from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, download, field, options_of
+from ccwsim.ui.widgets.fields import PARAMETER_ROWS, bound_to, button, download, field, options_of
 from ccwsim.ui.widgets.text import page_text, pair, panel_title, plain, scrolled, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
@@ -58,7 +58,7 @@ MAX_HEIGHTS = {2: 460, 3: 300}  # maximum height in pixels of maps (2) and of sl
 NO_CURVES = np.empty((0, 0))
 BORDERS = dict(zip(figures.DASHES, ("solid", "dashed", "dotted", "dashed"), strict=True))
 """CSS border style for each line style of charts; CSS has no dash-dot."""
-GLYPHS = dict(zip(figures.SYMBOLS, "●■▲✚", strict=True))
+GLYPHS = dict(zip(figures.MARKER_SYMBOLS, "●■▲✚", strict=True))
 """Text character for each marker symbol of charts."""
 
 
@@ -66,11 +66,11 @@ def draw_page(state: State) -> None:
     """Draw the settings and the latest comparison; run a comparison if there is none."""
     draw_style("compare/compare.css")
     page_state = state.page(ComparePageState)
-    problem = problem_of(state)
+    problem = comparison_problem(state)
     if page_state.run is None and not page_state.message and not problem:
         settings.start_comparison(state)
     run = page_state.run
-    busy = run is not None and run.going and not run.wait(PATIENCE)
+    busy = run is not None and run.going and not run.wait(FIRST_RESULT_SECONDS)
     if not busy and page_state.shown_run is run:
         page_state.earlier = None  # free its realizations
     _draw_settings(state)
@@ -90,19 +90,19 @@ def draw_page(state: State) -> None:
         _draw_results(state, busy)
 
 
-def problem_of(state: State) -> str:
+def comparison_problem(state: State) -> str:
     """Return the reason why the settings cannot be compared, or an empty text."""
 
     def check() -> None:
-        choices, tried = state.choices, settings.settings_of(state)
+        choices, tried = state.choices, settings.compared_settings(state)
         for parameters in tried:
             study_of(replace(choices, parameters=parameters))
-        n = len(settings.names_of(tried, state.page(ComparePageState).beside))
+        n = len(settings.setting_names(tried, state.page(ComparePageState).beside))
         if n > MAX_SETTINGS:
             most = MAX_SETTINGS - 1
             raise CCWSIMError(f"At most {most} settings fit beside {TWO_POINT}. Remove a setting.")
         n += settings.second_trial(state) is not None
-        n_cells = choices.grid.n_cells * n * settings.n_of(state)
+        n_cells = choices.grid.n_cells * n * settings.n_per_setting(state)
         limits_of_environment().check(Demand(n_cells, data_of(choices).n))
 
     return problem_in(check)
@@ -110,7 +110,7 @@ def problem_of(state: State) -> str:
 
 def _draw_settings(state: State) -> None:
     """Draw one column per setting, with common parameters and a menu of further parameters."""
-    present = settings.settings_of(state)
+    present = settings.compared_settings(state)
     with st.container(key="settings"):
         columns = st.columns(len(present), gap="medium", wrap=False)
     for k, (column, p) in enumerate(zip(columns, present, strict=True)):
@@ -138,7 +138,7 @@ def _draw_parameters(state: State, k: int, p: Parameters) -> None:
         with st.popover("More", key=f"more_{LETTERS[k]}"):
             with free or nullcontext():
                 parameter_field(p, "search_fraction", change, prefix, st.number_input)
-            for name in PARAMETERS:
+            for name in PARAMETER_ROWS:
                 if name not in SHOWN_AT_ONCE:
                     parameter_field(p, name, change, prefix)
 
@@ -152,7 +152,7 @@ def _draw_actions(state: State, k: int, n: int) -> None:
         use_button(
             "Use these",
             f"use_{letter}",
-            on_click=settings.use_setting,
+            on_click=settings.swap_setting,
             args=(state, k),
             help=help_,
         )
@@ -183,7 +183,7 @@ def _draw_run_row(state: State, problem: str) -> None:
     """Draw the number of realizations, the start button and the downloads."""
     page_state = state.page(ComparePageState)
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="compare_row"):
-        settings.n_of(state)
+        settings.n_per_setting(state)
         field(
             st.number_input,
             "Realizations of each",
@@ -211,7 +211,7 @@ def _draw_run_row(state: State, problem: str) -> None:
                 prefix = f"{grid_part(first.training_image, first.grid)}_seed{first.seed}"
                 for label, name, csv_of in (
                     ("Settings and their results, CSV", "settings", findings.settings_csv),
-                    ("Every realization, CSV", "compared_realizations", findings.realizations_csv),
+                    ("Every realization, CSV", "compared_realizations", findings.comparison_csv),
                     ("ANODI ratios, CSV", "anodi_ratios", findings.ratios_csv),
                 ):
                     download(
@@ -266,8 +266,8 @@ def _draw_results(state: State, busy: bool) -> None:
             st.rerun()
         run = page_state.shown_run
         if run is None or (comparison := run.latest_result) is None:
-            tried = settings.settings_of(state)
-            grid, n = state.choices.grid, len(settings.names_of(tried, page_state.beside))
+            tried = settings.compared_settings(state)
+            grid, n = state.choices.grid, len(settings.setting_names(tried, page_state.beside))
             with st.container(key="maps"):
                 columns = st.columns(n, gap="medium")
             for column in columns:
@@ -298,9 +298,9 @@ def _draw_comparison(state: State, run: ComparisonRun, comparison: Comparison) -
     if run.second_ensemble is not None:
         _draw_two_images(state, comparison.ensembles[0], run.second_ensemble, run.colours)
     with st.container(key="curves"):
-        draw_curves(state, comparison)
+        draw_compared_curves(state, comparison)
     with st.container(key="patterns"):
-        draw_patterns(state, comparison)
+        draw_compared_patterns(state, comparison)
 
 
 def _notes(run: ComparisonRun) -> dict[str, str]:
@@ -318,7 +318,7 @@ def draw_name(k: int, name: str, note: str) -> None:
     """Draw the name of setting `k` in the setting's colour, followed by the text `note`."""
     text = escape(note)
     html = f'<b>{name}</b><span title="{text}">{text}</span>'
-    st.html(f'<div class="setting" style="--own: {findings.colour_of(k)}">{html}</div>')
+    st.html(f'<div class="setting" style="--own: {findings.setting_colour(k)}">{html}</div>')
 
 
 def draw_maps(state: State, run: ComparisonRun, comparison: Comparison) -> None:
@@ -328,7 +328,7 @@ def draw_maps(state: State, run: ComparisonRun, comparison: Comparison) -> None:
     colours = run.colours
 
     def write(option: int | str) -> None:
-        maps.choose(state, option)
+        maps.choose_statistic(state, option)
         settings.want_curves(state)
 
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="shown_row"):
@@ -412,7 +412,7 @@ def _draw_times_and_proportions(comparison: Comparison) -> None:
     charts.titled_chart("Proportions", "", chart, "compared_proportions", alt)
 
 
-def draw_curves(state: State, comparison: Comparison) -> None:
+def draw_compared_curves(state: State, comparison: Comparison) -> None:
     """Draw the curves of the chosen facies or, until curves are computed, a note."""
     facies = state.facies
     name = comparison.ensembles[0].training_image.facies_names[facies]
@@ -429,11 +429,11 @@ def draw_curves(state: State, comparison: Comparison) -> None:
         return
     lines = [("2px solid var(--reference)", "training image")]
     lines += [
-        (f"2px {BORDERS[dash]} {findings.colour_of(k)}", f"{name}, median and 5–95 %")
+        (f"2px {BORDERS[dash]} {findings.setting_colour(k)}", f"{name}, median and 5–95 %")
         for k, (name, dash) in enumerate(zip(comparison.names, figures.DASHES, strict=False))
     ]
     charts.draw_curve_key(lines)
-    code = settings.code_of(comparison, facies)
+    code = settings.compared_code(comparison, facies)
     directions = axes_of(comparison.ensembles[0].grid.shape)
     variograms = [comparison.curves[code, "variogram", direction] for direction in directions]
     values = [c.reference.max() for c in variograms]
@@ -471,7 +471,7 @@ def draw_curves(state: State, comparison: Comparison) -> None:
             )
 
 
-def draw_patterns(state: State, comparison: Comparison) -> None:
+def draw_compared_patterns(state: State, comparison: Comparison) -> None:
     """Draw the MDS plot and the ANODI ratios; if there are none, write the reason."""
     if comparison.anodi is None:
         if comparison.problem:
@@ -503,7 +503,7 @@ def _draw_mds(state: State, comparison: Comparison) -> None:
 
     def draw(chart: Any, key: str, alt: str) -> None:
         entries = "".join(
-            f'<span><em style="color: {findings.colour_of(k)}">{glyph}</em>{name}</span>'
+            f'<span><em style="color: {findings.setting_colour(k)}">{glyph}</em>{name}</span>'
             for k, (name, glyph) in enumerate(zip(names, GLYPHS.values(), strict=False))
         )
         st.html(f'<div class="curve-key points">{entries}</div>')
@@ -515,7 +515,7 @@ def _draw_mds(state: State, comparison: Comparison) -> None:
             name,
             positions[comparison.anodi.owner == k],
             theme.settings[k],
-            symbol=figures.SYMBOLS[k],
+            symbol=figures.MARKER_SYMBOLS[k],
             labels=[f"{name}, realization {r + 1}" for r in range(n)],
             ringed=page_state.shown,
         )

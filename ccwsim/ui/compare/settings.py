@@ -10,7 +10,7 @@ import numpy as np
 from ccwsim.experiments import comparison
 from ccwsim.experiments.trials import Trial
 from ccwsim.experiments.two_point import simulate_two_point
-from ccwsim.jobs.job import NOTHING, Job
+from ccwsim.jobs.job import NO_DEMAND, Job
 from ccwsim.jobs.limits import Demand
 from ccwsim.model.arrays import Shape, listing, readonly
 from ccwsim.model.ensemble import Ensemble
@@ -55,7 +55,7 @@ class ComparisonRun(TrialsRun[comparison.Comparison, comparison.Comparison]):
     @property
     def names(self) -> tuple[str, ...]:
         """The names of the settings and, after them, of the two-point simulation."""
-        return names_of(self.trials, self.beside)
+        return setting_names(self.trials, self.beside)
 
     @property
     def n_pieces(self) -> int:
@@ -74,7 +74,7 @@ class ComparisonRun(TrialsRun[comparison.Comparison, comparison.Comparison]):
     def demand(self) -> Demand:
         """Return the resources that the run needs, including memory for all realizations."""
         if self.base is not None:
-            return NOTHING
+            return NO_DEMAND
         demands = self.demands()
         n_bytes = sum(demand.n_bytes for demand in demands)
         if self.second is not None:
@@ -151,7 +151,7 @@ class ComparePageState(RunState[ComparisonRun]):
         return self.earlier if self.going else self.shown_run
 
 
-def settings_of(state: State) -> tuple[Parameters, ...]:
+def compared_settings(state: State) -> tuple[Parameters, ...]:
     """Return all settings, with the nearest sizes that fit the training image."""
     shape = image_of(state.choices.image).shape
     study_setting = fitted(state.choices.parameters, shape)
@@ -187,17 +187,19 @@ def change_setting(state: State, k: int, **changes: object) -> None:
         set_parameters(state, **changes)
         return
     shape = image_of(state.choices.image).shape
-    state.page(ComparePageState).others[k - 1] = fitted(settings_of(state)[k], shape, **changes)
+    state.page(ComparePageState).others[k - 1] = fitted(
+        compared_settings(state)[k], shape, **changes
+    )
 
 
 def copy_setting(state: State, k: int, source: int) -> None:
     """Copy setting `source` to setting `k`."""
-    change_setting(state, k, **asdict(settings_of(state)[source]))
+    change_setting(state, k, **asdict(compared_settings(state)[source]))
 
 
 def add_setting(state: State) -> None:
     """Add a default setting that is not in the list yet."""
-    present = settings_of(state)
+    present = compared_settings(state)
     if len(present) < comparison.MAX_SETTINGS:
         usual = usual_others(present[0], image_of(state.choices.image).shape)
         new = next((p for p in usual if p not in present), present[0])
@@ -206,22 +208,22 @@ def add_setting(state: State) -> None:
 
 def remove_setting(state: State, k: int) -> None:
     """Remove setting `k`; the letters of later settings move up by one."""
-    present = list(settings_of(state))
+    present = list(compared_settings(state))
     if 0 < k < len(present) and len(present) > comparison.MIN_SETTINGS:
         del present[k]
         state.page(ComparePageState).others[:] = present[1:]
 
 
-def use_setting(state: State, k: int) -> None:
+def swap_setting(state: State, k: int) -> None:
     """Swap setting `k` with the setting of the study, so that neither is lost."""
-    present = list(settings_of(state))
+    present = list(compared_settings(state))
     present[0], present[k] = present[k], present[0]
     state.change(parameters=present[0])
     if k:
         state.page(ComparePageState).others[:] = present[1:]
 
 
-def names_of(settings: Sequence[object], beside: Beside) -> tuple[str, ...]:
+def setting_names(settings: Sequence[object], beside: Beside) -> tuple[str, ...]:
     """Return the names of settings and, after them, of a two-point simulation beside them."""
     letters = LETTERS[: len(settings)]
     return (*letters, TWO_POINT) if beside == TWO_POINT else letters
@@ -231,10 +233,15 @@ def key_of(state: State) -> tuple:
     """Return a key of the page's inputs; two comparisons with equal keys look equal."""
     c, beside = state.choices, state.page(ComparePageState).beside
     study_inputs = *study_key(c), c.seed, c.image.names
-    return *study_inputs, n_of(state), settings_of(state), getattr(beside, "digest", beside)
+    return (
+        *study_inputs,
+        n_per_setting(state),
+        compared_settings(state),
+        getattr(beside, "digest", beside),
+    )
 
 
-def n_of(state: State) -> int:
+def n_per_setting(state: State) -> int:
     """Return the number of realizations per setting; volumes have a smaller default than maps."""
     page_state = state.page(ComparePageState)
     if page_state.n is None:
@@ -254,7 +261,7 @@ def second_trial(state: State) -> Trial | None:
             f"training image of the study has {listing(map(str, codes))}. Choose an image with the "
             "same facies."
         )
-    parameters = fitted(settings_of(state)[0], image.shape)
+    parameters = fitted(compared_settings(state)[0], image.shape)
     return replace(trial_of(c), training_image=image, parameters=parameters)
 
 
@@ -272,8 +279,8 @@ def start_comparison(state: State) -> None:
     def make() -> ComparisonRun:
         first = trial_of(state.choices)
         run = ComparisonRun(
-            trials=[replace(first, parameters=p) for p in settings_of(state)],
-            n_realizations=n_of(state),
+            trials=[replace(first, parameters=p) for p in compared_settings(state)],
+            n_realizations=n_per_setting(state),
             key=key_of(state),
             beside=page_state.beside,
             second=second_trial(state),
@@ -305,11 +312,11 @@ def want_curves(state: State) -> None:
 
 def has_curves(compared: comparison.Comparison, facies: int) -> bool:
     """Return whether the comparison contains the curves of a facies."""
-    code = code_of(compared, facies)
+    code = compared_code(compared, facies)
     return any(key[0] == code for key in compared.curves)
 
 
-def code_of(compared: comparison.Comparison, facies: int) -> int:
+def compared_code(compared: comparison.Comparison, facies: int) -> int:
     """Return the code of a facies by its index."""
     return int(compared.ensembles[0].training_image.codes[facies])
 

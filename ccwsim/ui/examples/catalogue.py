@@ -78,11 +78,11 @@ def _example(row: dict[str, Any]) -> Example:
     return Example(**row, choices=choices, others=others, shows=shows)
 
 
-PARTS = tuple(
+LECTURE_PARTS = tuple(
     LecturePart(part["title"], part["minutes"], tuple(map(_example, part["example"])))
     for part in tomllib.loads(CATALOGUE.read_text("utf-8"))["part"]
 )
-EXAMPLES = tuple(example for part in PARTS for example in part.examples)
+EXAMPLES = tuple(example for part in LECTURE_PARTS for example in part.examples)
 
 
 def example_named(name: str) -> Example | None:
@@ -108,11 +108,11 @@ def lecture_sheet(page: str) -> Document:
             ),
             note=f"{part.minutes} minutes",
         )
-        for part in PARTS
+        for part in LECTURE_PARTS
     ]
     answers = tuple(Text(_line(e, e.text), quiet=True) for e in EXAMPLES)
     return Document(
-        f"A lecture of {sum(part.minutes for part in PARTS)} minutes on CCWSIM",
+        f"A lecture of {sum(part.minutes for part in LECTURE_PARTS)} minutes on CCWSIM",
         (*sections, Section("Answers", answers, on_new_page=True)),
         "Write down what you predict before you open a study. The answers are on the last pages.",
     )

@@ -19,7 +19,7 @@ from ccwsim.ui.widgets.text import page_text
 
 SIMULATE, COMPARE = "pages/simulate.py", "pages/compare.py"
 TAKEN = "The study is this example now."
-N_COMPARED = 8
+N_COMPARED_REALIZATIONS = 8
 BACK_HELP = "Restores your study from before the first example, with its results."
 View = Literal["studies", "quiz"]
 
@@ -48,7 +48,7 @@ def compare_example(state: State, example: Example) -> None:
     comparing = state.page(ComparePageState)
     _take(state, example)
     comparing.others = list(example.others)
-    comparing.n = N_COMPARED
+    comparing.n = N_COMPARED_REALIZATIONS
     start_comparison(state)
 
 

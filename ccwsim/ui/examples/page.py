@@ -18,19 +18,19 @@ from ccwsim.experiments.two_point import simulate_two_point
 from ccwsim.figures import LIGHT, Dots, Theme, data_map_png, facies_colours, sparkline, steps_of
 from ccwsim.flow import darcy
 from ccwsim.flow.answers import breakthrough
-from ccwsim.jobs.job import PATIENCE
+from ccwsim.jobs.job import FIRST_RESULT_SECONDS
 from ccwsim.jobs.memo import Memo
 from ccwsim.jobs.statistics import Failure, StatisticsWorker, Task
 from ccwsim.metrics import connectivity, variogram
 from ccwsim.report.document import report_html
 from ccwsim.report.settings import describe_setting
 from ccwsim.sharing.choices import Choices
-from ccwsim.sharing.link import left_out, link_of
+from ccwsim.sharing.link import link_of, parts_left_out
 from ccwsim.ui.compare.settings import LETTERS
 from ccwsim.ui.examples import opened
-from ccwsim.ui.examples.catalogue import PARTS, Example, lecture_sheet, study_address
+from ccwsim.ui.examples.catalogue import LECTURE_PARTS, Example, lecture_sheet, study_address
 from ccwsim.ui.examples.quiz import draw_quiz
-from ccwsim.ui.results.maps import middle_layer
+from ccwsim.ui.results.maps import middle_cells
 from ccwsim.ui.session.address import CLASS, go_to
 from ccwsim.ui.session.fragments import follow_tasks
 from ccwsim.ui.session.resolve import data_of, image_of, secondary_of
@@ -46,10 +46,13 @@ MAX_PICTURE_SIDE = 300
 MAX_VOLUME_SIDE = 80  # maximum number of cells along a horizontal side of a volume in a picture
 N_TOGETHER = 20  # number of realizations from which a probability map or curves are computed
 MAX_DOTS = 1000
-MAX_PIXELS = 600
+EXAMPLE_PIXELS = 600
 """Width of a picture in pixels, twice the width on the page for high-resolution screens."""
 N_LAGS = 80
-N_SOLVED, N_PARTICLES = 5, 100  # realizations through which flow is solved, and particles in each
+N_SOLVED, N_EXAMPLE_PARTICLES = (
+    5,
+    100,
+)  # realizations through which flow is solved, and particles in each
 SINGLE = {"realization", "second", "data", "layer", "section"}  # pictures of one realization each
 SHEET_HELP = "The lecture as an HTML file to print: tasks with links, and then the answers."
 
@@ -71,7 +74,7 @@ def draw_examples(state: State) -> None:
             step_note(page_text("Link for a class"))
             link = class_link(state.choices, st.context.url or "")
             st.code(link, language=None, wrap_lines=True)
-            if missing := left_out(state.choices):
+            if missing := parts_left_out(state.choices):
                 step_note(f"The link cannot carry {' and '.join(missing)}.")
         page = st.context.url or ""
 
@@ -103,9 +106,9 @@ def class_link(choices: Choices, page: str) -> str:
 
 def _draw_plan(state: State) -> None:
     step_note(page_text("Lecture plan"))
-    deadline = time.monotonic() + PATIENCE
+    deadline = time.monotonic() + FIRST_RESULT_SECONDS
     number, waiting = 0, []
-    for part in PARTS:
+    for part in LECTURE_PARTS:
         st.html(f'<h2 class="part">{escape(part.title)}</h2>')
         with st.container(key=f"cards_{part.examples[0].name}"):
             for first in range(0, len(part.examples), 2):
@@ -153,7 +156,7 @@ def _draw_card(state: State, number: int, example: Example, deadline: float) -> 
 
 def pictures_html(example: Example, result: tuple[CardPicture, ...] | Failure | None) -> str:
     """Return the pictures of an example, or empty spaces of the same size."""
-    pictures = result if isinstance(result, tuple) else expected(example)
+    pictures = result if isinstance(result, tuple) else expected_pictures(example)
     figures = "".join(
         f'<figure style="--shape: {p.nx} / {p.ny}">{p.content}'
         f"<figcaption>{escape(p.label)}</figcaption></figure>"
@@ -201,7 +204,7 @@ def pictures_of(example: Example, theme: Theme) -> Task[tuple[CardPicture, ...]]
     return Task(("example", *inputs, theme.each), lambda progress: _drawn(example, choices, theme))
 
 
-def expected(example: Example) -> list[CardPicture]:
+def expected_pictures(example: Example) -> list[CardPicture]:
     """Return an empty picture, with its expected label and size, for each picture."""
     image, settings, kinds = image_of(example.choices.image), example.settings, example.shows
     grid, first = small(example.choices).grid, kinds[0]
@@ -229,7 +232,7 @@ def cut(values: NDArray, kind: str) -> NDArray:
     """Return the middle layer of a volume or the middle section along x; return a map unchanged."""
     if values.ndim == 2:
         return values
-    return values[:, values.shape[1] // 2] if kind == "section" else middle_layer(values)
+    return values[:, values.shape[1] // 2] if kind == "section" else middle_cells(values)
 
 
 def _drawn(example: Example, choices: Choices, theme: Theme) -> tuple[CardPicture, ...]:
@@ -250,7 +253,7 @@ def _drawn(example: Example, choices: Choices, theme: Theme) -> tuple[CardPictur
         for p in example.settings
     ]
     first = example.shows[0]
-    picture = data_map_png(cut(image.indices, first), colours, longest=MAX_PIXELS)
+    picture = data_map_png(cut(image.indices, first), colours, longest=EXAMPLE_PIXELS)
     image_tag = _img(picture, f"The image {image.name}")
     if example.others:
         tags = [_realization(e, 0, colours, first) for e in ensembles]
@@ -260,7 +263,7 @@ def _drawn(example: Example, choices: Choices, theme: Theme) -> tuple[CardPictur
             sources["two-point"] = simulate_two_point(image, choices.grid, N_TOGETHER, choices.seed)
         parts = (name.rpartition(" ") for name in example.shows)
         tags = [_shown(kind, sources[of], colours, theme) for of, _, kind in parts]
-    blanks = zip(expected(example), [image_tag, *tags], strict=True)
+    blanks = zip(expected_pictures(example), [image_tag, *tags], strict=True)
     return tuple(replace(blank, content=tag) for blank, tag in blanks)
 
 
@@ -268,7 +271,7 @@ def _shown(name: str, e: Ensemble, colours: list[str], theme: Theme) -> str:
     code, facies_name = int(e.training_image.codes[1]), e.training_image.facies_names[1]
     if name == "probability":
         indices, steps = steps_of(cut(e.probability(code), name))
-        picture = data_map_png(indices, steps, longest=MAX_PIXELS)
+        picture = data_map_png(indices, steps, longest=EXAMPLE_PIXELS)
         return _img(picture, f"Probability of {facies_name}")
     if name == "variogram":
         curves = variogram(e, code, lags=N_LAGS).gamma
@@ -290,7 +293,7 @@ def _shown(name: str, e: Ensemble, colours: list[str], theme: Theme) -> str:
         facies_grid[rows, columns] = _facies_of_data(e)
         ground = [*colours, LIGHT.paper]  # this grey contrasts with the facies in both themes
         return _img(
-            data_map_png(facies_grid, ground, longest=MAX_PIXELS), f"{e.hard_data.n} hard data"
+            data_map_png(facies_grid, ground, longest=EXAMPLE_PIXELS), f"{e.hard_data.n} hard data"
         )
     return _realization(e, 1 if name == "second" else 0, colours, name)
 
@@ -302,8 +305,8 @@ def arrived(indices: NDArray[np.uint8]) -> NDArray[np.float64]:
     time through only facies 1.
     """
     flow = darcy(np.where(indices == 1, 1.0, 1e-3), west_east=(indices.shape[1] ** 2, 0))
-    times = breakthrough(flow, 1.0, "x", N_PARTICLES)
-    return times.searchsorted(np.logspace(0, 3, N_LAGS)) / N_PARTICLES
+    times = breakthrough(flow, 1.0, "x", N_EXAMPLE_PARTICLES)
+    return times.searchsorted(np.logspace(0, 3, N_LAGS)) / N_EXAMPLE_PARTICLES
 
 
 def _realization(e: Ensemble, r: int, colours: list[str], kind: str = "realization") -> str:
@@ -318,7 +321,7 @@ def _realization(e: Ensemble, r: int, colours: list[str], kind: str = "realizati
         dots = Dots(cells, [colours[k] for k in facies], wrong)
     facies_grid = cut(e.indices[r], kind)
     return _img(
-        data_map_png(facies_grid, colours, dots, longest=MAX_PIXELS), f"Realization {r + 1}"
+        data_map_png(facies_grid, colours, dots, longest=EXAMPLE_PIXELS), f"Realization {r + 1}"
     )
 
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ccwsim import Parameters, TrainingImage, datasets, simulate
 from ccwsim.figures import facies_colours, map_png, mixed
-from ccwsim.jobs.job import PATIENCE, Job
+from ccwsim.jobs.job import FIRST_RESULT_SECONDS, Job
 from ccwsim.metrics import Copying, copying
 from ccwsim.metrics.pattern_codes import codes_in
 from ccwsim.model.arrays import Bytes, Mask, Shape
@@ -40,13 +40,14 @@ from ccwsim.ui.widgets.theme import chart_theme
 N_PICTURES = 6
 MAX_PIECE_SIDE = 96
 SIDES_PER_REALIZATION = 2  # ratio of the side of a realization to the side of the piece shown
-SIDE = 6  # side of the compared windows in cells; windows of this size can be seen at a glance
+# side of the compared windows in cells; windows of this size can be seen at a glance
+WINDOW_SIDE = 6
 PICTURES = "quiz_pictures"
 MAX_QUIZ_LEVEL = 4
 """Maximum wavelet level of the quiz; at higher levels realizations are too easy to recognize."""
 MAX_QUIZ_CANDIDATES = 2000
 REVEAL_HEIGHT = 340
-GREY = "#969696"
+SEAM_GREY = "#969696"
 MAX_FACIES_MARKED = 120
 """Maximum number of facies for drawing seams, because each facies then needs two colours."""
 
@@ -115,8 +116,8 @@ def piece_side(shape: Shape) -> int:
 
 
 def window_codes(indices: Bytes, n_facies: int) -> NDArray[np.uint64]:
-    """Return a code of each window of SIDE × SIDE cells; equal windows have equal codes."""
-    strips = [codes[0] for codes in codes_in(indices[None], n_facies, 1, SIDE)]
+    """Return a code of each window of side WINDOW_SIDE; equal windows have equal codes."""
+    strips = [codes[0] for codes in codes_in(indices[None], n_facies, 1, WINDOW_SIDE)]
     return np.concatenate(strips) if strips else np.zeros((0, 0), np.uint64)
 
 
@@ -126,7 +127,7 @@ def new_shapes(
     """Return a mask of the middles of windows with new codes, and the share of these windows."""
     new = ~np.isin(window_codes(indices, n_facies), image_codes)
     new_mask = np.zeros(indices.shape, bool)
-    middle = SIDE // 2 - 1
+    middle = WINDOW_SIDE // 2 - 1
     for down in (middle, middle + 1):
         for along in (middle, middle + 1):
             new_mask[down : down + new.shape[0], along : along + new.shape[1]] |= new
@@ -170,7 +171,7 @@ def draw_quiz(state: State) -> None:
     job = quiz.job
     if job is None:
         return
-    if not job.wait(PATIENCE):
+    if not job.wait(FIRST_RESULT_SECONDS):
         follow(job, label=lambda: "Drawing a round …")
     elif job.error is not None:
         st.error(plain(failed(job.error)))
@@ -193,12 +194,12 @@ def pick(quiz: Quiz, k: int) -> None:
     if quiz.round is None or quiz.picked is not None or not 0 <= k < len(quiz.round.pictures):
         return
     quiz.picked = k
-    setting = describe_setting(quiz)
+    setting = describe_round(quiz)
     hits, tries = quiz.tallies.get(setting, (0, 0))
     quiz.tallies[setting] = hits + (k == quiz.round.answer), tries + 1
 
 
-def describe_setting(quiz: Quiz) -> str:
+def describe_round(quiz: Quiz) -> str:
     """Return the settings for the next round."""
     name = pretty(quiz.image) if quiz.image else "your image"
     refine = [] if quiz.refine else ["no refine"]
@@ -338,7 +339,7 @@ def draw_reveal(quiz: Quiz, quiz_round: Round, colours: Sequence[str]) -> None:
     left, middle, words = st.columns([1.0, 1.0, 1.6], gap="medium")
     with left:
         panel_title(f"Seams of picture {k + 1}")
-        seams = seam_map(quiz_round, k, colours)
+        seams = quiz_seam_map(quiz_round, k, colours)
         draw_cells(seams, "quiz_seams", name="seams", max_height=REVEAL_HEIGHT)
     with middle:
         panel_title("Where the pieces come from in the training image")
@@ -372,12 +373,12 @@ def describe_seams(quiz_round: Round, k: int) -> list[str]:
     share, side = f"{100 * copied.seams.mean():.0f}", copied.largest_square
     return [
         page_text("Seams of a picture", picture=k + 1, share=share, side=side),
-        page_text("Visible seams", own=new_share, side=SIDE, low=low, high=high),
+        page_text("Visible seams", own=new_share, side=WINDOW_SIDE, low=low, high=high),
         page_text("Windows of the image"),
     ]
 
 
-def seam_map(quiz_round: Round, k: int, colours: Sequence[str]) -> CellMap:
+def quiz_seam_map(quiz_round: Round, k: int, colours: Sequence[str]) -> CellMap:
     """Return picture k with its seams, and a mask of shapes absent from the training image."""
     theme, names = chart_theme(), quiz_round.training_image.facies_names
     indices = quiz_round.pictures[k]
@@ -388,10 +389,10 @@ def seam_map(quiz_round: Round, k: int, colours: Sequence[str]) -> CellMap:
     marked = np.where(quiz_round.shapes_at(k)[0], 2 * n, marked).astype(np.uint8)
     return CellMap(
         indices=marked,
-        colours=[*colours, *(mixed(colour, GREY, 0.4) for colour in colours), theme.reference],
+        colours=[*colours, *(mixed(colour, SEAM_GREY, 0.4) for colour in colours), theme.reference],
         labels=[*names, *(f"{name}, at a seam" for name in names), "a new shape"],
         alt=f"Seams of picture {k + 1}, and shapes absent from the training image",
-        keys=[("a seam", mixed(colours[0], GREY, 0.4)), ("a new shape", theme.reference)],
+        keys=[("a seam", mixed(colours[0], SEAM_GREY, 0.4)), ("a new shape", theme.reference)],
     )
 
 
@@ -404,7 +405,7 @@ def piece_map(quiz_round: Round, k: int, colours: Sequence[str]) -> CellMap:
     used = quiz_round.copying_of(k).uses > 0
     return CellMap(
         indices=np.where(used, image.indices, n + image.indices).astype(np.uint8),
-        colours=[*colours, *(mixed(colour, GREY, 0.75) for colour in colours)],
+        colours=[*colours, *(mixed(colour, SEAM_GREY, 0.75) for colour in colours)],
         labels=[*image.facies_names, *(f"{name}, not used" for name in image.facies_names)],
         alt=f"The training image; cells used in picture {k + 1} are in full colour",
     )

@@ -22,7 +22,7 @@ from ccwsim.model.numbers import duration, minus, plural, three_digits, with_pow
 from ccwsim.report.settings import caption_of
 from ccwsim.system.log import reason
 from ccwsim.ui.flow import solving
-from ccwsim.ui.flow.solving import Answers, FlowSettings, FlowState, Solution
+from ccwsim.ui.flow.solving import FlowAnswers, FlowSettings, FlowState, Solution
 from ccwsim.ui.frontend.cells import (
     CellMap,
     draw_cells,
@@ -44,8 +44,9 @@ from ccwsim.ui.widgets.facts import write_facts
 from ccwsim.ui.widgets.fields import bound_to, button, download, field, options_of
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
-PATIENCE = 1.5  # seconds for which the page waits for a solution before it draws the earlier one
-HEIGHT, MAP_HEIGHT, CHART_HEIGHT = 420, 300, 250
+# seconds for which the page waits for a solution before it draws the earlier one
+SOLUTION_SECONDS = 1.5
+HEAD_MAP_HEIGHT, CAPTURE_MAP_HEIGHT, FLOW_CHART_HEIGHT = 420, 300, 250
 N_BANDS = 20  # number of colours of a map of heads; their edges are lines of equal head
 PERCENTILES = (10, 50, 90)
 TRACK, PARTICLE = "#14181D", "#FFFFFF"
@@ -55,7 +56,11 @@ GLASS = 0.3, 0.06  # opacity in volumes of the facies of highest conductivity, a
 ROUND_NUMBERS = [float(f"{m}e{e}") for e in range(-14, 4) for m in (1, 2, 5)]
 CONDUCTIVITIES = [k for k in ROUND_NUMBERS if MIN_CONDUCTIVITY <= k <= MAX_CONDUCTIVITY]
 """Values of the logarithmic slider, in m/s or m/d."""
-ROW: dict[str, Any] = {"horizontal": True, "vertical_alignment": "center", "gap": "small"}
+CONTROLS_LAYOUT: dict[str, Any] = {
+    "horizontal": True,
+    "vertical_alignment": "center",
+    "gap": "small",
+}
 
 
 def draw_page(state: State) -> None:
@@ -72,9 +77,9 @@ def draw_page(state: State) -> None:
         if state.ensemble is None:
             maps.ghost_panel(text.page_text("Flow without realizations"), "height: 392px", "Flow")
             return
-        settings = solving.settings_of(state.page(FlowState), state.ensemble)
+        settings = solving.flow_settings(state.page(FlowState), state.ensemble)
         draw_caption(caption_of(state.ensemble))
-        if problem := solving.problem_of(settings):
+        if problem := solving.flow_problem(settings):
             st.warning(text.plain(problem))
             return
         _draw_solution(state, state.ensemble, settings)
@@ -89,7 +94,7 @@ def _draw_controls(state: State, ensemble: Ensemble) -> None:
         st.segmented_control,
         "Unit of conductivity",
         key="flow_unit",
-        **bound_to(page_state, "unit", options=list(solving.UNITS)),
+        **bound_to(page_state, "unit", options=list(solving.CONDUCTIVITY_UNITS)),
     )
     for k, name in enumerate(image.facies_names):
         with st.container(key=f"rock_{k}"):
@@ -97,7 +102,7 @@ def _draw_controls(state: State, ensemble: Ensemble) -> None:
     text.step_title(2, "Heads and well")
     axes = {"x": "W–E", "y": "S–N", "z": "vertical"}
     offered = {axis: axes[axis] for axis in "xyz"[: ensemble.grid.n_dimensions]}
-    settings = solving.settings_of(page_state, ensemble)
+    settings = solving.flow_settings(page_state, ensemble)
     field(
         st.segmented_control,
         "Direction of the flow",
@@ -126,7 +131,7 @@ def _draw_controls(state: State, ensemble: Ensemble) -> None:
     text.step_note(text.page_text("Answers of all realizations"))
     going = run is not None and run.going
     label = f"Solve all {plural(ensemble.n, 'realization')}"
-    problem = solving.problem_of(settings)
+    problem = solving.flow_problem(settings)
     button(
         label,
         key="flow_all",
@@ -143,7 +148,7 @@ def _draw_controls(state: State, ensemble: Ensemble) -> None:
 def _draw_rock(page_state: FlowState, ensemble: Ensemble, k: int, name: str) -> None:
     """Draw the conductivity and the porosity of a facies."""
     conductivity, porosity = solving.rock_of(page_state, ensemble.training_image, k)
-    factor = solving.UNITS[page_state.unit]
+    factor = solving.CONDUCTIVITY_UNITS[page_state.unit]
     shown_k = float(f"{conductivity * factor:.3g}")
 
     def write_k(value: float) -> None:
@@ -215,7 +220,7 @@ def _draw_solution(state: State, ensemble: Ensemble, settings: FlowSettings) -> 
     worker = page_state.worker
     worker.forget()
     worker.ask(task)
-    result = worker.wait_for(task, PATIENCE)
+    result = worker.wait_for(task, SOLUTION_SECONDS)
     if isinstance(result, Solution):
         page_state.latest = ensemble, result
     latest = page_state.latest
@@ -246,11 +251,11 @@ def _draw_flow(
     inflow = max(flow.through[low], flow.through[high]) * solving.DAY
     facts = [f"{three_digits(inflow)} m³/d flow in"]
     if not flow.wells:
-        k = flow.effective_k * solving.UNITS[page_state.unit]
+        k = flow.effective_k * solving.CONDUCTIVITY_UNITS[page_state.unit]
         facts.insert(0, f"effective K {with_power(k)} {page_state.unit}")
     facts.append(f"half of the water needs more than {duration(median)}")
     facts.append(f"balance {with_power(flow.balance, 1)}, {plural(flow.iterations, 'iteration')}")
-    with st.container(**ROW, key="flow_tools"):
+    with st.container(**CONTROLS_LAYOUT, key="flow_tools"):
         write_facts(facts)
         _draw_downloads(state, ensemble, solution, settings)
     with st.container(key="flow_maps"):
@@ -276,7 +281,7 @@ def _draw_map(
     state: State, ensemble: Ensemble, solution: Solution | None, settings: FlowSettings
 ) -> None:
     page_state, r = state.page(FlowState), state.shown
-    with st.container(**ROW, key="shown_row"):
+    with st.container(**CONTROLS_LAYOUT, key="shown_row"):
         title = f"Realization {ensemble.numbers[r] + 1} of {ensemble.n}"
         text.panel_title(title, "tracks of particles")
         maps.step_buttons("flow", state, ensemble.n)
@@ -291,7 +296,7 @@ def _draw_by_hand(
     page_state: FlowState, ensemble: Ensemble, settings: FlowSettings, cell_map: CellMap, key: str
 ) -> None:
     """Draw a map or volume in which the user moves the well or, in a map of heads, the heads."""
-    options: dict[str, Any] = {"grid": ensemble.grid, "link": "grid", "max_height": HEIGHT}
+    options: dict[str, Any] = {"grid": ensemble.grid, "link": "grid", "max_height": HEAD_MAP_HEIGHT}
     options |= {"name": {"flow": "tracks"}.get(key, key), "body": key == "flow"}
     if ensemble.grid.nz is not None:
         fastest = max(settings.conductivity)
@@ -326,7 +331,7 @@ def _draw_heads(
     lower_end, upper_end = sorted(settings.heads)
     # heads at a well in tight rock do not take all colours
     low, high = max(lowest, 2 * lower_end - upper_end), min(highest, 2 * upper_end - lower_end)
-    with st.container(**ROW, key="heads_row"):
+    with st.container(**CONTROLS_LAYOUT, key="heads_row"):
         text.panel_title("Head", "each change of colour is a line of equal head")
     span = max(high - low, 1e-300)
     bands = np.clip((heads - low) / span * N_BANDS, 0, N_BANDS - 1)
@@ -372,7 +377,7 @@ def with_tracks(
             colour = steps if tracks is solution.tracks else np.full(len(path), n)
             lines.append(np.column_stack([path[:, :0:-1], colour]).round(2).tolist())
     seconds = particles / 100 * median
-    for x, y in (positions(solution.tracks, seconds) - corner) / size if particles else ():
+    for x, y in (particle_positions(solution.tracks, seconds) - corner) / size if particles else ():
         mark = {"kind": "disc", "row": y - 0.5, "column": x - 0.5, "height": 1, "width": 1}
         marks.append({**mark, "colour": PARTICLE, "label": f"after {duration(seconds)}"})
     return replace(cell_map, lines=lines, line_colours=[*colours, accent], marks=marks)
@@ -384,7 +389,7 @@ def thinned(path: NDArray[np.float64]) -> NDArray[np.float64]:
     return path[np.unique([0, *kept, len(path) - 1])]
 
 
-def positions(tracks: Tracks, seconds: float) -> NDArray[np.float64]:
+def particle_positions(tracks: Tracks, seconds: float) -> NDArray[np.float64]:
     """Return the positions of particles at a time, without particles that ended earlier."""
     moving = (path.T for path in tracks.paths if path[-1, 0] >= seconds)
     places = [[np.interp(seconds, times, axis) for axis in axes] for times, *axes in moving]
@@ -401,7 +406,7 @@ def _draw_downloads(
         text.step_note(f"Heads and conductivity of realization {r + 1}")
         conductivity = cell_values(np.array(settings.conductivity), ensemble.indices[r])
         fields = {"head": solution.flow.heads, "conductivity": conductivity}
-        with st.container(**ROW):
+        with st.container(**CONTROLS_LAYOUT):
             for kind, label in (("npz", "NumPy"), ("vti", "VTK"), ("gslib", "GSLIB")):
                 content = partial(maps_as_bytes, fields, grid, kind)
                 download(label, content, f"{name}_heads.{kind}", key=f"flow_heads_{kind}")
@@ -409,14 +414,14 @@ def _draw_downloads(
             download("Tracks, CSV", content, f"{name}_tracks.csv", key="flow_tracks")
         for title, files in solving.model_downloads(page_state, ensemble, r).items():
             text.step_note(title)
-            with st.container(**ROW):
+            with st.container(**CONTROLS_LAYOUT):
                 for file in files:
                     file.draw(name)
         run = page_state.run
         if run is not None and run.result is not None:
             result = run.result
             text.step_note("All realizations")
-            with st.container(**ROW):
+            with st.container(**CONTROLS_LAYOUT):
                 content = partial(k_csv, result)
                 download("Effective K, CSV", content, f"{name}_k.csv", key="flow_k_csv")
                 content = partial(times_csv, result)
@@ -430,13 +435,13 @@ def tracks_csv(tracks: Tracks) -> bytes:
     return csv_as_bytes(head, lines)
 
 
-def k_csv(result: Answers) -> bytes:
+def k_csv(result: FlowAnswers) -> bytes:
     """Return CSV with effective conductivities of the realizations and of the training image."""
     head, lines = result.k.table()
     return csv_as_bytes(head, lines)
 
 
-def times_csv(result: Answers) -> bytes:
+def times_csv(result: FlowAnswers) -> bytes:
     """Return CSV with a line per particle and a column per realization; times are in seconds."""
     head = ["share", *(f"realization_{r + 1}" for r in range(len(result.times)))]
     n = result.times.shape[1]
@@ -450,7 +455,7 @@ def _draw_answers(state: State, ensemble: Ensemble, settings: FlowSettings) -> N
     with st.container(key="flow_answers"):
         st.html('<h2 class="part">All realizations</h2>')
         if run is None:
-            style = f"height: {CHART_HEIGHT}px"
+            style = f"height: {FLOW_CHART_HEIGHT}px"
             maps.ghost_panel(text.page_text("Answers of all realizations"), style)
             return
         if run.going:
@@ -466,9 +471,9 @@ def _draw_answers(state: State, ensemble: Ensemble, settings: FlowSettings) -> N
         _draw_result(state, run, run.result)
 
 
-def _draw_result(state: State, run: solving.AnswersRun, result: Answers) -> None:
+def _draw_result(state: State, run: solving.AnswersRun, result: FlowAnswers) -> None:
     page_state, theme = state.page(FlowState), chart_theme()
-    factor = solving.UNITS[page_state.unit]
+    factor = solving.CONDUCTIVITY_UNITS[page_state.unit]
     left, right = st.columns(2, gap="medium")
     with left:
         k = result.k
@@ -477,7 +482,7 @@ def _draw_result(state: State, run: solving.AnswersRun, result: Answers) -> None
             "training image": (factor * k.image, theme.reference),
         }
         chart = figures.conductivity_chart(
-            factor * k.each, marks, theme, unit=page_state.unit, height=CHART_HEIGHT
+            factor * k.each, marks, theme, unit=page_state.unit, height=FLOW_CHART_HEIGHT
         )
         note = (
             f"flow efficiency {k.efficiency.mean():.2g}, image {k.image / k.image_arithmetic:.2g}"
@@ -486,7 +491,7 @@ def _draw_result(state: State, run: solving.AnswersRun, result: Answers) -> None
     with right:
         days = result.times / solving.DAY
         chart = figures.breakthrough_chart(
-            days, state.shown, theme, height=CHART_HEIGHT, accent=theme.reference
+            days, state.shown, theme, height=FLOW_CHART_HEIGHT, accent=theme.reference
         )
         note = f"red: realization {state.shown + 1}; without the well"
         titled_chart("Breakthrough", note, chart, "flow_times", "Arrived particles against time")
@@ -497,7 +502,7 @@ def _draw_result(state: State, run: solving.AnswersRun, result: Answers) -> None
     text.step_note(text.page_text("Diagonal contacts"))
 
 
-def _draw_representatives(state: State, run: solving.AnswersRun, result: Answers) -> None:
+def _draw_representatives(state: State, run: solving.AnswersRun, result: FlowAnswers) -> None:
     """Draw the realizations at three percentiles of effective conductivity."""
     ensemble, page_state = run.ensemble, state.page(FlowState)
     columns = st.columns(3, gap="medium")
@@ -505,27 +510,27 @@ def _draw_representatives(state: State, run: solving.AnswersRun, result: Answers
     colours = maps.colours_of_ran(state)
     for column, percentile, r in zip(columns, PERCENTILES, chosen, strict=True):
         with column:
-            k = float(result.k.each[r]) * solving.UNITS[page_state.unit]
-            with st.container(**ROW, key=f"flow_p_{percentile}"):
+            k = float(result.k.each[r]) * solving.CONDUCTIVITY_UNITS[page_state.unit]
+            with st.container(**CONTROLS_LAYOUT, key=f"flow_p_{percentile}"):
                 text.panel_title(
                     f"P{percentile}", f"realization {r + 1}, K {with_power(k)} {page_state.unit}"
                 )
                 show = partial(setattr, state, "shown", r)
                 if button("Open", key=f"flow_open_{percentile}", on_click=show):
                     go_to("pages/simulate.py", f"Realization {r + 1} is shown now.")
-            indices = maps.middle_layer(ensemble.indices[r])
+            indices = maps.middle_cells(ensemble.indices[r])
             image, alt = ensemble.training_image, f"Realization {r + 1}"
             cell_map = facies_map(indices, image, colours, alt)
             draw_cells(
                 cell_map,
                 f"flow_p{percentile}",
                 name=f"p{percentile}",
-                max_height=MAP_HEIGHT,
+                max_height=CAPTURE_MAP_HEIGHT,
                 tools=False,
             )
 
 
-def _draw_capture(state: State, run: solving.AnswersRun, result: Answers) -> None:
+def _draw_capture(state: State, run: solving.AnswersRun, result: FlowAnswers) -> None:
     """Draw the probability of capture, and its skill."""
     capture = result.capture
     assert capture is not None
@@ -533,7 +538,7 @@ def _draw_capture(state: State, run: solving.AnswersRun, result: Answers) -> Non
     with left:
         text.panel_title("Probability of capture", "share of the realizations, by start")
         cell_map = share_map(capture.probability, "P(captured) =", "Probability of capture")
-        draw_cells(cell_map, "capture", name="capture", max_height=MAP_HEIGHT, tools=False)
+        draw_cells(cell_map, "capture", name="capture", max_height=CAPTURE_MAP_HEIGHT, tools=False)
     with right:
         text.panel_title("Skill of the map")
         area = 100 * float(capture.probability.mean())

@@ -26,12 +26,13 @@ from ccwsim.ui.session.file_names import study_part
 from ccwsim.ui.session.state import PageRun, RunState, State
 from ccwsim.ui.widgets.fields import Download
 
-BYTES_PER_CELL = 1200  # memory per cell of a solution in bytes, mostly the levels of the solver
+# memory per cell of a solution in bytes, mostly the levels of the solver
+SOLVER_BYTES_PER_CELL = 1200
 ROCKS = (1e-4, 1e-7)  # first conductivity in m/s of all other, and of the most frequent facies
 POROSITY = 0.25
 DAY = 86400.0
 N_TRACKS, N_PARTICLES, MAX_STARTS = 32, 200, 1024
-UNITS = {"m/s": 1.0, "m/d": DAY}
+CONDUCTIVITY_UNITS = {"m/s": 1.0, "m/d": DAY}
 
 
 @dataclass(frozen=True)
@@ -98,7 +99,7 @@ def solution(
 
 
 @dataclass(frozen=True, eq=False)
-class Answers:
+class FlowAnswers:
     """Effective conductivities, travel times and capture of all realizations of an ensemble."""
 
     k: EffectiveK
@@ -107,7 +108,7 @@ class Answers:
 
 
 @dataclass
-class AnswersRun(PageRun[Answers]):
+class AnswersRun(PageRun[FlowAnswers]):
     """The solution of all realizations of an ensemble."""
 
     ensemble: Ensemble
@@ -121,9 +122,9 @@ class AnswersRun(PageRun[Answers]):
     def demand(self) -> Demand:
         n_cells = self.ensemble.grid.n_cells
         at_once = min(n_cores(), self.ensemble.n)
-        return Demand(n_cells * self.ensemble.n, 0, BYTES_PER_CELL * n_cells * at_once)
+        return Demand(n_cells * self.ensemble.n, 0, SOLVER_BYTES_PER_CELL * n_cells * at_once)
 
-    def work(self, job: Job[Answers]) -> Answers:
+    def work(self, job: Job[FlowAnswers]) -> FlowAnswers:
         ensemble, settings = self.ensemble, self.settings
         n = int(np.prod(ensemble.grid.shape[-2:]))
         step = max(4, int(np.ceil(np.sqrt(n / MAX_STARTS))))
@@ -137,7 +138,7 @@ class AnswersRun(PageRun[Answers]):
         effective_k = answers.with_bounds(
             ensemble, of_facies, settings.axis, np.array(k), settings.anisotropy
         )
-        return Answers(effective_k, np.array(times), capture)
+        return FlowAnswers(effective_k, np.array(times), capture)
 
 
 def _answer(
@@ -181,7 +182,7 @@ def rock_of(page_state: FlowState, image: TrainingImage, k: int) -> tuple[float,
     return page_state.conductivity.get(name, first), page_state.porosity.get(name, POROSITY)
 
 
-def settings_of(page_state: FlowState, ensemble: Ensemble) -> FlowSettings:
+def flow_settings(page_state: FlowState, ensemble: Ensemble) -> FlowSettings:
     """Return the settings on the page for an ensemble; a well outside the grid is ignored."""
     image, grid = ensemble.training_image, ensemble.grid
     rocks = [rock_of(page_state, image, k) for k in range(image.n_facies)]
@@ -207,7 +208,7 @@ def set_well(page_state: FlowState, ensemble: Ensemble, cell: Sequence[int]) -> 
     """Place the well; the first rate is a third of the flow through a layered grid."""
     page_state.well = tuple(cell)
     if not page_state.rate:
-        settings, grid = settings_of(page_state, ensemble), ensemble.grid
+        settings, grid = flow_settings(page_state, ensemble), ensemble.grid
         k = float(ensemble.proportions.mean(axis=0) @ settings.conductivity)
         dx, dy, dz = (*grid.cell_size, 1.0)[:3]
         area = grid.ny * dy * (grid.nz or 1) * dz
@@ -235,11 +236,11 @@ def start_answers(state: State) -> None:
     """Solve all realizations of the latest results."""
     page_state, ensemble = state.page(FlowState), state.ensemble
     if ensemble is not None:
-        settings = settings_of(page_state, ensemble)
+        settings = flow_settings(page_state, ensemble)
         page_state.start(lambda: AnswersRun(ensemble, settings))
 
 
-def problem_of(settings: FlowSettings) -> str:
+def flow_problem(settings: FlowSettings) -> str:
     """Return the reason why nothing can be solved, or an empty text."""
     if settings.heads[0] == settings.heads[1]:
         return f"Both heads are {settings.heads[0]:g} m, so nothing flows: choose different heads."
@@ -250,7 +251,7 @@ def model_downloads(
     page_state: FlowState, ensemble: Ensemble, realization: int
 ) -> dict[str, list[Download]]:
     """Return models for other programs, below a title with the values of the page Flow."""
-    settings, image = settings_of(page_state, ensemble), ensemble.training_image
+    settings, image = flow_settings(page_state, ensemble), ensemble.training_image
     k = dict(zip(image.codes.tolist(), settings.conductivity, strict=True))
     content = partial(
         grdecl_as_zip, study_part(ensemble), ensemble, k, anisotropy=settings.anisotropy

@@ -21,7 +21,7 @@ from ccwsim.ui.frontend.component import draw_component
 _ramp = cache(ramp)
 N_STEPS = 200
 """Number of colour steps of a probability map; shares of 200 realizations are not rounded."""
-MAX_NAMES = 30
+MAX_WELL_NAMES = 30
 """Maximum number of wells whose names are written; with more wells, names appear on hovering."""
 COMPRESSION = {2: 4, 3: 6}
 """Compression level of zlib by number of dimensions. Higher levels save a third of the bytes of a
@@ -79,7 +79,7 @@ def share_map(
     return CellMap(indices, steps, labels, alt, strip=strip, point_colours=point_colours)
 
 
-def points_of(
+def editor_points(
     data: HardData, training_image: TrainingImage, realization: NDArray[np.integer] | None = None
 ) -> list[list[int]]:
     """Return data as [(layer,) row, column, facies index, wrong in `realization` (codes)]."""
@@ -109,7 +109,7 @@ def shared_content(cell_map: CellMap, grid: Grid | None) -> dict[str, Any]:
         "lines": cell_map.lines,
         "line_lut": list(cell_map.line_colours),
         "wells": [[name, list(map(list, path))] for name, path in cell_map.wells],
-        "max_names": MAX_NAMES,
+        "max_names": MAX_WELL_NAMES,
         "point_lut": list(cell_map.point_colours) or None,
         "points_are": list(cell_map.points_are),
         "wrong_label": f"{n_wrong} not honoured" if n_wrong else "",

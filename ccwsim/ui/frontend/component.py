@@ -10,13 +10,13 @@ from streamlit.components import v2
 
 from ccwsim.ui.widgets.errors import catch_callback_errors
 
-FOLDER = Path(__file__).parent
-MAP = ("shared/drawing", "shared/view", "map/map")
-BELOW = {
-    "map": MAP[:-1],
-    "histogram": MAP[:1],
-    **dict.fromkeys(("editor", "guides", "flow"), (*MAP, "shared/edits", "shared/tools")),
-    "volume": (*MAP[:-1], "shared/edits", "volume/slice", "volume/body"),
+FRONTEND_FOLDER = Path(__file__).parent
+MAP_SCRIPTS = ("shared/drawing", "shared/view", "map/map")
+SCRIPTS_BELOW = {
+    "map": MAP_SCRIPTS[:-1],
+    "histogram": MAP_SCRIPTS[:1],
+    **dict.fromkeys(("editor", "guides", "flow"), (*MAP_SCRIPTS, "shared/edits", "shared/tools")),
+    "volume": (*MAP_SCRIPTS[:-1], "shared/edits", "volume/slice", "volume/body"),
 }
 """Shared modules that each component uses besides `shared/calls`."""
 ENTRY = "export default "
@@ -85,10 +85,12 @@ def _component(name: str) -> Any:
 
 def component_parts(name: str) -> tuple[str, str, str]:
     """Return HTML (by default an empty element), CSS and JavaScript with the modules used."""
-    modules = "shared/calls", *BELOW.get(name, ()), f"{name}/{name}"
+    modules = "shared/calls", *SCRIPTS_BELOW.get(name, ()), f"{name}/{name}"
     html, css, js = (
         "\n".join(path.read_text("utf-8") for path in paths if path.exists())
-        for paths in ([FOLDER / f"{m}.{kind}" for m in modules] for kind in ("html", "css", "js"))
+        for paths in (
+            [FRONTEND_FOLDER / f"{m}.{kind}" for m in modules] for kind in ("html", "css", "js")
+        )
     )
     n_entries = js.count(ENTRY)
     return html or f'<div class="{name}"></div>', css, js.replace(ENTRY, "", n_entries - 1)

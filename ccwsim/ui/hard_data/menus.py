@@ -25,8 +25,8 @@ from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import bound_to, button, download, field, options_of
 from ccwsim.ui.widgets.text import page_labels, page_text, plain
 
-WAYS, WAYS_VOLUME = page_labels("sampling"), page_labels("sampling_volume")
-ORIGINS = {False: "the shown realization", True: "an image from a file"}
+SAMPLING_LABELS, SAMPLING_LABELS_VOLUME = page_labels("sampling"), page_labels("sampling_volume")
+SAMPLED_FIELDS = {False: "the shown realization", True: "an image from a file"}
 EXPORTS = {"csv": "CSV: x, y, facies", "gslib": "GSLIB points"}
 
 
@@ -113,7 +113,7 @@ def draw_sampling(state: State) -> None:
         key="sample_from",
         value=choice is not None,
         write=read_from,
-        **options_of(ORIGINS),
+        **options_of(SAMPLED_FIELDS),
     )
     if choice is not None:
         _ask_reference(page_state, choice, volume)
@@ -187,7 +187,7 @@ def _ask_reference(page_state: Editor, choice: ImageChoice, volume: bool) -> Non
 
 
 def _ask_way(page_state: Editor, volume: bool) -> None:
-    labels = WAYS_VOLUME if volume else WAYS
+    labels = SAMPLING_LABELS_VOLUME if volume else SAMPLING_LABELS
     if page_state.sampling.way not in labels or (volume and page_state.sampling == Sampling()):
         page_state.sampling = Sampling("vertical", n=10, every=1) if volume else Sampling()
     sampling = page_state.sampling

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from ccwsim import Ensemble, HardData
 from ccwsim.model.ensemble import FORCED, WRONG
 from ccwsim.sharing.choices import DataChoice
-from ccwsim.ui.frontend.cells import CellMap, draw_editable, facies_map, points_of
+from ccwsim.ui.frontend.cells import CellMap, draw_editable, editor_points, facies_map
 from ccwsim.ui.hard_data import menus
 from ccwsim.ui.hard_data.edits import Editor, answer, fits, take, take_edits, undo
-from ccwsim.ui.hard_data.table import draw_table
+from ccwsim.ui.hard_data.table import draw_data_table
 from ccwsim.ui.hard_data.wells import draw_brush, draw_wells
 from ccwsim.ui.results import maps
 from ccwsim.ui.session.fragments import error_boundary
@@ -28,7 +28,7 @@ from ccwsim.ui.widgets.fields import bound_to, button, field, menu, options_of
 from ccwsim.ui.widgets.text import page_text, panel_title, plain, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
-GROUNDS = {"realization": "realization", "e_type": "E-type", "empty": "empty grid"}
+EDITOR_BACKGROUNDS = {"realization": "realization", "e_type": "E-type", "empty": "empty grid"}
 REST, REST_VOLUME = 0.4, 0.6
 """Number of seconds after the last edit at which a run with all edits begins."""
 TOOLS = "“draw” places or moves a datum; “straight” and “freehand” place a line of data."
@@ -85,7 +85,7 @@ def _draw(state: State) -> None:
                 key="ground",
                 label_visibility="collapsed",
                 **bound_to(state.page(Editor), "ground"),
-                **options_of(GROUNDS),
+                **options_of(EDITOR_BACKGROUNDS),
             )
         of_run = ground == "e_type"  # a local re-simulation has no E-type
         draw_canvas(state, ensemble if of_run else answered or ensemble)
@@ -104,7 +104,7 @@ def _draw(state: State) -> None:
             maps.draw_e_type(state, ensemble, colours)
     with right:
         if grid.nz is None:
-            draw_table(state, data, image, colours)
+            draw_data_table(state, data, image, colours)
         else:
             draw_wells(state, data)
     if ensemble is not None and grid.nz is None:
@@ -176,7 +176,7 @@ def draw_canvas(state: State, ensemble: Ensemble | None) -> None:
     statuses = status_of(data, ensemble, state.shown if ground == "realization" else None)
     points = [
         [*point[:-1], int(datum_status == WRONG), 0 if datum_status == WRONG else datum_status]
-        for point, datum_status in zip(points_of(data, image), statuses, strict=True)
+        for point, datum_status in zip(editor_points(data, image), statuses, strict=True)
     ]
     wells = wells_of(state.choices)
     cell_map = replace(cell_map, point_colours=colours, alt=alt, points=points, wells=wells)

@@ -16,14 +16,16 @@ from ccwsim.ui.widgets.errors import catch_callback_errors, problem_in
 from ccwsim.ui.widgets.fields import bound_to, field, options_of
 from ccwsim.ui.widgets.text import panel_title, plain
 
-HEIGHT = 497  # height of the table in pixels, for the heading and exactly fourteen rows
+TABLE_HEIGHT = 497  # height of the table in pixels, for the heading and exactly fourteen rows
 MAX_NOTES = 4  # maximum number of notes below the table
 MAX_COLOURED = 500
 """Maximum number of rows with facies colours; Streamlit takes 0.2 ms to colour a row."""
 COLOUR = " "  # heading and name of the column that shows the colours of facies
 
 
-def draw_table(state: State, data: HardData, image: TrainingImage, colours: Sequence[str]) -> None:
+def draw_data_table(
+    state: State, data: HardData, image: TrainingImage, colours: Sequence[str]
+) -> None:
     """Draw the table; the user's edits change the hard data of the study."""
     table, grid = state.page(Editor).table, state.choices.grid
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="table_row"):
@@ -54,7 +56,7 @@ def draw_table(state: State, data: HardData, image: TrainingImage, colours: Sequ
         rows,
         key=key,
         num_rows="dynamic",
-        height=HEIGHT,
+        height=TABLE_HEIGHT,
         width="stretch",
         hide_index=True,
         on_change=catch_callback_errors(_edited),

@@ -17,9 +17,9 @@ from ccwsim.ui.frontend.cells import N_STEPS, CellMap
 DIM = 0.55  # share of the background colour that is mixed into the colours of dimmed facies
 MAX_MARKS = 400
 MAX_LIT = 100  # maximum number of facies for which dimmed colours are used
-REJECTED = "#D55E00"
-CANDIDATE = "#ffffff"
-KEPT, PASTED = "#4C6E91", "#E9C46A"
+REJECTED_COLOUR = "#D55E00"
+CANDIDATE_COLOUR = "#ffffff"
+KEPT_COLOUR, PASTED_COLOUR = "#4C6E91", "#E9C46A"
 
 
 @dataclass(frozen=True)
@@ -280,7 +280,7 @@ def score_volume(view: PatchView) -> CellMap:
     kinds = {"candidate": 0, "drawn": 1}
     looks = [kinds.get(location.fate, 2) for location in order]
     cells = frame.cells_to_grid([location_of(location, 3) for location in order]).tolist()
-    point_colours = [CANDIDATE, view.theme.reference, REJECTED]
+    point_colours = [CANDIDATE_COLOUR, view.theme.reference, REJECTED_COLOUR]
     keys = list(zip((*kinds, "rejected"), point_colours, strict=True))
     return replace(
         cell_map,
@@ -302,7 +302,7 @@ def location_marks(view: PatchView, frame: Frame, scale: int, labels: Sequence[s
     marks = []
     for location, label in list(zip(view.locations, labels, strict=True))[1:MAX_MARKS]:
         is_candidate = location.fate == "candidate"
-        colour, kind = (CANDIDATE, "ring") if is_candidate else (REJECTED, "cross")
+        colour, kind = (CANDIDATE_COLOUR, "ring") if is_candidate else (REJECTED_COLOUR, "cross")
         marks.append(box_mark(box_of(location), colour, label, kind))
     marks.sort(key=lambda m: m["kind"])  # rings are drawn over crosses
     shift = scale / step.block_size
@@ -317,7 +317,7 @@ def error_map(view: PatchView) -> CellMap:
     indices = np.where(view.step.in_overlap, view.step.error, 2)
     colour_of = {
         "same": mixed(view.theme.quiet, view.theme.paper, 0.75),
-        "differs": REJECTED,
+        "differs": REJECTED_COLOUR,
         "not in the overlap": view.theme.hairline,
     }
     return _classes(view, indices, colour_of, 2, "Error surface")
@@ -327,11 +327,11 @@ def cut_map(view: PatchView) -> CellMap:
     """Return a map of kept and pasted cells and, for a volume, of cells that differ."""
     step = view.step
     indices = np.where(step.keep_mask, 0, np.where(step.in_overlap, 1, 2))
-    beyond = mixed(PASTED, view.theme.paper, 0.6)
-    colour_of = {"kept": KEPT, "pasted": PASTED, "pasted, beyond the overlap": beyond}
+    beyond = mixed(PASTED_COLOUR, view.theme.paper, 0.6)
+    colour_of = {"kept": KEPT_COLOUR, "pasted": PASTED_COLOUR, "pasted, beyond the overlap": beyond}
     if view.is_volume:
         indices = np.where(step.error & ~step.keep_mask, 3, indices)
-        colour_of["pasted, patch and grid differ"] = REJECTED
+        colour_of["pasted, patch and grid differ"] = REJECTED_COLOUR
     return _classes(view, indices, colour_of, 4 if view.is_volume else 2, "The cut of the patch")
 
 

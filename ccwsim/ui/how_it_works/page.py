@@ -23,7 +23,7 @@ from ccwsim.ui.frontend.component import run_script
 from ccwsim.ui.how_it_works import maps, words
 from ccwsim.ui.how_it_works.maps import PatchView
 from ccwsim.ui.how_it_works.resimulation import draw_resimulation
-from ccwsim.ui.how_it_works.run import How, forget_own, parameters_of, set_own, trace_of, use_own
+from ccwsim.ui.how_it_works.run import How, forget_own, page_parameters, set_own, trace_of, use_own
 from ccwsim.ui.how_it_works.words import say
 from ccwsim.ui.results.maps import colours_of
 from ccwsim.ui.session.address import page_link
@@ -39,13 +39,13 @@ from ccwsim.ui.widgets.theme import chart_theme, draw_style
 DRAWING = "drawing"
 """Value of `How.resimulated` from the start of a full redraw until the re-simulation is drawn."""
 PLAY_SECONDS = 0.8  # number of seconds between patches while the page plays
-WIDTHS = [1.25, 0.72, 1.25, 1.0]
-WIDTHS_VOLUME = [1.2, 1.0]
-MAX_HEIGHT = 460
+STEP_WIDTHS = [1.25, 0.72, 1.25, 1.0]
+STEP_WIDTHS_VOLUME = [1.2, 1.0]
+STEP_MAP_HEIGHT = 460
 SMALL_MAP: dict[str, Any] = {"max_height": 200, "tools": False}
 SLICES: dict[str, Any] = {"max_height": 300, "body": False}
 SUBSCRIPTS = "₀₁₂₃₄₅₆"
-GROUNDS = {"score": "CCW", "costs": "total", "image": "image"}
+LOCATION_MAPS = {"score": "CCW", "costs": "total", "image": "image"}
 BANDS = {
     "cA": "approximation",
     "cH": "horizontal detail",
@@ -92,7 +92,7 @@ def _draw_top(state: State) -> None:
         player = st.container(key="how_player", gap="small")
         _draw_setting(state)
     try:
-        check_traceable(parameters_of(state))
+        check_traceable(page_parameters(state))
     except CCWSIMError as error:
         page_state.stop(trace=None, traced=None)
         st.warning(plain(str(error)))
@@ -183,7 +183,7 @@ def _draw_player(page_state: How, trace: Trace) -> None:
 
 def _draw_setting(state: State) -> None:
     """Draw controls for the setting of this page, and a button that applies it to the study."""
-    page_state, p = state.page(How), parameters_of(state)
+    page_state, p = state.page(How), page_parameters(state)
     shape, is_ccsim = image_of(state.choices.image).shape, p.method == "ccsim"
 
     def parameter(widget, label: str, name: str, key: str, **options) -> None:
@@ -248,13 +248,13 @@ def _draw_patch(page_state: How, trace: Trace, colours: list[str]) -> None:
     step = trace.at(page_state.patch)
     view = PatchView(trace, step, fates(step), colours, chart_theme())
     if view.is_volume:
-        grid, overlap = st.columns(WIDTHS_VOLUME, gap="medium")
-        score, candidates = st.columns(WIDTHS_VOLUME, gap="medium")
+        grid, overlap = st.columns(STEP_WIDTHS_VOLUME, gap="medium")
+        score, candidates = st.columns(STEP_WIDTHS_VOLUME, gap="medium")
         patch, bands = st.container(), None
         texts = [grid, overlap, score, patch]
     else:
         with st.container(key="how_steps"):
-            grid, overlap, score, patch = st.columns(WIDTHS, gap="medium")
+            grid, overlap, score, patch = st.columns(STEP_WIDTHS, gap="medium")
             with st.container(key="how_texts"):
                 texts = st.columns(4, gap="medium")
         with st.container(key="how_more"):
@@ -289,7 +289,7 @@ def _draw_grid(page_state: How, view: PatchView) -> None:
         "how_grid",
         name="grid_so_far",
         grid=trace.study.grid,
-        max_height=420 if view.is_volume else MAX_HEIGHT,
+        max_height=420 if view.is_volume else STEP_MAP_HEIGHT,
         on_cell=jump,
         cursor=maps.centre_of_patch(view),
     )
@@ -328,7 +328,7 @@ def _draw_scores(page_state: How, view: PatchView) -> None:
         draw_cells(cell_map, "how_score", cursor=drawn, name="ccw_score", **SLICES)
         return
     step, trace = view.step, view.trace
-    offered = [key for key in GROUNDS if key != "costs" or step.totals is not None]
+    offered = [key for key in LOCATION_MAPS if key != "costs" or step.totals is not None]
     ground = page_state.ground if page_state.ground in offered else "score"
     with st.container(horizontal=True, vertical_alignment="center", key="how_score_row"):
         panel_title("3 CCW score map")
@@ -339,7 +339,7 @@ def _draw_scores(page_state: How, view: PatchView) -> None:
             value=ground,
             write=lambda key: page_state.stop(ground=key),
             options=offered,
-            format_func=lambda key: GROUNDS[key],
+            format_func=lambda key: LOCATION_MAPS[key],
             label_visibility="collapsed",
         )
     if ground == "image":
@@ -355,7 +355,7 @@ def _draw_scores(page_state: How, view: PatchView) -> None:
         for location in view.locations
     ]
     cell_map.marks.extend(maps.location_marks(view, frame, scale, labels))
-    draw_cells(cell_map, "how_score", max_height=MAX_HEIGHT, name="ccw_score_map")
+    draw_cells(cell_map, "how_score", max_height=STEP_MAP_HEIGHT, name="ccw_score_map")
     out = words.REJECTED_MARK if any(map(words.is_rejected, view.locations)) else ""
     st.html(words.MARKS.format(out))
 
@@ -399,7 +399,7 @@ def _draw_bands(page_state: How, view: PatchView) -> None:
                 **options_of(dict(enumerate(image.facies_names))),
             )
     if not level:
-        say(page_text("Level 0"), words.PAPER["image"])
+        say(page_text("Level 0"), words.STEP_REFERENCES["image"])
         return
     bands = _bands(image, page_state.facies, level)
     box = view.trace.image_frame.box_to_grid(view.step.drawn_place, view.step.cells.shape)
@@ -425,7 +425,7 @@ def _draw_bands(page_state: How, view: PatchView) -> None:
                 scale="how_bands",
                 max_height=300,
             )
-    say(page_text("Sub-bands", side=unit), words.PAPER["image"])
+    say(page_text("Sub-bands", side=unit), words.STEP_REFERENCES["image"])
     patch, (ty, tx) = view.trace.reconstructed(view.step, page_state.facies), view.step.drawn_place
     n, layer = len(patch), view.trace.oriented.pyramid.image[view.step.layer]
     sliced = layer[ty : ty + n, tx : tx + n] == page_state.facies
@@ -433,7 +433,7 @@ def _draw_bands(page_state: How, view: PatchView) -> None:
     size = len(view.step.cells)
     difference = "0" if largest == 0 else f"{largest:.0e}"
     text = page_text("Inverse transform", size=size, n=size // unit, largest=difference)
-    say(text, words.PAPER["inverse"])
+    say(text, words.STEP_REFERENCES["inverse"])
 
 
 @cached(max_entries=16)

@@ -14,19 +14,19 @@ from ccwsim.engine.stages.path import overlap_cells
 from ccwsim.engine.trace import ResimulatedWindow, Trace
 from ccwsim.figures import Theme
 from ccwsim.model.ensemble import FORCED
-from ccwsim.ui.frontend.cells import CellMap, draw_cells, facies_map, points_of
+from ccwsim.ui.frontend.cells import CellMap, draw_cells, editor_points, facies_map
 from ccwsim.ui.hard_data.page import describe_data_status
 from ccwsim.ui.how_it_works.maps import box_mark, data_in, lit_map, patch_map
 from ccwsim.ui.how_it_works.run import How, is_volume
-from ccwsim.ui.how_it_works.words import OURS, PAPER, describe_window, format_count, say
+from ccwsim.ui.how_it_works.words import OURS, STEP_REFERENCES, describe_window, format_count, say
 from ccwsim.ui.widgets.fields import field, options_of
 from ccwsim.ui.widgets.text import page_text, pair, panel_title, step_note
 
-MAX_TERMS = 3_000_000_000
+MAX_UNASKED_TERMS = 3_000_000_000
 """If the remaining patches need more score terms, the page asks before it places these patches."""
 PIXELS = 204  # side in pixels of a picture that shows one window of a map
-MAX_HEIGHT = 360
-MAX_HEIGHT_SLICES = 300
+WINDOW_MAP_HEIGHT = 360
+WINDOW_SLICES_HEIGHT = 300
 N_MARKED = 20
 """Maximum number of changes by seam repair that are marked; most changes are single cells."""
 
@@ -38,7 +38,9 @@ def draw_resimulation(page_state: How, trace: Trace, colours: list[str], theme: 
         say("There are no hard data in this study, so there is nothing to correct.", OURS)
     elif not trace.study.parameters.exact_data:
         off = "“Honour data exactly” is off: only the search is conditioned on the data."
-        say(f"{off} Mismatches are not corrected, as in the authors' code.", PAPER["data"])
+        say(
+            f"{off} Mismatches are not corrected, as in the authors' code.", STEP_REFERENCES["data"]
+        )
     else:
         if _takes_long(trace):
             step_note("Finishing this realization takes a while.")
@@ -54,7 +56,7 @@ def _takes_long(trace: Trace) -> bool:
     search = trace.search
     n_blocks = overlap_cells(search.template, search.overlap) / prod(search.block)
     terms = n_blocks * len(trace.oriented.pyramid.sums) * int(trace.oriented.n_places.max())
-    return len(trace.patches) * terms > MAX_TERMS and trace.n_done < len(trace.patches)
+    return len(trace.patches) * terms > MAX_UNASKED_TERMS and trace.n_done < len(trace.patches)
 
 
 def _draw_repair(trace: Trace, colours: list[str], theme: Theme) -> None:
@@ -74,19 +76,19 @@ def _draw_repair(trace: Trace, colours: list[str], theme: Theme) -> None:
     image = trace.study.training_image
 
     def map_of(indices: NDArray[np.uint8], name: str) -> CellMap:
-        points = points_of(trace.study.hard_data, image) if is_volume(trace) else []
+        points = editor_points(trace.study.hard_data, image) if is_volume(trace) else []
         marks = [box_mark(box, theme.reference, "changed") for box in marked]
         whole = facies_map(indices, image, colours, f"The realization {name} seam repair")
         return replace(whole, points=points, marks=marks)
 
     before, after = trace.before_repair, trace.realization.indices
     maps = {"before": map_of(before, "before"), "after": map_of(after, "after")}
-    _draw_pair(trace, maps, "how_repair", max_height=_height(trace, MAX_HEIGHT))
+    _draw_pair(trace, maps, "how_repair", max_height=_height(trace, WINDOW_MAP_HEIGHT))
 
 
 def _height(trace: Trace, of_map: int) -> int:
     """Return the height in pixels of a map, or of the slices of a volume."""
-    return MAX_HEIGHT_SLICES if is_volume(trace) else of_map
+    return WINDOW_SLICES_HEIGHT if is_volume(trace) else of_map
 
 
 def _draw_pair(trace: Trace, maps: dict[str, CellMap], key: str, **options: Any) -> None:
@@ -138,7 +140,7 @@ def _draw_windows_of_data(page_state: How, trace: Trace, colours: list[str], the
             name="corrected",
             cursor=cursor,
             body=False,
-            max_height=_height(trace, MAX_HEIGHT),
+            max_height=_height(trace, WINDOW_MAP_HEIGHT),
         )
     with right:
         captions = [describe_window(window) for window in windows if not window.fits]
@@ -196,7 +198,7 @@ def windows_map(
 ) -> CellMap:
     """Return the realization with data and windows; in a volume, windows are in full colour."""
     image = trace.study.training_image
-    points = points_of(trace.study.hard_data, image)
+    points = editor_points(trace.study.hard_data, image)
     if is_volume(trace):
         lit = np.zeros(trace.before_repair.shape, bool)
         for window in windows:

@@ -47,7 +47,7 @@ class How:
         self.playing = False
 
 
-def parameters_of(state: State) -> Parameters:
+def page_parameters(state: State) -> Parameters:
     """Return the setting of the page, or the setting of the study by default."""
     parameters = state.page(How).parameters
     return state.choices.parameters if parameters is None else parameters
@@ -55,7 +55,7 @@ def parameters_of(state: State) -> Parameters:
 
 def trace_of(state: State) -> Trace:
     """Return the trace of the realization; raise an error if it cannot be followed."""
-    page_state, choices, parameters = state.page(How), state.choices, parameters_of(state)
+    page_state, choices, parameters = state.page(How), state.choices, page_parameters(state)
     image, data = image_of(choices.image), data_of(choices)
     numbers = parameters.digest, choices.seed, page_state.number
     key = image.digest, data.digest, repr(choices.grid), choices.guides.digest, *numbers
@@ -89,13 +89,13 @@ def usual_patch(trace: Trace) -> int:
 def set_own(state: State, **changes: Any) -> None:
     """Change the setting of the page; sizes that no longer fit become the nearest valid sizes."""
     shape = image_of(state.choices.image).shape
-    parameters = fitted(parameters_of(state), shape, **changes)
+    parameters = fitted(page_parameters(state), shape, **changes)
     state.page(How).stop(parameters=None if parameters == state.choices.parameters else parameters)
 
 
 def use_own(state: State) -> None:
     """Use the setting of the page in the study."""
-    state.change(parameters=parameters_of(state))
+    state.change(parameters=page_parameters(state))
     forget_own(state)
 
 

@@ -24,7 +24,9 @@ MARKS = (
 )
 REJECTED_MARK = '<span><i class="mark out"></i>rejected</span>'
 OURS = "not in the paper"
-PAPER: dict[str, str] = tomllib.loads(Path(__file__).with_name("paper.toml").read_text("utf-8"))
+STEP_REFERENCES: dict[str, str] = tomllib.loads(
+    Path(__file__).with_name("paper.toml").read_text("utf-8")
+)
 """For each step, the section, figure and line of the paper that describe the step."""
 LAYER_ROW_COLUMN = ("layer", "row", "column")
 ORDER_WORDS = (
@@ -43,15 +45,15 @@ def say(text: str, source: str) -> None:
 def say_steps(view: PatchView, places: Sequence[DeltaGenerator]) -> None:
     """Write the text of each of the four steps, with the number of the step, into its place."""
     step, trace = view.step, view.trace
-    overlap, scores, draw, cut = (PAPER["first patch"],) * 3 + (PAPER["paste"],)
+    overlap, scores, draw, cut = (STEP_REFERENCES["first patch"],) * 3 + (STEP_REFERENCES["paste"],)
     if step.patch.shape:
-        overlap = PAPER["overlap" if view.level else "single cells"]
-        scores, draw = PAPER["scores"], PAPER["draw"]
-        cut = OURS if view.is_volume else PAPER["cut"]
+        overlap = STEP_REFERENCES["overlap" if view.level else "single cells"]
+        scores, draw = STEP_REFERENCES["scores"], STEP_REFERENCES["draw"]
+        cut = OURS if view.is_volume else STEP_REFERENCES["cut"]
     texts = (
-        [(describe_path(trace), PAPER["path"]), (describe_offset(trace), OURS)],
+        [(describe_path(trace), STEP_REFERENCES["path"]), (describe_offset(trace), OURS)],
         [(describe_overlap(view), overlap)],
-        [(describe_scores(step), scores)],
+        [(describe_patch_scores(step), scores)],
         [
             (describe_draw(view), draw),
             (f"The patch is from {escape(step.source)}." if step.source else "", OURS),
@@ -149,7 +151,7 @@ def describe_overlap(view: PatchView) -> str:
     )
 
 
-def describe_scores(step: TracedPatch) -> str:
+def describe_patch_scores(step: TracedPatch) -> str:
     """Return a description of the scores, and the best score."""
     locations = format_count(int(np.isfinite(step.ccw).sum()), "location")
     if not step.patch.shape:
@@ -264,14 +266,14 @@ def say_candidates(view: PatchView) -> None:
     """Describe the choice of the candidates, with or without data."""
     step, k = view.step, len(view.step.places)
     if step.data is not None:
-        say(_data_and_search(view), PAPER["data"])
+        say(_data_and_search(view), STEP_REFERENCES["data"])
         say(_choice_with_data(view), OURS)
         return
     text = f"The K = {k} locations with the best scores are the candidates."
-    source = PAPER["candidates"]
+    source = STEP_REFERENCES["candidates"]
     if not step.patch.shape:
         text = f"All locations have equal scores, so K = {k} locations are chosen at random."
-        source = PAPER["first patch"]
+        source = STEP_REFERENCES["first patch"]
     if view.trace.study.hard_data.n:
         text += " No hard data are in this patch or just ahead, so the patch is unconditional."
     say(text, source)

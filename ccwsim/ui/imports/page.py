@@ -1,6 +1,5 @@
 """The page Import: files of a training image and of hard data, open questions, and advice."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Literal
@@ -16,8 +15,8 @@ from ccwsim.metrics import diagnose
 from ccwsim.model.arrays import describe_shape
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, WellTables
 from ccwsim.sharing.codec import MAX_LETTERS
-from ccwsim.ui.frontend.cells import MAX_NAMES, CellMap, draw_cells, facies_map, share_map
-from ccwsim.ui.results.maps import colours_of, middle_layer
+from ccwsim.ui.frontend.cells import MAX_WELL_NAMES, CellMap, draw_cells, facies_map, share_map
+from ccwsim.ui.results.maps import colours_of, middle_cells
 from ccwsim.ui.session import resolve
 from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.fragments import error_boundary
@@ -32,7 +31,7 @@ from ccwsim.ui.widgets.errors import if_possible
 from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
 from ccwsim.ui.widgets.text import page_text, panel_title, plain, step_note
 
-KINDS = {False: "one table or grid", True: "tables of collars, intervals and surveys"}
+TABLE_KINDS = {False: "one table or grid", True: "tables of collars, intervals and surveys"}
 SUBJECTS = {"image": "Training image", "data": "Hard data"}
 
 
@@ -77,15 +76,14 @@ def _tables(state: State, page_state: Imports) -> bool:
         "The data are",
         key="import_tables",
         **bound_to(page_state, "tables", value=tables),
-        **options_of(KINDS),
+        **options_of(TABLE_KINDS),
     )
     return tables
 
 
-MAX_FACIES = 12  # maximum number of facies that can be named and coloured one by one
+MAX_NAMED_FACIES = 12  # maximum number of facies that can be named and coloured one by one
 NEAREST = "nearest"  # choice of the nearest facies in a menu of the codes of other facies
-TURNS = {"flip_ew": "Flip E–W", "flip_ns": "Flip N–S", "transpose": "Transpose"}
-Write = Callable[[ImageChoice], None]
+TURN_LABELS = {"flip_ew": "Flip E–W", "flip_ns": "Flip N–S", "transpose": "Transpose"}
 _diagnosed = cached(max_entries=16, show_spinner="Diagnosing the training image …")(diagnose)
 
 
@@ -142,13 +140,13 @@ def draw_image_import(state: State) -> None:
             points = (
                 if_possible(lambda: resolve.points_in_files(tried)) if tried.data.files else None
             )
-            draw_facies(choice, image, write, points.words[:MAX_FACIES] if points else ())
+            draw_facies(choice, image, write, points.words[:MAX_NAMED_FACIES] if points else ())
 
             def turn(**turns: bool) -> None:
                 write(replace(choice, **turns))
 
             with st.container(horizontal=True, vertical_alignment="center", gap="small"):
-                for name, label in TURNS.items():
+                for name, label in TURN_LABELS.items():
                     field(st.checkbox, label, key=f"image_{name}", **bound_to(choice, name, turn))
                 button("Rotate 90°", key="image_rotate", on_click=write, args=(rotated(choice),))
         elif waits:
@@ -180,7 +178,7 @@ def _file_map(choice: ImageChoice) -> None:
         indices, colours = picture
         cell_map = CellMap(indices, colours, labels=["" for _ in colours], alt="The picture")
     else:
-        values = middle_layer(image_questions.grid_of_file(choice.upload, choice.answers))
+        values = middle_cells(image_questions.grid_of_file(choice.upload, choice.answers))
         low, high = float(np.nanmin(values)), float(np.nanmax(values))
         shares = np.nan_to_num((values - low) / ((high - low) or 1.0))
         cell_map = share_map(shares, "", "Values of the file")
@@ -197,11 +195,14 @@ def rotated(choice: ImageChoice) -> ImageChoice:
 
 
 def draw_facies(
-    choice: ImageChoice, image: TrainingImage, write: Write, words: tuple[str, ...] = ()
+    choice: ImageChoice,
+    image: TrainingImage,
+    write: image_questions.WriteImage,
+    words: tuple[str, ...] = (),
 ) -> None:
     """Draw name, colour and share of each facies; `words` are names in hard data to choose from."""
     colours = facies_colours(image, dict(choice.colours))
-    for k, code in enumerate(image.codes[:MAX_FACIES].tolist()):
+    for k, code in enumerate(image.codes[:MAX_NAMED_FACIES].tolist()):
         facies_name = image.facies_names[k]
 
         def recolour(colour: str, code: int = code) -> None:
@@ -240,14 +241,16 @@ def draw_facies(
             st.html(f'<div class="note">{100 * image.proportions[k]:.1f} %</div>')
             if choice.upload is not None and image.n_facies > 2:
                 _merge(choice, image, k, write)
-    if image.n_facies > MAX_FACIES:
-        step_note(f"and {image.n_facies - MAX_FACIES} more facies")
+    if image.n_facies > MAX_NAMED_FACIES:
+        step_note(f"and {image.n_facies - MAX_NAMED_FACIES} more facies")
     if "merge" in dict(choice.answers):
         apart = replace(choice, answers=answered(choice.answers, merge=None), names=())
         button("Undo merging", key="image_apart", on_click=write, args=(apart,))
 
 
-def _merge(choice: ImageChoice, image: TrainingImage, k: int, write: Write) -> None:
+def _merge(
+    choice: ImageChoice, image: TrainingImage, k: int, write: image_questions.WriteImage
+) -> None:
     """Draw a menu that merges facies `k` with another facies, or each cell with the nearest."""
     earlier, code = dict(dict(choice.answers).get("merge", ())), int(image.codes[k])
 
@@ -391,7 +394,7 @@ def _draw_map(state: State, tried: Choices) -> None:
     for k, line in enumerate(placed.points.lines[drawn].tolist()):
         if name := placed.points.wells.get(line):
             wells.setdefault(name, []).append(k)
-    wells = wells if len(wells) <= MAX_NAMES else {}
+    wells = wells if len(wells) <= MAX_WELL_NAMES else {}
     svg = placement_svg(above, colours, tried.grid.shape[-2:], wells)
     st.image(svg, alt="Positions of the data in the grid", width=520)
     if fitting is not None and n_out == n:

@@ -10,11 +10,11 @@ from ccwsim.ui.widgets.text import documents, on_a_page, step_note
 from ccwsim.ui.widgets.theme import draw_style
 
 TITLE = "The paper's and ours"
-PROGRAM = "the_paper.py"
+PAPER_PROGRAM = "the_paper.py"
 """File of the documentation with the method of the paper, written without this program."""
 
 
-def draw_method(_: State) -> None:
+def draw_method(state: State) -> None:
     """Draw the document about the method, and the program that is the paper's method."""
     draw_style("paper/paper.css")
     docs = documents()
@@ -29,7 +29,9 @@ def draw_method(_: State) -> None:
             heading, _, text = section.partition("\n")
             with st.expander(heading, expanded=section is sections[0] or section is sections[1]):
                 st.markdown(on_a_page(text.strip()))
-        program = (docs / PROGRAM).read_text("utf-8")
+        program = (docs / PAPER_PROGRAM).read_text("utf-8")
         with st.expander(f"The paper in {len(program.splitlines())} lines of Python"):
-            download(f"Download {PROGRAM}", program.encode(), PROGRAM, key="download_program")
+            download(
+                f"Download {PAPER_PROGRAM}", program.encode(), PAPER_PROGRAM, key="download_program"
+            )
             st.code(program, "python")

@@ -27,7 +27,7 @@ from ccwsim.ui.widgets.text import page_text, plain, step_note
 from ccwsim.ui.widgets.theme import draw_style
 
 EXTENTS = {False: "Full", True: "Quick"}
-BYTES_PER_CELL = 8
+EXPERIMENT_BYTES_PER_CELL = 8
 """Bytes of memory per simulated cell that an experiment needs, with statistics and pictures."""
 
 
@@ -52,7 +52,7 @@ class PaperRun(PageRun[Reproduction]):
         x = QUICK if self.quick else FULL
         many, few = x.side(512) ** 2 * x.n_many, x.largest_side**2 * x.n_few
         n_cells = max(many, few, max(x.timed_sides) ** 2 * x.n_timed)
-        return Demand(n_cells, 0, BYTES_PER_CELL * n_cells)
+        return Demand(n_cells, 0, EXPERIMENT_BYTES_PER_CELL * n_cells)
 
     def work(self, job: Job[Reproduction]) -> Reproduction:
         extent, on_finished = QUICK if self.quick else FULL, self.finished.append
@@ -95,7 +95,7 @@ def draw_paper(state: State) -> None:
     st.html('<h2 class="part">The paper’s experiments, run again</h2>')
     step_note(page_text("The paper's experiments"))
     inputs, problem = server_inputs()
-    step_note(describe_inputs(inputs))
+    step_note(describe_source(inputs))
     if problem:
         st.warning(plain(problem))
     run = page_state.run
@@ -117,7 +117,7 @@ def draw_paper(state: State) -> None:
         st.html(verdict_list(run.finished if run is not None else []))
 
 
-def start(state: State) -> None:
+def start_experiments(state: State) -> None:
     """Start a run; a session has at most one run at a time."""
     page_state = state.page(PaperState)
     if page_state.going:
@@ -153,7 +153,7 @@ def _controls(state: State) -> None:
         button(
             "Run the experiments" if page_state.run is None else "Run again",
             key="paper_start",
-            on_click=start,
+            on_click=start_experiments,
             args=(state,),
             type="primary",
         )
@@ -177,7 +177,7 @@ def _draw_end(run: PaperRun) -> None:
             download(label, run.report, name, key="download_paper", type="primary")
 
 
-def describe_inputs(inputs: PaperInputs) -> str:
+def describe_source(inputs: PaperInputs) -> str:
     """Describe the source of the experiments' images and data."""
     if inputs.folder is None:
         return "On the bundled training images and data, in place of the authors’."
@@ -199,7 +199,7 @@ def ended_text(run: PaperRun) -> str:
     if run.result is None:
         return ""
     stopped = "Stopped. " if run.result.stopped else ""
-    return f"{stopped}{reproduction.summary(run.result)}"
+    return f"{stopped}{reproduction.reproduction_summary(run.result)}"
 
 
 def verdict_list(finished: Sequence[Finished]) -> str:

@@ -77,7 +77,7 @@ def chart_menu(title: str, key: str) -> None:
 
 SMALL_SHARES = 4_000_000
 """Maximum number of values (8 bytes each) of an E-type that is cached for all sessions."""
-KINDS: dict[Statistic, tuple[str, str]] = {
+STATISTIC_TITLES: dict[Statistic, tuple[str, str]] = {
     "variogram": ("Indicator variogram", "variogram"),
     "connectivity": ("Connectivity function", "connection"),
 }
@@ -121,7 +121,9 @@ def e_type_of(ensemble: Ensemble) -> EType:
     return (_e_type if small else _large_e_type)(ensemble)
 
 
-def draw_curves(ensemble: Ensemble, facies: int, colours: Sequence[str] | None = None) -> None:
+def draw_facies_charts(
+    ensemble: Ensemble, facies: int, colours: Sequence[str] | None = None
+) -> None:
     """Draw the charts of a facies, given by its index, and proportions if `colours` are given."""
     draw_band_key(ensemble)
     variograms = _variograms(ensemble, facies)
@@ -172,7 +174,7 @@ def _titled_curve(
     key: str = "",
 ) -> None:
     name = ensemble.training_image.facies_names[facies]
-    kind, prefix = KINDS[statistic]
+    kind, prefix = STATISTIC_TITLES[statistic]
     if note is None:
         note = verdicts.describe_curve(fit_of(ensemble, statistic, facies, direction), statistic)
     make_chart = partial(

@@ -15,7 +15,7 @@ from streamlit.delta_generator import DeltaGenerator
 from ccwsim import Ensemble, Grid, HardData, TrainingImage, datasets
 from ccwsim.figures import ENTROPY, contact_sheet, facies_colours, tile_size
 from ccwsim.sharing.choices import CellsOfWells
-from ccwsim.ui.frontend.cells import CellMap, draw_cells, facies_map, points_of, share_map
+from ccwsim.ui.frontend.cells import CellMap, draw_cells, editor_points, facies_map, share_map
 from ccwsim.ui.frontend.component import draw_tiles
 from ccwsim.ui.results.charts import e_type_of
 from ccwsim.ui.session.cached import cached
@@ -49,7 +49,7 @@ def is_wide(grid: Grid) -> bool:
     return grid.nx >= WIDE * grid.ny
 
 
-def middle_layer(array: NDArray[Any]) -> NDArray[Any]:
+def middle_cells(array: NDArray[Any]) -> NDArray[Any]:
     """Return the middle layer of a volume; return a map unchanged."""
     return array[len(array) // 2] if array.ndim == 3 else array
 
@@ -67,7 +67,7 @@ def colours_of(state: State) -> list[str]:
 
 def pretty(name: str) -> str:
     """Return the name of a bundled data set in words; return the name of a file unchanged."""
-    bundled = {*datasets.IMAGES, *datasets.HARD_DATA}
+    bundled = {*datasets.BUNDLED_IMAGES, *datasets.BUNDLED_DATA}
     return name.replace("_", " ") if name in bundled else name or "unnamed"
 
 
@@ -93,7 +93,7 @@ def with_data(
     array of facies codes, are marked as wrong.
     """
     wells = wells_of_data(state, data) if wells is None else wells
-    return replace(cell_map, points=points_of(data, image, realization), wells=wells)
+    return replace(cell_map, points=editor_points(data, image, realization), wells=wells)
 
 
 def wells_of_data(state: State, data: HardData) -> CellsOfWells:
@@ -112,7 +112,7 @@ def draw_e_type(
     names = ensemble.training_image.facies_names
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="e_type_row"):
         panel_title("E-type")
-        e_type_field(state, names, lambda option: choose(state, option), ensemble.n)
+        e_type_field(state, names, lambda option: choose_statistic(state, option), ensemble.n)
     cell_map = uncertainty_map(state, ensemble, colours)
     cell_map = with_data(state, cell_map, ensemble.hard_data, ensemble.training_image, wells=wells)
     name = f"{state.e_type}_{names[state.facies]}".replace(" ", "_")
@@ -162,7 +162,7 @@ def map_name(option: int | str, names: Sequence[str], n: int) -> str:
     return "most likely facies" if option == "most likely" else option
 
 
-def choose(state: State, option: int | str) -> None:
+def choose_statistic(state: State, option: int | str) -> None:
     """Store the statistic of the uncertainty map; a chosen facies is also that of the curves."""
     if isinstance(option, int):
         state.facies, state.e_type = option, "probability"

@@ -15,8 +15,9 @@ from ccwsim.model.arrays import digest
 from ccwsim.model.watch import Fraction
 from ccwsim.sharing.choices import DataChoice, GuideChoice, ImageChoice, Upload, WellTables
 
-MAX_KEPT, MAX_KEPT_BYTES = 96, 256 * 10**6
-MIN_KEPT = 24  # number of values that stay cached even if they are large; a page shows fewer values
+MAX_CACHED, MAX_CACHED_BYTES = 96, 256 * 10**6
+# number of values that stay cached even if they are large; a page shows fewer values
+MIN_CACHED = 24
 Key = TypeVar("Key")
 Value = TypeVar("Value")
 Given = ParamSpec("Given")
@@ -75,4 +76,4 @@ def as_task(
 @st.cache_resource(show_spinner=False)
 def shared_values() -> Memo:
     """Return the cache of values that all sessions share; the keys are digests of contents."""
-    return Memo(MAX_KEPT, MAX_KEPT_BYTES, MIN_KEPT)
+    return Memo(MAX_CACHED, MAX_CACHED_BYTES, MIN_CACHED)

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 import streamlit as st
 from streamlit.runtime.scriptrunner import RerunData, ScriptRunner, get_script_run_ctx
 
-from ccwsim.jobs.job import POLL_SECONDS, Job
+from ccwsim.jobs.job import JOB_POLL_SECONDS, Job
 from ccwsim.jobs.statistics import StatisticsWorker, Task
 from ccwsim.system.log import logged
 from ccwsim.ui.session.address import follow_study
@@ -18,7 +18,7 @@ from ccwsim.ui.widgets.fields import button
 
 FAILED = "ccwsim_failed"  # session key that is present while a part of the page cannot be drawn
 DRAW_SECONDS = 0.5  # seconds between two checks of a job whose partial results are drawn
-TOGETHER = 1.0  # maximum seconds to wait for further values before finished values are drawn
+BATCH_SECONDS = 1.0  # maximum seconds to wait for further values before finished values are drawn
 _run_script = ScriptRunner._run_script
 
 
@@ -96,7 +96,7 @@ def follow(
     `keys` are the keys of the progress and of the button; `cancel` is the text of the button.
     """
 
-    @st.fragment(run_every=DRAW_SECONDS if draw else POLL_SECONDS)
+    @st.fragment(run_every=DRAW_SECONDS if draw else JOB_POLL_SECONDS)
     def draw_progress() -> None:
         with error_boundary():
             if job.finished or (has_news and has_news()):
@@ -116,21 +116,21 @@ def follow(
     draw_progress()
 
 
-@st.fragment(run_every=POLL_SECONDS)
+@st.fragment(run_every=JOB_POLL_SECONDS)
 def follow_tasks(
     worker: StatisticsWorker,
     tasks: Sequence[Task],
     since: float,
     draw: Callable[[int], None] | None = None,
 ) -> None:
-    """Redraw the page when all `tasks` are done, or after `TOGETHER` seconds if only some are done.
+    """Redraw the page when all `tasks` are done, or after `BATCH_SECONDS` if only some are done.
 
     `since` is the `time.monotonic` at which the page was drawn. `draw` is called with the number of
     missing values.
     """
     with error_boundary():
         ready = [worker.memo.get(task.key) is not None for task in tasks]
-        if all(ready) or (any(ready) and time.monotonic() - since > TOGETHER):
+        if all(ready) or (any(ready) and time.monotonic() - since > BATCH_SECONDS):
             st.rerun()
         for task in tasks:
             worker.ask(task)

@@ -51,7 +51,7 @@ class KeptChoices:
         with self._lock:
             for name, choice in choices.items():
                 self._kept.pop((browser, name), None)
-                self._kept[browser, name] = self._clock(), size_of(choice), choice
+                self._kept[browser, name] = self._clock(), bytes_of_choice(choice), choice
             for key in self._of(browser)[:-MAX_OF_BROWSER]:
                 del self._kept[key]
             self._forget()
@@ -84,7 +84,7 @@ class KeptChoices:
             sizes[largest] -= self._kept.pop(oldest)[1]
 
 
-def size_of(choice: Own) -> int:
+def bytes_of_choice(choice: Own) -> int:
     """Return the approximate bytes of an image, of data or of secondary information."""
     holder = getattr(choice, "placed", None) or getattr(choice, "saved", None)
     values = [] if holder is None else list(vars(holder).values())

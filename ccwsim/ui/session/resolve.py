@@ -23,7 +23,7 @@ from ccwsim import (
 )
 from ccwsim.datasets.sampling import sample_random
 from ccwsim.experiments.timing import typical_seconds
-from ccwsim.io.hard_data.placing import CHOICES, ROW_CHOICES, far_away
+from ccwsim.io.hard_data.placing import CONVERSION_CHOICES, ROW_CHOICES, far_away
 from ccwsim.io.isolated import IsolatedFile
 from ccwsim.io.limits import limited, upload_limits
 from ccwsim.jobs.job import result_in_turn
@@ -57,8 +57,8 @@ Value = TypeVar("Value")
 Made = TypeVar("Made", io.PointColumns, io.WellColumns, io.Conversion)
 Moved = dict[str, tuple[Any, Any]]
 """Requested and used values of the parameters that are too large for the image, by name."""
-OF_VOLUMES = ("z", "depth_from", "depth_to", "depth", "z_up")
-OF_SURVEYS = tuple(name for name in vars(io.WellColumns()) if name.startswith("survey"))
+VOLUME_ROLES = ("z", "depth_from", "depth_to", "depth", "z_up")
+SURVEY_COLUMNS = tuple(name for name in vars(io.WellColumns()) if name.startswith("survey"))
 SETTLING = ("on_collision", "on_outside", "on_unknown")
 """Names of the answers that concern volumes, surveys, and data that do not fit, respectively."""
 BUT_NAMES = {**CONTENT, TrainingImage: lambda image: image.digest}
@@ -374,7 +374,7 @@ def wells_of(choices: Choices) -> CellsOfWells:
     return tuple((name, tuple(map(tuple, cells.tolist()))) for name, cells in wells.items())
 
 
-def points_of(choice: DataChoice, grid: Grid | None = None) -> io.ImportedPoints:
+def imported_points(choice: DataChoice, grid: Grid | None = None) -> io.ImportedPoints:
     """Return the points in files of hard data; a grid in a file may differ from `grid`."""
     if choice.tables is not None:
         decisions = tuple(answer for answer in choice.answers if answer[0] in ROW_CHOICES)
@@ -387,7 +387,9 @@ def points_of(choice: DataChoice, grid: Grid | None = None) -> io.ImportedPoints
 def points_in_files(choices: Choices) -> io.ImportedPoints:
     """Return the points in files of hard data; a grid in a file may differ from a study's map."""
     grid = choices.grid
-    return points_of(choices.data, None if grid.nz is None else grid)  # heights need its layers
+    return imported_points(
+        choices.data, None if grid.nz is None else grid
+    )  # heights need its layers
 
 
 def preview_of(choice: DataChoice, grid: Grid) -> io.PointsPreview:
@@ -446,17 +448,19 @@ def _with_answers(kind: type[Made], choice: DataChoice) -> Made:
 
 def _columns(choice: DataChoice, shape: Shape | None) -> io.PointColumns:
     is_volume = shape is not None and len(shape) == 3
-    return _with_answers(io.PointColumns, choice if is_volume else _without(choice, OF_VOLUMES))
+    return _with_answers(io.PointColumns, choice if is_volume else _without(choice, VOLUME_ROLES))
 
 
 def _well_columns(choice: DataChoice) -> io.WellColumns:
     has_surveys = choice.tables is not None and choice.tables.surveys is not None
-    return _with_answers(io.WellColumns, choice if has_surveys else _without(choice, OF_SURVEYS))
+    return _with_answers(
+        io.WellColumns, choice if has_surveys else _without(choice, SURVEY_COLUMNS)
+    )
 
 
 def _settled(placed: io.PlacedPoints, answers: Answers) -> io.HardDataImport:
     """Return points placed on the grid; the user's answers resolve conflicts."""
-    decisions = {name: answer for name, answer in answers if name in CHOICES}
+    decisions = {name: answer for name, answer in answers if name in CONVERSION_CHOICES}
     return io.resolve_points(placed, io.Conversion(**decisions))
 
 
@@ -491,7 +495,7 @@ def _well_points(
 @cached(max_entries=32)
 def _placed(choice: DataChoice, grid: Grid, image: TrainingImage) -> io.PlacedPoints:
     conversion = _with_answers(io.Conversion, choice)
-    return io.place_points(points_of(choice, grid), grid, image, conversion)
+    return io.place_points(imported_points(choice, grid), grid, image, conversion)
 
 
 @cached(max_entries=32)

@@ -41,7 +41,7 @@ def is_open(session: str) -> bool:
     return not session or not Runtime.exists() or Runtime.instance().is_active_session(session)
 
 
-def forget(session: str) -> None:
+def free_session(session: str) -> None:
     """Make Streamlit free a closed session now; otherwise it waits until another session closes."""
     if not Runtime.exists():
         return
@@ -98,7 +98,7 @@ class SessionMonitor:
         self,
         queue: Queue,
         is_open: Callable[[str], bool] = is_open,
-        forget: Callable[[str], None] = forget,
+        forget: Callable[[str], None] = free_session,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._queue, self._is_open, self._forget, self._clock = queue, is_open, forget, clock

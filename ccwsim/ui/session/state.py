@@ -8,7 +8,7 @@ from typing import Any, Generic, Self, TypeVar
 import streamlit as st
 
 from ccwsim import Ensemble, TrainingImage
-from ccwsim.jobs.job import NOTHING, Job
+from ccwsim.jobs.job import NO_DEMAND, Job
 from ccwsim.jobs.limits import Demand, limits_of_environment
 from ccwsim.sharing.choices import Choices, DataChoice, EMap, GuideChoice, ImageChoice
 from ccwsim.ui.session.uploads import size_of_all
@@ -34,7 +34,7 @@ class PageRun(Generic[Result]):
 
     def demand(self) -> Demand:
         """Return the resources that the run demands from the server."""
-        return NOTHING
+        return NO_DEMAND
 
     def start(self) -> Self:
         """Start the run; raise `CCWSIMError` if the server lacks the demanded resources."""

@@ -20,7 +20,7 @@ from ccwsim.sharing.choices import (
     Shown,
     Upload,
 )
-from ccwsim.sharing.link import left_out, link_of, read_link, settings_of
+from ccwsim.sharing.link import link_of, link_settings, parts_left_out, read_link
 from ccwsim.sharing.project import Project, project_as_bytes, read_project
 from ccwsim.sharing.recipe import Recipe, reproduction_recipe
 from ccwsim.sharing.study_report import study_report
@@ -72,7 +72,7 @@ def _share(state: State) -> None:
             return
         _title("Link to this study")
         st.code(page_link_of(state.choices, shown_of(state)), language=None, wrap_lines=True)
-        if missing := left_out(state.choices):
+        if missing := parts_left_out(state.choices):
             step_note(f"The link cannot contain {' and '.join(missing)}. Save a project instead.")
         if state.ensemble is not None and not is_current(state):
             step_note(page_text("Outdated link"))
@@ -192,7 +192,7 @@ def project_of(state: State) -> Project:
     choices, shown = state.choices, shown_of(state)
     ensemble = state.ensemble
     digest = ensemble.digest if ensemble is not None and is_current(state) else ""
-    colours = settings_of(choices, ("image",))["colour"]  # no link has colours of a user's image
+    colours = link_settings(choices, ("image",))["colour"]  # no link has colours of a user's image
     settings = {**link_of(choices, shown), "colour": colours}
     versions = dict(surroundings())
     return Project(study_of(choices), choices.n_realizations, settings, versions, digest)

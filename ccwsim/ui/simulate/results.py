@@ -86,7 +86,7 @@ def _results(state: State, ensemble: Ensemble) -> None:
     if shares is not None:
         with shares:
             charts.draw_proportions(ensemble, colours)
-    charts.draw_curves(ensemble, state.facies, colours if shares is None else None)
+    charts.draw_facies_charts(ensemble, state.facies, colours if shares is None else None)
 
 
 def image_width(ensemble: Ensemble) -> float:
@@ -139,7 +139,7 @@ def download_groups(
         return maps_as_bytes(etype(ensemble).maps, ensemble.grid, kind)
 
     def picture() -> bytes:
-        return map_png(maps.middle_layer(ensemble.indices[shown]), colours, scale=2)
+        return map_png(maps.middle_cells(ensemble.indices[shown]), colours, scale=2)
 
     all_as = partial(realizations_as_bytes, ensemble, colours=colours)
     parameters = parameters_to_json(ensemble.parameters).encode
@@ -219,7 +219,7 @@ def realizations_csv(ensemble: Ensemble) -> bytes:
     return csv_as_bytes(head, lines)
 
 
-LONGEST = 72  # length of the longer side of a picture in pixels
+HISTORY_PIXELS = 72  # length of the longer side of a picture in pixels
 
 
 def draw_history(state: State) -> None:
@@ -236,7 +236,7 @@ def draw_history(state: State) -> None:
         tiles,
         lambda key: go_back(state, str(key)),
         kind="history",
-        shown=place_of(state),
+        shown=shown_run_index(state),
         arrows="move",
     )
 
@@ -254,7 +254,7 @@ def go_back(state: State, key: str) -> None:
     state.shown = min(state.shown, run.ensemble.n - 1)
 
 
-def place_of(state: State) -> int:
+def shown_run_index(state: State) -> int:
     """Return the index of the run whose results are on the page, or −1 if none is."""
     latest = state.ensemble and state.ensemble.indices  # facies may have been renamed since
     matching = [k for k, run in enumerate(state.runs.runs) if run.ensemble.indices is latest]
@@ -266,7 +266,7 @@ def entry(runs: list[PastRun], k: int) -> dict[str, Any]:
     run = runs[k]
     ensemble = run.ensemble
     changes = changes_between(runs[k + 1].choices, run.choices) if k + 1 < len(runs) else []
-    width, height = tile_size(ensemble.grid.shape[-2:], LONGEST)
+    width, height = tile_size(ensemble.grid.shape[-2:], HISTORY_PIXELS)
     missing = run.choices.n_realizations - ensemble.n
     stopped = f"{ensemble.n} of {run.choices.n_realizations} · " if missing else ""
     label = " · ".join(changes) or study_name(run.choices)
@@ -287,4 +287,4 @@ def entry(runs: list[PastRun], k: int) -> dict[str, Any]:
 def _picture(run: PastRun) -> str:
     """Return a picture of the first realization of a run, which does not change."""
     colours = facies_colours(run.ensemble.training_image, dict(run.choices.image.colours))
-    return maps.sheet(run.ensemble, tuple(colours), 2 * LONGEST, 1)[0]
+    return maps.sheet(run.ensemble, tuple(colours), 2 * HISTORY_PIXELS, 1)[0]

@@ -10,7 +10,7 @@ from ccwsim.ui.widgets.fields import field as draw_field
 from ccwsim.ui.widgets.fields import options_of
 from ccwsim.ui.widgets.text import step_note
 
-Write = Callable[..., None]
+WriteAnswer = Callable[..., None]
 """A function write(name=value) that stores answers to questions; None removes an answer."""
 
 
@@ -27,11 +27,11 @@ class Question:
     look: Mapping[str, Any] = field(default_factory=dict)  # options of the widget
 
 
-Item = Question | str | tuple["Item", ...] | Callable[[Write], object]
+FormItem = Question | str | tuple["FormItem", ...] | Callable[[WriteAnswer], object]
 """A question, a note, items side by side, or a function that draws something else."""
 
 
-def ask(items: Iterable[Item], write: Write) -> None:
+def ask(items: Iterable[FormItem], write: WriteAnswer) -> None:
     """Draw questions; `write` is called with the answers by name."""
     for item in items:
         if isinstance(item, str):
@@ -45,7 +45,7 @@ def ask(items: Iterable[Item], write: Write) -> None:
             item(write)
 
 
-def _ask(question: Question, write: Write) -> None:
+def _ask(question: Question, write: WriteAnswer) -> None:
     """Draw a question; options are drawn by number if one is None, which no widget can return."""
     value, labels = question.value, question.options or {}
     numbered = list(labels) if None in labels else None

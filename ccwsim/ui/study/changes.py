@@ -4,7 +4,7 @@ from dataclasses import fields
 
 from ccwsim import Parameters
 from ccwsim.model.arrays import describe_shape
-from ccwsim.report.settings import describe_value, short_name
+from ccwsim.report.settings import describe_value, short_parameter_name
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.results.maps import pretty
 
@@ -27,7 +27,7 @@ def changes_between(before: Choices, after: Choices) -> list[str]:
         old, new = getattr(before.parameters, name), getattr(after.parameters, name)
         if old != new:
             values = (describe_value(field.name, value) for value in (old, new))
-            phrases.append(f"{short_name(field.name)} {' → '.join(values)}".strip())
+            phrases.append(f"{short_parameter_name(field.name)} {' → '.join(values)}".strip())
     if before.n_realizations != after.n_realizations:
         phrases.append(f"{before.n_realizations} → {after.n_realizations} realizations")
     if before.seed != after.seed:

@@ -26,14 +26,14 @@ from ccwsim.ui.session.cached import as_task, cached, shared_values
 from ccwsim.ui.session.fragments import follow_tasks
 from ccwsim.ui.session.state import State
 from ccwsim.ui.session.uploads import file_uploader
-from ccwsim.ui.study.image_step import IMPORT_PAGE, THUMB
+from ccwsim.ui.study.image_step import IMPORT_PAGE, THUMBNAIL_PIXELS
 from ccwsim.ui.study.questions import ROLES_OF_WELLS, ask_data, say_open
 from ccwsim.ui.widgets.errors import if_possible, problem_in
 from ccwsim.ui.widgets.fields import bound_to, button, field, menu, options_of
 from ccwsim.ui.widgets.text import page_labels, page_text, plain, step_note, step_title
 
-SOURCES = page_labels("sources_of_data")
-OF_VOLUMES: tuple[DataSource, ...] = ("none", "bundled", "file", "placed")
+DATA_SOURCES = page_labels("sources_of_data")
+VOLUME_SOURCES: tuple[DataSource, ...] = ("none", "bundled", "file", "placed")
 """Sources of hard data offered for a volume."""
 TABLES = page_labels("tables_of_wells")
 OF_FACIES = ("threshold", "facies_names")  # answers about the column of facies
@@ -45,7 +45,11 @@ def data_step(state: State) -> None:
     problem = problem_of_data(state.choices)
     with st.container(horizontal=True, gap="small", key="data_row"):
         if not problem and state.choices.data.source != "none":
-            st.image(thumbnail(state, 2 * THUMB), width=THUMB, alt="Map of the hard data")
+            st.image(
+                data_thumbnail(state, 2 * THUMBNAIL_PIXELS),
+                width=THUMBNAIL_PIXELS,
+                alt="Map of the hard data",
+            )
         with st.container(gap="small"):
             step_note(_summary(state.choices, problem))
             menu("Change", "data_menu", partial(_data_menu, state))
@@ -80,7 +84,7 @@ def problem_of_data(choices: Choices) -> str:
     return problem_in(lambda: resolve.data_of(choices))
 
 
-def thumbnail(state: State, longest: int) -> bytes:
+def data_thumbnail(state: State, longest: int) -> bytes:
     """Return the hard data of the study as a small picture."""
     choices = state.choices
     data, image = resolve.data_of(choices), resolve.image_of(choices.image)
@@ -194,7 +198,7 @@ def _data_menu(state: State) -> None:
         use_data(state, choice)
 
     volume = state.choices.grid.nz is not None
-    sources = {k: v for k, v in SOURCES.items() if not volume or k in OF_VOLUMES}
+    sources = {k: v for k, v in DATA_SOURCES.items() if not volume or k in VOLUME_SOURCES}
     if current.source != "file" and not current.files:
         del sources["file"]  # the uploader below takes a file
     field(
@@ -242,7 +246,7 @@ def bundled_data(state: State) -> tuple[str, ...]:
     """Return bundled hard data that suit the study; for volumes, wells of the image come first."""
     if state.choices.grid.nz is None:
         return datasets.hard_data_names()
-    image_name, wells = state.choices.image.bundled, datasets.WELLS
+    image_name, wells = state.choices.image.bundled, datasets.BUNDLED_WELLS
 
     def is_of_other_image(name: str) -> bool:
         return datasets.hard_data_training_image(name) != image_name
@@ -266,7 +270,7 @@ def _report(state: State, current: DataChoice) -> None:
             st.error(plain(str(error)))
         keep_data_button(state, "data_drop")
     else:
-        st.image(thumbnail(state, 320), width=320, alt="Preview of the hard data")
+        st.image(data_thumbnail(state, 320), width=320, alt="Preview of the hard data")
         for note in report.notes:
             st.caption(plain(note))
     ask_data(tried, partial(use_data, state))
@@ -274,7 +278,7 @@ def _report(state: State, current: DataChoice) -> None:
         link_to_import()
 
 
-MAX_CELLS = 1_000_000
+MAX_CHECKED_CELLS = 1_000_000
 """Maximum number of cells of a grid that is checked automatically, in about a second."""
 
 
@@ -294,7 +298,7 @@ class DataFitState:
 def is_judged(data: HardData, grid: Grid, secondary: Secondary | None) -> bool:
     """Return whether data are automatically compared with the image as it was read."""
     uses_other_images = secondary is not None and secondary.is_of_other_images
-    return data.n >= MIN_PLACES and grid.n_cells <= MAX_CELLS and not uses_other_images
+    return data.n >= MIN_PLACES and grid.n_cells <= MAX_CHECKED_CELLS and not uses_other_images
 
 
 def flagged(fit: DataFit) -> bool:

@@ -10,12 +10,12 @@ from ccwsim.figures import proportions_chart, repetition_chart
 from ccwsim.metrics import QUARTERS, Diagnosis
 from ccwsim.report.settings import describe_value
 from ccwsim.ui.results.charts import titled_chart
-from ccwsim.ui.study.study_column import LABELS
+from ccwsim.ui.study.study_column import STEP_LABELS
 from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.text import panel_title, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
-Use = Callable[..., None]
+UseAdvice = Callable[..., None]
 """A function that puts advised values of parameters, by name, into the study."""
 Price = Callable[..., str]
 """A function that describes the time of a realization with advised values."""
@@ -26,7 +26,7 @@ def draw_diagnosis(
     image: TrainingImage,
     parameters: Parameters,
     colours: Sequence[str],
-    use: Use,
+    use: UseAdvice,
     price: Price,
 ) -> None:
     """Draw a diagnosis and its advice with its price; a button uses the advised values."""
@@ -60,7 +60,7 @@ def draw_diagnosis(
 
 
 def draw_advice(
-    diagnosis: Diagnosis, image: TrainingImage, parameters: Parameters, use: Use, price: Price
+    diagnosis: Diagnosis, image: TrainingImage, parameters: Parameters, use: UseAdvice, price: Price
 ) -> None:
     """Draw only warnings and advice; the arguments are as in `draw_diagnosis`."""
     panel_title("Advised values", f"{diagnosis.n_templates} templates of that size fit")
@@ -85,7 +85,7 @@ def advice_table(diagnosis: Diagnosis, parameters: Parameters) -> str:
     for advice in diagnosis.advice:
         name = advice.parameter
         rows += (
-            f"<tr><th>{LABELS.get(name, name.replace('_', ' ').capitalize())}</th>"
+            f"<tr><th>{STEP_LABELS.get(name, name.replace('_', ' ').capitalize())}</th>"
             f'<td class="size"><b>{describe_value(name, advice.value)}</b></td>'
             f'<td class="size">{describe_value(name, getattr(parameters, name))}</td>'
             f'<td class="reason">{escape(advice.reason)}</td></tr>'

@@ -29,23 +29,23 @@ from ccwsim.sharing.choices import (
 )
 from ccwsim.ui.frontend.cells import CellMap, map_content, share_map
 from ccwsim.ui.frontend.component import draw_component
-from ccwsim.ui.results.maps import colours_of, middle_layer, pretty
+from ccwsim.ui.results.maps import colours_of, middle_cells, pretty
 from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.resolve import image_of, read_upload, secondary_of, study_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.session.uploads import file_uploader
 from ccwsim.ui.study.image_questions import image_of_file
-from ccwsim.ui.study.image_step import thumbnail
+from ccwsim.ui.study.image_step import image_thumbnail
 from ccwsim.ui.study.run import start_run_if_needed
 from ccwsim.ui.widgets.errors import if_possible, problem_in
 from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
 from ccwsim.ui.widgets.text import pair, plain, step_note
 
 _warnings = cached(max_entries=64)(warn_of_probabilities)
-MAX_HEIGHT = 480  # maximum height of the map in pixels
+GUIDES_MAP_HEIGHT = 480  # maximum height of the map in pixels
 ACTIVE = "#9AA9B8"  # colour of active cells, if there are no other guides
 MAX_OTHERS = 3  # maximum number of further images that are chosen here
-THUMB = 44  # width of the picture of an image in pixels
+IMAGE_PIXELS = 44  # width of the picture of an image in pixels
 N_ARROWS = 14  # number of arrows along the longer side of the map
 AZIMUTH: dict[str, Any] = {"min_value": -360.0, "max_value": 360.0, "step": 15.0, "format": "%g"}
 AZIMUTH["help"] = "From north, clockwise, in degrees."
@@ -271,7 +271,11 @@ def _draw_images(state: State, guides: GuideChoice) -> None:
     for k, used in enumerate((image, *further) if further else ()):
         palette = [colour_of.get(code, ACTIVE) for code in used.codes.tolist()]
         with st.container(horizontal=True, vertical_alignment="center", key=f"guides_image_{k}"):
-            st.image(thumbnail(used, palette, 2 * THUMB), width=THUMB, alt=f"Image {k}, small")
+            st.image(
+                image_thumbnail(used, palette, 2 * IMAGE_PIXELS),
+                width=IMAGE_PIXELS,
+                alt=f"Image {k}, small",
+            )
             step_note(f"{k} {pretty(used.name)}\n{describe_shape(used.shape)}")
             if k and guides.images:
                 kept = [index for index in range(len(guides.images)) if index != k - 1]
@@ -380,7 +384,7 @@ def _draw_board(state: State, guides: GuideChoice) -> None:
 
     azimuth = guides.flow_azimuth if isinstance(guides.angle, tuple) else 0.0
     tools["arrows"] = _arrows(secondary, azimuth, choices.grid)
-    content = map_content(ground, grid=choices.grid, name="guides", max_height=MAX_HEIGHT)
+    content = map_content(ground, grid=choices.grid, name="guides", max_height=GUIDES_MAP_HEIGHT)
     content |= tools | {"axes": False}
     draw_component("guides", "guide_board", content, "drawn", take)
     if study is None or secondary is None:  # a guide without weight is no guide
@@ -398,7 +402,7 @@ def _arrows(secondary: Secondary | None, azimuth: float, grid: Grid) -> dict[str
     """Return arrows (x, y, azimuth) for the canvas, and the distance between them in cells."""
     if secondary is None or secondary.angle is None:
         return None
-    azimuths = middle_layer(np.broadcast_to(secondary.angle + azimuth, grid.shape))
+    azimuths = middle_cells(np.broadcast_to(secondary.angle + azimuth, grid.shape))
     every = max(max(azimuths.shape) // N_ARROWS, 1)
     drawn = slice(every // 2, None, every)
     x, y = (axis[drawn] for axis in grid.axes[:2])
@@ -436,14 +440,14 @@ def _ground(secondary: Secondary | None, image: TrainingImage, facies: int, grid
     elif secondary is not None and secondary.zones is not None:
         names = [pretty(used.name) for used in (image, *secondary.images)]
         shades = ramp(ENTROPY, len(names) + 1)[:-1]
-        indices = middle_layer(np.where(active, secondary.zones, np.uint8(UNKNOWN)))
+        indices = middle_cells(np.where(active, secondary.zones, np.uint8(UNKNOWN)))
         keys = list(zip(names, shades, strict=True))
         return CellMap(indices, shades, names, "Guides: zones of the images", keys=keys)
     elif secondary is not None and secondary.auxiliary:
         values, name = secondary.auxiliary[0].grid, "variable, scaled to 1:"
         values = (values - values.min()) / max(values.max() - values.min(), 1e-300)
     else:
-        indices = middle_layer(np.where(active, np.uint8(0), np.uint8(UNKNOWN)))
+        indices = middle_cells(np.where(active, np.uint8(0), np.uint8(UNKNOWN)))
         return CellMap(indices, [ACTIVE], ["active"], "Active cells")
-    shares = middle_layer(np.where(active, values, np.nan))
+    shares = middle_cells(np.where(active, values, np.nan))
     return share_map(shares, name, f"Guides: {name.removesuffix(' =')}")

@@ -20,16 +20,16 @@ from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.resolve import opened, read_upload
 from ccwsim.ui.study import questions
-from ccwsim.ui.study.asking import Item, Question, ask, same, tabs
+from ccwsim.ui.study.asking import FormItem, Question, ask, same, tabs
 from ccwsim.ui.study.questions import way, which_variable
 from ccwsim.ui.widgets.errors import if_possible
 from ccwsim.ui.widgets.text import page_text
 
 BINS = 96
-VOLUME, LAYER = "the whole volume", "one layer"
-ALL, PIECE = "the whole image, thinned", "a piece"
-THRESHOLD, CLASSES, COLOURS, CODES = "threshold", "classes", "main colours", "as they are"
-Write = Callable[[ImageChoice], None]
+WHOLE_VOLUME, ONE_LAYER = "the whole volume", "one layer"
+WHOLE_IMAGE, ONE_PIECE = "the whole image, thinned", "a piece"
+THRESHOLD, CLASSES, MAIN_COLOURS, CODES = "threshold", "classes", "main colours", "as they are"
+WriteImage = Callable[[ImageChoice], None]
 Answer = Callable[..., None]
 """A function answer(question, name=value), which writes an answer and guesses later ones."""
 
@@ -101,7 +101,7 @@ def picture_of_file(upload: Upload, answers: Answers) -> tuple[Bytes, list[str]]
     return indices if file_answers.get("up") else indices[::-1], colours
 
 
-def ask_about_image(choice: ImageChoice, write: Write, *, volume: bool = True) -> None:
+def ask_about_image(choice: ImageChoice, write: WriteImage, *, volume: bool = True) -> None:
     """Ask the open questions about a file; `write` is called with the new choice."""
     upload, answers = choice.upload, dict(choice.answers)
     if upload is None:
@@ -118,7 +118,7 @@ def ask_about_image(choice: ImageChoice, write: Write, *, volume: bool = True) -
     summary = questions.summary_of(upload, FilePart.answered(answers) if "part" in asked else None)
     if summary is None:
         return
-    items: dict[str, Callable[[], list[Item]]] = {
+    items: dict[str, Callable[[], list[FormItem]]] = {
         "part": lambda: _part(upload, answers),
         "variable": lambda: [which_variable(summary, answers.get("variable"), "variable")],
         "shape": lambda: [_shape(summary.variables[0].shape[0], answers)],
@@ -145,19 +145,19 @@ def _shape(n: int, answers: Mapping[str, Any]) -> Question:
     )
 
 
-def _part(upload: Upload, answers: Mapping[str, Any]) -> list[Item]:
+def _part(upload: Upload, answers: Mapping[str, Any]) -> list[FormItem]:
     """Ask whether to thin an image that is too large, or to cut a piece, and which piece."""
     shape, every = _too_large(upload)
     ny, nx = shape[-2:]
     side = min(ny // every, nx // every)
     start = {
-        ALL: {"every": every},
-        PIECE: {"crop": ((ny - side) // 2, (nx - side) // 2, side, side)},
+        WHOLE_IMAGE: {"every": every},
+        ONE_PIECE: {"crop": ((ny - side) // 2, (nx - side) // 2, side, side)},
     }
     piece = {name: answers[name] for name in ("crop", "layers") if name in answers}
-    items: list[Item] = [
+    items: list[FormItem] = [
         f"{describe_shape(shape)} cells are more than the dashboard accepts.",
-        tabs("part", "Take", PIECE if piece else ALL, same(start), start.__getitem__),
+        tabs("part", "Take", ONE_PIECE if piece else WHOLE_IMAGE, same(start), start.__getitem__),
     ]
     if piece:
         items += _crop(piece.get("crop", (0, 0, ny, nx)), shape, piece)
@@ -172,7 +172,7 @@ def _part(upload: Upload, answers: Mapping[str, Any]) -> list[Item]:
 
 def _crop(
     crop: tuple[int, int, int, int], shape: tuple[int, ...], other_answers: Mapping[str, Any]
-) -> list[Item]:
+) -> list[FormItem]:
     """Ask for the south-west cell and the size of a piece of the image."""
     row, column, ny, nx = crop
     along_x = {"west_cell": "West cell", "cells_ew": "Cells E–W"}
@@ -189,7 +189,7 @@ def _crop(
 
 def _range(
     names: Mapping[str, str], first: int, n: int, n_all: int, answers: Callable[[int, int], Any]
-) -> tuple[Item, ...]:
+) -> tuple[FormItem, ...]:
     """Ask for the first cell and the number of cells along an axis of `n_all` cells."""
     (key, text), (key_of_length, length) = names.items()
     starts, sizes = (
@@ -201,33 +201,35 @@ def _range(
     )
 
 
-def _gaps(upload: Upload, answers: Mapping[str, Any]) -> list[Item]:
+def _gaps(upload: Upload, answers: Mapping[str, Any]) -> list[FormItem]:
     values = grid_of_file(upload, questions.answered(tuple(answers.items()), crop=None))
     note = page_text("Gaps", n=f"{int(np.isnan(values).sum()):,}", cells=f"{values.size:,}")
     return [note, *_crop(answers["crop"], values.shape, {})]
 
 
-def _layers(summary: FileSummary, answers: Mapping[str, Any]) -> list[Item]:
+def _layers(summary: FileSummary, answers: Mapping[str, Any]) -> list[FormItem]:
     """Ask whether to use the volume or a layer, and whether the first layer is the top."""
     volume, n = bool(answers.get("volume")), summary.n_slices
-    labels, text = {True: VOLUME, False: LAYER}, f"The file has {n} layers. Use"
+    labels, text = {True: WHOLE_VOLUME, False: ONE_LAYER}, f"The file has {n} layers. Use"
     use = tabs("layers", text, volume, labels, lambda volume: {"volume": volume})
     if not volume:
         layer = answers["slice_index"]
-        note = f"Layer {layer + 1} of {n} is used as a map. For all layers, choose “{VOLUME}”."
+        note = (
+            f"Layer {layer + 1} of {n} is used as a map. For all layers, choose “{WHOLE_VOLUME}”."
+        )
         return [use, note, questions.which_slice(n, layer, slider=True)]
-    note = f"All {n} layers are used as a volume. For a map, choose “{LAYER}”."
+    note = f"All {n} layers are used as a volume. For a map, choose “{ONE_LAYER}”."
     ends, text = {True: "the bottom", False: "the top"}, "The first layer of the file is"
     up = answers.get("z_up", True)
     lowest = Question("z_up", text, up, ends, lambda up: {"volume": True, "z_up": up})
     return [use, note, lowest] if summary.asks_up else [use, note]
 
 
-def _values(values: Floats, is_picture: bool, answers: Mapping[str, Any]) -> list[Item]:
+def _values(values: Floats, is_picture: bool, answers: Mapping[str, Any]) -> list[FormItem]:
     """Ask for the limits between classes, on a histogram, or for the number of colour classes."""
     values = values[~np.isnan(values)]
     n, threshold = answers.get("classes"), answers.get("threshold")
-    classes = COLOURS if is_picture and not isinstance(n, tuple) else CLASSES
+    classes = MAIN_COLOURS if is_picture and not isinstance(n, tuple) else CLASSES
     start: dict[str, Mapping[str, Any]] = {
         THRESHOLD: {"threshold": questions.rounded(float(np.median(values)))},
         classes: {"classes": 2},
@@ -236,11 +238,11 @@ def _values(values: Floats, is_picture: bool, answers: Mapping[str, Any]) -> lis
     method = THRESHOLD if threshold is not None else CODES if n == "codes" else classes
     text = f"{'Colours' if is_picture else 'Values'} become facies by"
     tip = "Drag a line or type a limit. Values at the limit are in the facies above."
-    items: list[Item] = [tabs("values", text, method, same(start), start.__getitem__, help=tip)]
+    items: list[FormItem] = [tabs("values", text, method, same(start), start.__getitem__, help=tip)]
     if method == classes and isinstance(n, int):
         bounds = {"min_value": 2, "max_value": MAX_COLOURS if is_picture else 32}
         items.append(Question("classes", "How many", n, look=bounds))
-    if method in (CODES, COLOURS):
+    if method in (CODES, MAIN_COLOURS):
         return items
     if threshold is None:
         edges = n if isinstance(n, tuple) else class_edges(values, int(n or 2)).tolist()

@@ -25,7 +25,7 @@ from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import button, field, menu, options_of
 from ccwsim.ui.widgets.text import page_text, plain, step_note, step_title
 
-THUMB = 76
+THUMBNAIL_PIXELS = 76
 MIDDLE = 128
 """Side in cells, and in pixels of a sharp screen, of the part of a bundled image in the menu."""
 IMPORT_PAGE = "pages/import.py"
@@ -36,7 +36,11 @@ def image_step(state: State) -> None:
     step_title(1, "Training image")
     image = image_of(state.choices.image)
     with st.container(horizontal=True, gap="small", key="image_row"):
-        st.image(thumbnail(image, colours_of(state)), width=THUMB, alt=f"{image.name}, small")
+        st.image(
+            image_thumbnail(image, colours_of(state)),
+            width=THUMBNAIL_PIXELS,
+            alt=f"{image.name}, small",
+        )
         with st.container(gap="small"):
             size = describe_shape(image.shape)
             step_note(f"{pretty(image.name)}\n{size}, {image.n_facies} facies")
@@ -58,7 +62,7 @@ def image_step(state: State) -> None:
 @cached()
 def _bundled_sheet() -> dict[str, Any]:
     """Return the middles of the bundled images, at equal scale, as the picture of tiles."""
-    images = [datasets.load(name) for name in datasets.IMAGES]
+    images = [datasets.load(name) for name in datasets.BUNDLED_IMAGES]
     maps = [_fullest_layer(image) for image in images]
     corners = [[(side - MIDDLE) // 2 for side in layer.shape] for layer in maps]
     parts = [k[y : y + MIDDLE, x : x + MIDDLE] for k, (y, x) in zip(maps, corners, strict=True)]
@@ -96,7 +100,9 @@ def problem_of_image(choice: ImageChoice) -> str:
 
 
 @cached(max_entries=64)
-def thumbnail(image: TrainingImage, colours: list[str], pixels: int = 2 * THUMB) -> bytes:
+def image_thumbnail(
+    image: TrainingImage, colours: list[str], pixels: int = 2 * THUMBNAIL_PIXELS
+) -> bytes:
     """Return a picture of an image, or its fullest layer, with the largest cells that fit."""
     layer = _fullest_layer(image)
     return map_png(layer, colours, scale=max(1, pixels // max(layer.shape)))
@@ -194,7 +200,7 @@ def _image_menu(state: State) -> None:
     image_uploader("or a file of yours", "image_file", take)
     if current.upload:
         st.caption(plain(f"From your file {current.upload.name}"))
-    preview = thumbnail(image_of(state.choices.image), colours_of(state), 320)
+    preview = image_thumbnail(image_of(state.choices.image), colours_of(state), 320)
     name = image_of(state.choices.image).name
     subject = "Preview" if state.choices.grid.nz is None else "The fullest layer"
     st.image(preview, width="stretch", alt=f"{subject} of {name}, north at the top")

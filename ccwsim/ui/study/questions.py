@@ -15,24 +15,25 @@ import streamlit as st
 from ccwsim import CCWSIMError, Grid
 from ccwsim.io import FileSummary, ImportedPoints, PlacedPoints, PointsPreview, inspect
 from ccwsim.io.gridding import FilePart
-from ccwsim.io.hard_data.columns import ALTERNATIVE_ROLES, DEPTHS, WELL_TABLES
+from ccwsim.io.hard_data.columns import ALTERNATIVE_ROLES, DEPTH_ROLES, WELL_TABLES
 from ccwsim.io.hard_data.placing import KINDS_OF_ROWS
 from ccwsim.io.hard_data.rows import RowProblem
 from ccwsim.model.arrays import Ints, describe_shape
 from ccwsim.sharing.choices import Answers, Choices, DataChoice, Upload
 from ccwsim.ui.session import resolve
-from ccwsim.ui.study.asking import Item, Question, Write, ask, same
+from ccwsim.ui.study.asking import FormItem, Question, WriteAnswer, ask, same
 from ccwsim.ui.widgets.errors import if_possible
 from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.text import page_labels, plain
 
-MAX_LISTED = 300
+MAX_MENU_ROWS = 300
 """Maximum number of rows or slices in a list; if there are more slices, the user types a number."""
-MAX_NAMES = 24  # maximum number of names or codes of facies for which the page asks one by one
+# maximum number of names or codes of facies for which the page asks one by one
+MAX_ASKED_FACIES = 24
 AS_READ = {None: "as usual in the format"}
 STOP = {None: "stop with an error"}
 OUT = {"drop": "leave them out"}
-WAYS: dict[str, dict[Any, str]] = {
+ANSWER_LABELS: dict[str, dict[Any, str]] = {
     "up": AS_READ | {True: "the south", False: "the north"},
     "z_up": AS_READ | {True: "the bottom", False: "the top"},
     "coordinates": {None: "world coordinates", "cells": "column and row of a cell"},
@@ -55,21 +56,21 @@ WAYS: dict[str, dict[Any, str]] = {
 """Questions with few possible answers, and these answers; None stands for the usual answer."""
 ROLES = ("x", "y", "facies", "well")
 """Columns of a table of points, by the names of the arguments that set them."""
-ROLES_OF_VOLUME = ("x", "y", "z", "facies", "well", *DEPTHS)
+ROLES_OF_VOLUME = ("x", "y", "z", "facies", "well", *DEPTH_ROLES)
 ROLES_OF_WELLS = {name: (*roles,) for name, roles in WELL_TABLES.items()}
 ROLES_OF_WELLS["intervals"] += ("facies",)
-LABELS = page_labels("columns_of_data")
+COLUMN_LABELS = page_labels("columns_of_data")
 TEXT_ROLES = ("facies", "well", "collar_well", "survey_well")  # columns that may contain text
 SURVEY_TILTS = ("survey_inclination", "survey_dip")
 EITHER_ROLES = tuple((roles, (role,)) for role, roles in ALTERNATIVE_ROLES.items())
 """Pairs of alternative columns; a table has either the first or the second columns of a pair."""
-MAY_LACK = (*DEPTHS, "collar_length", *SURVEY_TILTS)
+MAY_LACK = (*DEPTH_ROLES, "collar_length", *SURVEY_TILTS)
 NO_COLUMN = ""
-WIDTH = 232  # width of a question in pixels if several questions are side by side
-KEPT = "The study keeps its present data."
+QUESTION_WIDTH = 232  # width of a question in pixels if several questions are side by side
+DATA_KEPT = "The study keeps its present data."
 IN_SCRIPTS = re.compile(r" \(\w+=[^)]*\)")
 """Pattern of hints in error messages that are only useful in scripts."""
-Use = Callable[..., None]
+UseData = Callable[..., None]
 """A function use(choice, grid) that puts chosen data into the study; `grid` is optional."""
 
 
@@ -82,21 +83,21 @@ def say_open(choices: Choices, problem: str) -> None:
     """Warn that data are not used until questions are answered; show the error of a bad file."""
     choice, placed = choices.data, if_possible(lambda: resolve.placed_data(choices))
     if choice.source == "file" and any(summary_of(file) is None for file in choice.files):
-        st.error(plain(f"{problem}. {KEPT}"))
+        st.error(plain(f"{problem}. {DATA_KEPT}"))
         return
     troubles = troubles_of(placed) if placed is not None else {}
     undecided = [
         words
         for name, words in troubles.items()
-        if WAYS[name].items() >= STOP.items() and name not in dict(choice.answers)
+        if ANSWER_LABELS[name].items() >= STOP.items() and name not in dict(choice.answers)
     ]
     if placed is not None and undecided:
         problem = f"{placed.points.name} does not fit yet: {', '.join(undecided)}"
-    st.warning(plain(f"{IN_SCRIPTS.sub('', problem)}. {KEPT}"))
+    st.warning(plain(f"{IN_SCRIPTS.sub('', problem)}. {DATA_KEPT}"))
 
 
 def troubles_of(placed: PlacedPoints) -> dict[str, str]:
-    """Return a short phrase for each kind of problem that the data have, by question in `WAYS`."""
+    """Return a short phrase for each problem of the data, by question in `ANSWER_LABELS`."""
     n, rows = placed.points.n, Counter(problem.option for problem in placed.points.problems)
     n_outside, n_unknown, n_cells = map(len, (placed.outside, placed.unknown, placed.collisions))
     kinds = {
@@ -124,13 +125,13 @@ def rounded(value: float) -> float:
     return float(f"{value:.4g}")
 
 
-def ask_data(choices: Choices, use: Use, *, wide: bool = False) -> None:
+def ask_data(choices: Choices, use: UseData, *, wide: bool = False) -> None:
     """Ask the open questions about the hard data of a study.
 
     If `wide`, all columns and names are shown with their guesses. Other functions then offer a
     larger grid, ask about rows that do not fit, and draw the columns of tables of wells.
     """
-    choice, volume, items = choices.data, choices.grid.nz is not None, list[Item]()
+    choice, volume, items = choices.data, choices.grid.nz is not None, list[FormItem]()
     write = writer(choice, use)
     if choice.source == "file" and choice.tables is not None and not wide:
         for table, preview in resolve.previews_of_wells(choice).items():
@@ -161,14 +162,14 @@ def ask_data(choices: Choices, use: Use, *, wide: bool = False) -> None:
         ask_troubles(choices, use)
 
 
-def writer(choice: DataChoice, use: Use) -> Write:
+def writer(choice: DataChoice, use: UseData) -> WriteAnswer:
     """Return a function that stores new answers in a choice and uses the choice."""
     return lambda **new: use(replace(choice, answers=answered(choice.answers, **new)))
 
 
-def _grid(summary: FileSummary, choice: DataChoice, volume: bool) -> list[Item]:
+def _grid(summary: FileSummary, choice: DataChoice, volume: bool) -> list[FormItem]:
     """Return the open questions about a grid of data."""
-    answers, items = dict(choice.answers), list[Item]()
+    answers, items = dict(choice.answers), list[FormItem]()
     if len(summary.variables) > 1:
         items.append(which_variable(summary, answers.get("facies"), "facies"))
     if not volume and summary.n_slices > 1:
@@ -185,15 +186,15 @@ def which_variable(summary: FileSummary, value: str | None, argument: str) -> Qu
 
 
 def way(name: str, answers: Mapping[str, Any], label: str = "") -> Question:
-    """Ask a question of `WAYS`."""
-    return Question(name, label or LABELS[name], answers.get(name), WAYS[name])
+    """Ask a question of `ANSWER_LABELS`."""
+    return Question(name, label or COLUMN_LABELS[name], answers.get(name), ANSWER_LABELS[name])
 
 
 def ask_columns_of_wells(
     choice: DataChoice,
     table: str,
     preview: PointsPreview | CCWSIMError,
-    use: Use,
+    use: UseData,
     *,
     wide: bool = False,
 ) -> None:
@@ -219,7 +220,7 @@ def role_of(role: str) -> str:
 
 def _columns(
     choice: DataChoice, preview: PointsPreview, roles: Sequence[str], wide: bool
-) -> list[Item]:
+) -> list[FormItem]:
     """Return the questions about the columns of a table, with the guesses."""
     answers = {role: column for role, column in choice.answers if role in roles}
     taken = {role: answers.get(role, preview.guess.get(role)) for role in roles}
@@ -232,12 +233,12 @@ def _columns(
     items = tuple(
         Question(
             f"column_{role}",
-            "z of the collar" if role == "z" and "collar_well" in roles else LABELS[role],
+            "z of the collar" if role == "z" and "collar_well" in roles else COLUMN_LABELS[role],
             taken[role] or (NO_COLUMN if role in lack else None),
             ({NO_COLUMN: "none"} if role in lack else {})
             | same(preview.columns if role in TEXT_ROLES else preview.numeric),
             partial(_answers_of_column, taken, role),
-            look={"width": WIDTH} if side_by_side else {},
+            look={"width": QUESTION_WIDTH} if side_by_side else {},
         )
         for role in roles
         if role in asked
@@ -267,7 +268,7 @@ def _open_alternatives(preview: PointsPreview, roles: Collection[str]) -> tuple[
         return () if {*SURVEY_TILTS} & preview.guess.keys() else SURVEY_TILTS
     needed = "depth" in roles and "x" not in roles
     if len(ends) == 1 or (needed and not ends and "depth" not in preview.guess):
-        return tuple(DEPTHS)
+        return tuple(DEPTH_ROLES)
     return ()
 
 
@@ -281,7 +282,7 @@ def with_column(taken: Mapping[str, str | None], role: str, column: str) -> dict
     lack = _may_lack(taken)
     for other, taken_column in taken.items():
         if other != role and column and taken_column == column:
-            alike = other not in lack or (role in DEPTHS and other in DEPTHS)
+            alike = other not in lack or (role in DEPTH_ROLES and other in DEPTH_ROLES)
             new[other] = (taken[role] if alike else None) or (NO_COLUMN if other in lack else None)
     for used, unused in (*EITHER_ROLES, *(sides[::-1] for sides in EITHER_ROLES)):
         if role in used and column:
@@ -289,12 +290,12 @@ def with_column(taken: Mapping[str, str | None], role: str, column: str) -> dict
     return new
 
 
-def _coordinates(choice: DataChoice, preview: PointsPreview) -> list[Item]:
+def _coordinates(choice: DataChoice, preview: PointsPreview) -> list[FormItem]:
     """Ask for the meaning of position columns if the column names do not show it."""
     answers = dict(choice.answers)
     if not preview.assignment.unclear and not {"x", "y", "coordinates"} & answers.keys():
         return []
-    reset = {"cells": dict.fromkeys(DEPTHS)}  # positions in cells have a layer and no depths
+    reset = {"cells": dict.fromkeys(DEPTH_ROLES)}  # positions in cells have a layer and no depths
     question = way("coordinates", answers)
     return [replace(question, answers=lambda unit: {"coordinates": unit, **reset.get(unit, {})})]
 
@@ -308,7 +309,7 @@ def which_slice(n: int, index: int | None, *, slider: bool = False) -> Question:
         answers=lambda number: {"slice_index": number - 1},
         look={"min_value": 1, "max_value": n},
     )
-    if n > MAX_LISTED:
+    if n > MAX_MENU_ROWS:
         return number
     if slider:
         return replace(number, widget=st.slider)
@@ -317,7 +318,7 @@ def which_slice(n: int, index: int | None, *, slider: bool = False) -> Question:
     return replace(number, text=text, options=offered, look={})
 
 
-def _threshold(points: ImportedPoints, threshold: float | None) -> list[Item]:
+def _threshold(points: ImportedPoints, threshold: float | None) -> list[FormItem]:
     """Ask for a threshold for values that are not codes; the guess is the median."""
     guess = rounded(float(np.median(points.values)))
     low, high = points.values.min(), points.values.max()
@@ -327,14 +328,14 @@ def _threshold(points: ImportedPoints, threshold: float | None) -> list[Item]:
     if threshold is not None:
         return [question]
 
-    def use_median(write: Write) -> None:
+    def use_median(write: WriteAnswer) -> None:
         label = f"Use the median, {guess:g}"
         button(label, key="ask_median", on_click=partial(write, threshold=guess))
 
     return [question, use_median]
 
 
-def _names(choices: Choices, placed: PlacedPoints, wide: bool) -> list[Item]:
+def _names(choices: Choices, placed: PlacedPoints, wide: bool) -> list[FormItem]:
     """Ask which facies of the image each name or unknown code in the file denotes."""
     image, points = resolve.image_of(choices.image), placed.points
     codes = dict(dict(choices.data.answers).get("facies_names", ()))
@@ -342,14 +343,14 @@ def _names(choices: Choices, placed: PlacedPoints, wide: bool) -> list[Item]:
     spellings = {name.casefold(): name for name in reversed(asked)}
     names = list(dict.fromkeys(spellings[name.casefold()] for name in asked))
     labels = dict(zip(image.codes.tolist(), image.facies_names, strict=True))
-    items: list[Item] = []
-    for k, name in enumerate(names[:MAX_NAMES]):
+    items: list[FormItem] = []
+    for k, name in enumerate(names[:MAX_ASKED_FACIES]):
         code = codes.get(name, _code_of(placed, name))
         text = plain(f"{name} is" if points.words else f"Facies {name} is")
         value, answers = code if code in labels else None, partial(_answers_of_name, codes, name)
         items.append(Question(f"name_{k}", text, value, labels, answers))
-    if len(names) > MAX_NAMES:
-        note = f"{len(names)} different facies; the first {MAX_NAMES} are listed."
+    if len(names) > MAX_ASKED_FACIES:
+        note = f"{len(names)} different facies; the first {MAX_ASKED_FACIES} are listed."
         items.append(lambda _: st.caption(note))
     return items
 
@@ -365,7 +366,7 @@ def _code_of(placed: PlacedPoints, name: str) -> int | None:
     return int(placed.facies[np.argmax(placed.points.values == words.index(name))])
 
 
-def offer_fit(choices: Choices, use: Use) -> None:
+def offer_fit(choices: Choices, use: UseData) -> None:
     """If some data are outside the grid, offer a grid that contains all data."""
     grid = resolve.grid_for_data(choices)
     if grid is not None:
@@ -381,7 +382,7 @@ def described(grid: Grid) -> str:
     return f"{describe_shape(grid.shape)} cells of {size} from ({corner})"
 
 
-def ask_troubles(choices: Choices, use: Use, *, wide: bool = False) -> None:
+def ask_troubles(choices: Choices, use: UseData, *, wide: bool = False) -> None:
     """List the rows that do not fit, in tables if `wide`, and ask how to handle these rows."""
     choice, placed = choices.data, if_possible(lambda: resolve.placed_data(choices))
     if placed is None:
@@ -401,7 +402,7 @@ def ask_troubles(choices: Choices, use: Use, *, wide: bool = False) -> None:
 
 def _list_problems(problems: Sequence[RowProblem], wide: bool) -> None:
     """List problems with rows of tables of wells."""
-    first = problems[: MAX_LISTED if wide else 3]
+    first = problems[: MAX_MENU_ROWS if wide else 3]
     if wide:
         rows = {"rows": [p.where for p in first], "problem": [p.message for p in first]}
         _draw_table(rows, len(problems))
@@ -425,7 +426,7 @@ def _list_rows(placed: PlacedPoints, indices: Ints, wide: bool) -> None:
         return
     axes, n = ("layer", "row", "column"), points.places.shape[1]
     names = ("x", "y", "z")[:n] if points.world else axes[-n:]
-    first = indices[:MAX_LISTED]
+    first = indices[:MAX_MENU_ROWS]
     rows: dict[str, Any] = {points.counted: points.lines[first]}
     if points.wells:
         rows["well"] = [points.wells.get(line, "") for line in points.lines[first].tolist()]

@@ -13,7 +13,7 @@ from ccwsim import Cancelled, CCWSIMError, Ensemble, Parameters, concatenate
 from ccwsim.datasets.default_study import stored_ensemble
 from ccwsim.engine.realization import is_ready
 from ccwsim.experiments.timing import typical_seconds
-from ccwsim.jobs.job import PATIENCE, Job, server_queue
+from ccwsim.jobs.job import FIRST_RESULT_SECONDS, Job, server_queue
 from ccwsim.jobs.limits import Demand, limits_of_environment, needs_consent
 from ccwsim.model.bounds import MAX_REALIZATIONS, MAX_SEED
 from ccwsim.model.numbers import duration, format_bytes
@@ -22,7 +22,7 @@ from ccwsim.model.sizes import levels, per_axis
 from ccwsim.model.watch import Watch
 from ccwsim.run.executors import executor_of_environment
 from ccwsim.run.footprint import demand_of
-from ccwsim.run.shared import MAX_KEPT, MAX_KEPT_BYTES, SharedRun, SharedRuns
+from ccwsim.run.shared import MAX_SHARED, MAX_SHARED_BYTES, SharedRun, SharedRuns
 from ccwsim.run.simulation import simulate_study
 from ccwsim.sharing.choices import Choices
 from ccwsim.system.log import reason
@@ -39,8 +39,8 @@ from ccwsim.ui.widgets.text import page_text, pair, plain, step_note, step_title
 
 SIMULATE_PAGE = "pages/simulate.py"
 ENOUGH_TO_STOP = 1.0  # maximum seconds to wait until a stopped run has freed its memory
-AT_ONCE = 0.3  # maximum duration of the first part of a run in seconds
-NEXT_PART = 1.0
+FIRST_PART_SECONDS = 0.3  # maximum duration of the first part of a run in seconds
+NEXT_PART_SECONDS = 1.0
 """Seconds of the second part of a run; each later part takes twice as long as the part before."""
 MIN_PART = 2
 COPIES_OF_PARTS = 3
@@ -51,8 +51,8 @@ MORE = "More realizations estimate the uncertainty better and take proportionall
 SAME_SEED = "The same seed gives the same realizations, on any machine."
 LIVE = "Start a run after every change of the study. On by default if a run is short."
 SHORT = 0.5  # maximum estimated seconds of a run that every change starts by default
-STORED = "Stored realizations of this study are shown until your machine has computed them"
-PATIENCE_VOLUME = 0.7
+STORED_NOTE = "Stored realizations of this study are shown until your machine has computed them"
+FIRST_VOLUME_SECONDS = 0.7
 """Seconds to wait for the first new volume, because drawing the old volume takes longer."""
 WAIT_SECONDS = 0.05
 """Seconds between checks whether the user has changed the study; a change ends the waiting."""
@@ -91,7 +91,7 @@ def run_step(state: State) -> None:
 
 def run_button(state: State, key: str, width: str = "stretch") -> None:
     """Draw a button that starts a run; if the study cannot run, the button is disabled."""
-    problem = problem_of(state)
+    problem = study_problem(state)
     button(
         "Run",
         key=key,
@@ -110,7 +110,7 @@ def simulate_button(state: State, key: str) -> None:
         go_to(SIMULATE_PAGE)
 
 
-def problem_of(state: State) -> str:
+def study_problem(state: State) -> str:
     """Return the reason why the study cannot run, or an empty text."""
     choices = state.choices
 
@@ -155,7 +155,7 @@ def start_run_if_needed(state: State, *, live: bool, after: float = 0.0) -> bool
         stop_run(state)  # the results already belong to this study
     elif question_of(state):
         stop_run(state)
-    elif first or not problem_of(state):
+    elif first or not study_problem(state):
         start_run(state, after)
     else:
         stop_run(state)  # the running job simulates an earlier study
@@ -169,7 +169,7 @@ def is_live(state: State) -> bool:
 
 def question_of(state: State) -> str:
     """Return the question to ask before a long run of a study from a link or project, or ""."""
-    if not state.needs_confirmation or problem_of(state):
+    if not state.needs_confirmation or study_problem(state):
         return ""
     seconds, demand = estimated_seconds(state.choices), demand_of_run(state.choices)
     if not needs_consent(demand, seconds, server_queue().still_to_take):
@@ -208,7 +208,7 @@ def describe_price(choices: Choices, **changes: Any) -> str:
     return f"about {time_text} a realization, {changed / present:.2g} × the present time"
 
 
-def describe_levels(choices: Choices) -> str:
+def describe_prices_of_levels(choices: Choices) -> str:
     """Describe the times of a realization at the next lower and the next higher level."""
     shape, p = resolve.image_of(choices.image).shape, choices.parameters
     z, _, present = p.along(shape).level
@@ -278,14 +278,14 @@ def _begun(
 @cached()
 def shared_runs() -> SharedRuns:
     """Return the only store of runs of this server."""
-    return SharedRuns(MAX_KEPT, MAX_KEPT_BYTES, min_values=0)
+    return SharedRuns(MAX_SHARED, MAX_SHARED_BYTES, min_values=0)
 
 
 def in_parts(
     job: Job[Ensemble] | SharedRun, simulate_range: SimulateRange, n_first: int
 ) -> Ensemble:
     """Simulate an ensemble in parts; the first part is small. Parts do not affect the result."""
-    size, budget = min(n_first, job.n), NEXT_PART
+    size, budget = min(n_first, job.n), NEXT_PART_SECONDS
     start = time.monotonic()
     whole = _with_part(job, simulate_range, None, size)
     while whole.n < job.n:
@@ -323,7 +323,7 @@ def first_part(choices: Choices, latest: Ensemble | None) -> int:
     if latest is None or latest.wall_seconds <= 0:
         return MIN_PART
     seconds_each = latest.wall_seconds / latest.n * choices.grid.n_cells / latest.grid.n_cells
-    return part_size(choices.n_realizations, AT_ONCE / seconds_each)
+    return part_size(choices.n_realizations, FIRST_PART_SECONDS / seconds_each)
 
 
 def part_size(n_left: int, fits: float) -> int:
@@ -419,7 +419,7 @@ def draw_news(state: State, *, parts: bool = True, wait: bool = True) -> None:
     """
     take_names(state)
     with st.container(key="news"):  # always drawn, so that Streamlit keeps the elements below
-        patience = PATIENCE if state.choices.grid.nz is None else PATIENCE_VOLUME
+        patience = FIRST_RESULT_SECONDS if state.choices.grid.nz is None else FIRST_VOLUME_SECONDS
         outdated = _wait_and_dim(state, parts, patience if wait else 0.0)
         if state.job is not None:
             _follow_run(state, parts)
@@ -495,5 +495,5 @@ def _follow_run(state: State, parts: bool) -> None:
         job,
         on_finished=lambda: collect(state, parts=parts),
         has_news=has_news,
-        label=lambda: STORED if state.ensemble and state.ensemble.is_stored else "",
+        label=lambda: STORED_NOTE if state.ensemble and state.ensemble.is_stored else "",
     )

@@ -13,9 +13,9 @@ from streamlit.delta_generator import DeltaGenerator
 from ccwsim.metrics import default_parameters, warn_of_edges, warn_of_level
 from ccwsim.metrics.diagnosis import TREND_WEIGHT
 from ccwsim.model import bounds
-from ccwsim.model.arrays import AXES, Shape
+from ccwsim.model.arrays import WORLD_AXES, Shape
 from ccwsim.model.parameters import PER_AXIS, Parameters, fitted
-from ccwsim.model.published import SETTINGS, WITHOUT_ADDITIONS
+from ccwsim.model.published import VARIANT_SETTINGS, WITHOUT_ADDITIONS
 from ccwsim.model.sizes import levels, overlap_sizes, template_sizes
 from ccwsim.report.settings import VALUES
 from ccwsim.ui.session import resolve
@@ -26,14 +26,22 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_step import data_step, problem_of_data
 from ccwsim.ui.study.guides_step import guides_step
 from ccwsim.ui.study.image_step import image_step
-from ccwsim.ui.study.run import describe_levels, is_live, run_step
-from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field, help_of, menu, options_of
+from ccwsim.ui.study.run import describe_prices_of_levels, is_live, run_step
+from ccwsim.ui.widgets.fields import (
+    PARAMETER_ROWS,
+    bound_to,
+    button,
+    field,
+    help_of,
+    menu,
+    options_of,
+)
 from ccwsim.ui.widgets.text import page_labels, pair, plain, step_note, step_title
 
-SIDES = {"nx": "Cells E–W", "ny": "Cells N–S", "nz": "Layers"}
+SIDE_LABELS = {"nx": "Cells E–W", "ny": "Cells N–S", "nz": "Layers"}
 ON_TOP = ("variant", "template_size", "overlap_size", "wavelet_level", "n_candidates")
 NOT_IN_PAPER = "⁺"  # after the names of parameters that the paper does not have
-NUMBERS = {
+NUMBER_RANGES = {
     "n_candidates": (1, bounds.MAX_CANDIDATES_OFFERED, 1),
     "search_fraction": (0.01, 1.0, 0.01),
     "co_template": (1, bounds.MAX_CO_TEMPLATE, 1),
@@ -42,7 +50,7 @@ NUMBERS = {
 }
 """Minimum, maximum and step of the number fields of parameters."""
 _warn_of_edges = cached(max_entries=64)(warn_of_edges)
-LABELS = page_labels("steps")
+STEP_LABELS = page_labels("steps")
 """Names, on the screen, of parameters that have other names in code."""
 SOME_K = (1, 2, 3, 5, 8, 12, 20, 30, 50, 80, 120, 200)  # numbers of candidates on the slider
 SLIDER = partial(st.select_slider, label_visibility="collapsed")
@@ -64,7 +72,7 @@ def grid_step(state: State) -> None:
     change = partial(_change_grid, state)
     n_axes = grid.n_dimensions
     places = [place for _ in range(n_axes - 1) for place in pair()]
-    for column, (name, label) in zip(places, SIDES.items(), strict=False):
+    for column, (name, label) in zip(places, SIDE_LABELS.items(), strict=False):
         with column:
             limits = {"min_value": 1, "max_value": bounds.MAX_GRID_SIDE_OFFERED}
             field(
@@ -93,7 +101,7 @@ def _world_field(state: State, name: str, k: int) -> None:
         numbers[k] = value
         _change_grid(state, **{name: tuple(numbers)})
 
-    axis = AXES[k]
+    axis = WORLD_AXES[k]
     field(
         st.number_input,
         page_labels(name)[axis],
@@ -121,11 +129,11 @@ def method_step(state: State) -> None:
         if sweeps:
             field(
                 SLIDER,
-                LABELS["n_candidates"],
+                STEP_LABELS["n_candidates"],
                 key="n_candidates_slider",
                 **bound_to(p, "n_candidates", change, options=sorted({*SOME_K, p.n_candidates})),
             )
-    if price := describe_levels(state.choices):
+    if price := describe_prices_of_levels(state.choices):
         step_note(price)
     if not problem_of_data(state.choices):
         grid, n_data = state.choices.grid, resolve.data_of(state.choices).n
@@ -141,7 +149,7 @@ def _advanced(state: State, p: Parameters, shape: Shape, change: Callable[..., N
     page_link("pages/paper_and_ours.py", f"{NOT_IN_PAPER} not in the paper: the paper's and ours")
     if len(shape) == 3:
         size_fields(p, shape, change, along_z=(True,))
-    for name in PARAMETERS:
+    for name in PARAMETER_ROWS:
         if name not in ON_TOP:
             parameter_field(p, name, change)
     if len(shape) == 3:
@@ -185,7 +193,7 @@ def size_fields(
 
         chosen: dict[str, Any] = {"value": sizes[axis], "write": write, "options": offered[name]}
         chosen["disabled"] = ccsim and name == "wavelet_level"
-        label = f"{LABELS[name]}{' along z' if z else ''}"
+        label = f"{STEP_LABELS[name]}{' along z' if z else ''}"
         if not volume and name != "wavelet_level":
             label = f"{label} (cells)"
         with place:
@@ -240,16 +248,16 @@ def parameter_field(
     A parameter that the paper does not have is marked; it is disabled if a variant switches it off.
     """
     value = getattr(p, name)
-    label = LABELS.get(name, name.replace("_", " ").capitalize())
+    label = STEP_LABELS.get(name, name.replace("_", " ").capitalize())
     if name in WITHOUT_ADDITIONS:
         label = f"{label} {NOT_IN_PAPER}"
-    fixed = name in SETTINGS[p.variant]
+    fixed = name in VARIANT_SETTINGS[p.variant]
     key = f"{prefix}{name}"
     options = bound_to(p, name, change, key=key, help=help_of(name), disabled=fixed)
     if isinstance(value, bool):
         field(st.checkbox, label, **options)
     elif isinstance(value, str):
-        allowed = PARAMETERS[name]["allowed"].split(", ")
+        allowed = PARAMETER_ROWS[name]["allowed"].split(", ")
         field(
             st.selectbox,
             label,
@@ -264,5 +272,5 @@ def parameter_field(
                 change(**{name: per_axis if any(value) else new})
 
             options |= {"value": max(value), "write": write_per_axis}
-        low, high, step = NUMBERS[name]
+        low, high, step = NUMBER_RANGES[name]
         field(of_numbers, label, min_value=low, max_value=high, step=step, **options)

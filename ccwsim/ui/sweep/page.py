@@ -36,7 +36,7 @@ from ccwsim.ui.study.trials import draw_run_news, study_key, use_button
 from ccwsim.ui.sweep import planning
 from ccwsim.ui.sweep.planning import SweepRun, SweepState
 from ccwsim.ui.widgets.errors import if_possible
-from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, download, field
+from ccwsim.ui.widgets.fields import PARAMETER_ROWS, bound_to, button, download, field
 from ccwsim.ui.widgets.text import (
     numbers_table,
     page_labels,
@@ -48,15 +48,15 @@ from ccwsim.ui.widgets.text import (
 )
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
-CHART_HEIGHT = 392
-WIDTHS = (1.1, 0.95, 0.82)
+SWEEP_CHART_HEIGHT = 392
+SWEEP_WIDTHS = (1.1, 0.95, 0.82)
 """Relative widths of three columns: chart, setting shown large, and numbers of the setting."""
-ERRORS = page_labels("errors_of_sweep")
+ERROR_LABELS = page_labels("errors_of_sweep")
 """Name and axis title of each error that the chart can show against CPU time."""
 HEADS = page_labels("columns_of_sweep")
 """Names of a setting's numbers, by CSV column; only volumes have the column "vertical"."""
 PATTERN_COLUMNS = ("pattern_full", "pattern_half", "pattern_third")
-WAYS = ("EW", "NS", "vertical")
+CURVE_DIRECTIONS = ("EW", "NS", "vertical")
 USE_HELP = "Uses this setting in the study and opens Simulate."
 TILES = "sweep_tiles"
 TILE_PIXELS = 124  # length of the longer side of a tile in pixels
@@ -68,7 +68,7 @@ def draw_page(state: State) -> None:
     with st.sidebar:
         _draw_controls(state)
     run, outdated = state.page(SweepState).run, ""
-    if run is not None and not is_current(run, state):
+    if run is not None and not is_current_sweep(run, state):
         outdated = "the study's training image, data or grid has changed. Sweep again."
     draw_run_news(
         run,
@@ -84,10 +84,10 @@ def draw_page(state: State) -> None:
             _draw_outlines()
             with st.container(key="first_row"):
                 _sweep_button(state, "sweep_first")
-            if not planning.problem_of(state):
+            if not planning.sweep_problem(state):
                 plan = planning.plan_of(state).fitting
                 panel_title("Settings", "to be tried; a realization of each will appear here")
-                tiles = _to_come(plan, names_of(plan), "")
+                tiles = _to_come(plan, varied_names(plan), "")
                 _draw_settings(tiles, -1, state.choices.grid, lambda _: None)
     with st.container(key="run_bar"):
         _sweep_button(state, "sweep_below")
@@ -119,7 +119,7 @@ def _draw_controls(state: State) -> None:
         help="More realizations reveal smaller differences, and take proportionally longer.",
         **bound_to(page_state, "n_realizations"),
     )
-    problem = planning.problem_of(state) or page_state.message
+    problem = planning.sweep_problem(state) or page_state.message
     if problem:
         st.warning(plain(problem))
     else:
@@ -135,7 +135,7 @@ def _draw_range(page_state: SweepState, name: str, values: list[Any], chosen: li
     key = f"range_{name}_{'_'.join(map(str, values))}"
     field(
         st.pills,
-        planning.LABELS[name],
+        planning.RANGE_LABELS[name],
         key=key,
         value=chosen,
         write=write,
@@ -143,20 +143,20 @@ def _draw_range(page_state: SweepState, name: str, values: list[Any], chosen: li
         format_func=str.upper if name == "method" else str,
         selection_mode="multi",
         width="stretch",
-        help=PARAMETERS[name.removesuffix(ALONG_Z)]["meaning"],
+        help=PARAMETER_ROWS[name.removesuffix(ALONG_Z)]["meaning"],
     )
 
 
 def _sweep_button(state: State, key: str) -> None:
     """Draw the button that starts the sweep; if no sweep can start, write the reason."""
-    problem, going = planning.problem_of(state), state.page(SweepState).going
+    problem, going = planning.sweep_problem(state), state.page(SweepState).going
     n = 0 if problem else len(planning.plan_of(state))
     text = f"Try {n} settings" if n > 1 else "Try this setting" if n else "Try settings"
     help_ = "A sweep is running." if going else problem or None
     button(
         text,
         key=key,
-        on_click=planning.start,
+        on_click=planning.start_sweep,
         args=(state,),
         type="primary",
         width="stretch",
@@ -176,14 +176,14 @@ def _draw_results(state: State) -> None:
             _draw_rows(state, run, results)
         elif run.going:
             panel_title("Settings", "settings appear as soon as they are finished")
-            draw_settings(run, names_of(run.settings), (-1, -1), lambda _: None)
+            draw_settings(run, varied_names(run.settings), (-1, -1), lambda _: None)
 
 
 def _draw_rows(state: State, run: SweepRun, results: Sweep) -> None:
     tried = run.settings if run.going else [row.parameters for row in results.rows]
     choice, chosen = sweep.recommended(results), state.page(SweepState).chosen
     k = choice.index if chosen is None else min(chosen, len(results.rows) - 1)
-    names, marked = names_of(tried), (k, choice.index)
+    names, marked = varied_names(tried), (k, choice.index)
     best = results.rows[choice.index].parameters
     draw_caption(
         f"{describe_inputs(run.first)}; {plural(len(results.rows), 'setting')}, recommended: "
@@ -197,27 +197,27 @@ def _draw_rows(state: State, run: SweepRun, results: Sweep) -> None:
         use_button(
             "Use this one",
             "use_recommended",
-            on_click=planning.use_setting,
+            on_click=planning.use_swept_setting,
             args=(state, best),
             help=USE_HELP,
         )
     with st.container(key="maps"):
-        left, middle, right = st.columns(WIDTHS, gap="medium")
+        left, middle, right = st.columns(SWEEP_WIDTHS, gap="medium")
     with left:
         _draw_chart(state, run, results, names, marked)
     with middle:
-        draw_realization(state, run, k)
+        draw_large_realization(state, run, k)
     with right:
-        draw_numbers(state, run, k)
+        draw_setting_numbers(state, run, k)
     with st.container(horizontal=True, vertical_alignment="center", key="tiles_row"):
         of_what = "one realization" if run.grid.nz is None else "a layer of one realization"
         panel_title("Settings", f"{of_what} of each setting; click a setting to see it large")
         name = f"{grid_part(run.training_image, run.grid)}_seed{run.first.seed}_sweep.csv"
         content = partial(sweep_csv, results, choice.index)
         download("Table, CSV", content, name, key="sweep_csv", width="content")
-    draw_settings(run, names, marked, lambda number: choose(state, number))
+    draw_settings(run, names, marked, lambda number: choose_setting(state, number))
     if not run.going:
-        draw_table(results)
+        draw_sweep_table(results)
 
 
 def _draw_chart(
@@ -225,7 +225,7 @@ def _draw_chart(
 ) -> None:
     """Draw errors against CPU time; a click on a point shows the setting large."""
     page_state = state.page(SweepState)
-    kinds = [kind for kind in ERRORS if kind != "mended" or run.first.hard_data.n]
+    kinds = [kind for kind in ERROR_LABELS if kind != "mended" or run.first.hard_data.n]
     kind = page_state.error if page_state.error in kinds else "patterns"
     with st.container(key="panel_sweep"):
         with st.container(horizontal=True, gap="small", key="title_sweep"):
@@ -234,7 +234,7 @@ def _draw_chart(
                 "Error",
                 key="sweep_error",
                 options=kinds,
-                format_func=lambda key: ERRORS[key][0],
+                format_func=lambda key: ERROR_LABELS[key][0],
                 label_visibility="collapsed",
                 width=220,
                 **bound_to(page_state, "error", value=kind),
@@ -249,12 +249,12 @@ def _draw_chart(
             front=sweep.pareto_front(results.times, errors),
             selected=marked[0],
             recommended=marked[1],
-            y_title=ERRORS[kind][1],
+            y_title=ERROR_LABELS[kind][1],
             spreads=results.spreads(kind),
-            height=CHART_HEIGHT,
+            height=SWEEP_CHART_HEIGHT,
         )
         alt = "Settings by CPU time and error; a line joins the Pareto front"
-        draw_clickable_chart(chart, "sweep", alt, lambda k: choose(state, k))
+        draw_clickable_chart(chart, "sweep", alt, lambda k: choose_setting(state, k))
 
 
 def _draw_outlines() -> None:
@@ -266,18 +266,18 @@ def _draw_outlines() -> None:
         "values",
     }
     with st.container(key="maps"):
-        columns = st.columns(WIDTHS, gap="medium")
+        columns = st.columns(SWEEP_WIDTHS, gap="medium")
     for column, (title, text) in zip(columns, outlines.items(), strict=True):
         with column:
-            ghost_panel(text, f"height: {CHART_HEIGHT}px", title)
+            ghost_panel(text, f"height: {SWEEP_CHART_HEIGHT}px", title)
 
 
-def names_of(settings: Sequence[Parameters]) -> list[str]:
+def varied_names(settings: Sequence[Parameters]) -> list[str]:
     """Return the names of the parameters that differ between settings."""
     return varied(settings) or [name for name in RANGED if name.removesuffix(ALONG_Z) in PER_AXIS]
 
 
-def choose(state: State, number: int) -> None:
+def choose_setting(state: State, number: int) -> None:
     """Select the setting that the page shows large."""
     page_state = state.page(SweepState)
     run = page_state.run
@@ -285,12 +285,12 @@ def choose(state: State, number: int) -> None:
         page_state.chosen, page_state.shown = number, 0
 
 
-def is_current(run: SweepRun, state: State) -> bool:
+def is_current_sweep(run: SweepRun, state: State) -> bool:
     """Return whether a sweep belongs to the current study."""
     return run.key == if_possible(lambda: study_key(state.choices))
 
 
-def draw_realization(state: State, run: SweepRun, k: int) -> None:
+def draw_large_realization(state: State, run: SweepRun, k: int) -> None:
     """Draw a large picture of a realization of a setting, with buttons for other realizations."""
     page_state = state.page(SweepState)
     row, image = run.latest_result.rows[k], run.training_image
@@ -313,25 +313,27 @@ def indices_of(realizations: NDArray[np.integer], image: TrainingImage) -> NDArr
     return np.where(np.isnan(realizations), UNKNOWN, indices).astype(np.uint8)
 
 
-def draw_numbers(state: State, run: SweepRun, k: int) -> None:
+def draw_setting_numbers(state: State, run: SweepRun, k: int) -> None:
     """Draw the numbers of a setting, the best values, and the button that uses the setting."""
     rows = run.latest_result.rows
     panel_title("Its numbers")
     names = [name for name in RANGED if name != "search_fraction" or name in varied(run.settings)]
     st.html(f'<p class="setting">{escape(label(rows[k].parameters, names))}</p>')
-    lines = [(escape(name), value, best) for name, value, best in numbers_of(rows[k], rows, run)]
+    lines = [
+        (escape(name), value, best) for name, value, best in setting_numbers(rows[k], rows, run)
+    ]
     st.html(numbers_table(lines, ("", "here", "best")))
     use_button(
         "Use this setting",
         "use_setting",
-        on_click=planning.use_setting,
+        on_click=planning.use_swept_setting,
         args=(state, rows[k].parameters),
         help=USE_HELP,
         type="primary",
     )
 
 
-def numbers_of(
+def setting_numbers(
     row: SweepRow, rows: tuple[SweepRow, ...], run: SweepRun
 ) -> list[tuple[str, str, str]]:
     """Return rows (name, value ± spread between realizations, best value among all settings)."""
@@ -427,10 +429,10 @@ def _draw_settings(
     )
 
 
-def draw_table(results: Sweep) -> None:
+def draw_sweep_table(results: Sweep) -> None:
     """Draw a table with all numbers of the finished settings."""
     with st.expander("All numbers", key="sweep_table"):
-        rows = [columns_of(row) for row in results.rows]
+        rows = [row_numbers(row) for row in results.rows]
         table = {
             HEADS.get(name) or RANGED.get(name) or name: [row[name] for row in rows]
             for name in rows[0]
@@ -443,11 +445,11 @@ def draw_table(results: Sweep) -> None:
         st.dataframe(table, hide_index=True, column_config=formats)
 
 
-def columns_of(row: SweepRow) -> dict[str, Any]:
+def row_numbers(row: SweepRow) -> dict[str, Any]:
     """Return the parameters and all numbers of a setting, by name."""
     q = row.quality
     values = {name: value_of(row.parameters, name) for name in RANGED}
-    directions = WAYS[: len(q.tau_errors)]
+    directions = CURVE_DIRECTIONS[: len(q.tau_errors)]
     return {
         **{name: value for name, value in values.items() if value is not None},
         **dict(zip(PATTERN_COLUMNS, q.pattern_distances, strict=True)),
@@ -478,7 +480,7 @@ def sweep_csv(results: Sweep, best: int) -> bytes:
     front = set(sweep.pareto_front(results.times, results.errors()).tolist())
     return records_as_csv(
         [
-            columns_of(row) | {"on_front": int(k in front), "recommended": int(k == best)}
+            row_numbers(row) | {"on_front": int(k in front), "recommended": int(k == best)}
             for k, row in enumerate(results.rows)
         ]
     )

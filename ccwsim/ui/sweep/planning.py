@@ -26,15 +26,15 @@ from ccwsim.ui.widgets.text import page_labels
 CELLS_KEPT = 64_000_000
 """Maximum number of cells of the realizations that a sweep stores; a cell takes one byte."""
 SOURCE_BYTES = 4  # number of bytes per cell that store the source of the cell in the training image
-MAX_KEPT = 4
+MAX_KEPT_SWEEPS = 4
 REDRAW_SECONDS = 1.5  # minimum number of seconds between two redraws that show new settings
 MAX_SWEPT = 64  # maximum number of settings in one sweep
 TEMPLATES = (8, 12, 16, 24, 32, 40, 48, 64, 96, 128, 192, 256)
 OVERLAPS = (2, 4, 6, 8, 12, 16, 24, 32, 48, 64)
 CANDIDATES = (1, 5, 10, 20, 50, 100)
-FRACTIONS = (0.01, 0.05, 0.1, 0.25, 0.5, 1.0)
+SEARCH_FRACTIONS = (0.01, 0.05, 0.1, 0.25, 0.5, 1.0)
 DEFAULT_LEVELS = (1, 2, 3)
-LABELS = page_labels("ranges_of_sweep")
+RANGE_LABELS = page_labels("ranges_of_sweep")
 
 
 @dataclass(kw_only=True)
@@ -65,7 +65,7 @@ class SweepRun(TrialsRun[SweepRow, Sweep]):
             progress=job.report,
             cancel=job.is_cancelled,
             found=self.rows.append,
-            n_kept=min(max(n_kept, 1), MAX_KEPT),
+            n_kept=min(max(n_kept, 1), MAX_KEPT_SWEEPS),
             facies=int(first.training_image.codes[self.facies]),
             secondary=first.secondary,
         )
@@ -120,10 +120,12 @@ def values_on_offer(choices: Choices) -> dict[str, list[Any]]:
             name + end: _with(usual_values, value_of(p, name + end))
             for name, usual_values in usual.items()
         }
-    offered = {name: offered[name] for name in LABELS if name in offered}  # ordered as in `LABELS`
+    offered = {
+        name: offered[name] for name in RANGE_LABELS if name in offered
+    }  # ordered as in `RANGE_LABELS`
     offered |= {"n_candidates": _with(CANDIDATES, p.n_candidates), "method": list(METHODS)}
     if _n_data(choices) != 0:
-        offered["search_fraction"] = _with(FRACTIONS, p.search_fraction)
+        offered["search_fraction"] = _with(SEARCH_FRACTIONS, p.search_fraction)
     return offered
 
 
@@ -143,7 +145,7 @@ def suited_ranges(choices: Choices) -> dict[str, list[Any]]:
     """Return suggested ranges: the values of the study, and nearby templates and levels."""
     shape = image_of(choices.image).shape
     p, offered = fitted(choices.parameters, shape), values_on_offer(choices)
-    suited = {name: [value_of(p, name)] for name in LABELS if value_of(p, name) is not None}
+    suited = {name: [value_of(p, name)] for name in RANGE_LABELS if value_of(p, name) is not None}
     size, own_level = value_of(p, "template_size"), value_of(p, "wavelet_level")
     near = (size // 2, size, size * 3 // 2)
     templates = [t for t in near if t >= MIN_TEMPLATE and t in offered["template_size"]]
@@ -169,7 +171,7 @@ def plan_of(state: State) -> SweepPlan:
     return plan_sweep(fitted(state.choices.parameters, shape), ranges, shape)
 
 
-def trials_of(state: State, plan: SweepPlan) -> list[Trial]:
+def swept_trials(state: State, plan: SweepPlan) -> list[Trial]:
     """Return the study with each setting of a plan."""
     study_trial = trial_of(state.choices)
     return [replace(study_trial, parameters=parameters) for parameters in plan]
@@ -177,7 +179,7 @@ def trials_of(state: State, plan: SweepPlan) -> list[Trial]:
 
 def seconds_of(state: State, plan: SweepPlan) -> float:
     """Return the expected seconds of a plan, scaled by the speed of the latest run."""
-    each = sum(typical(trial, judged=True) for trial in trials_of(state, plan))
+    each = sum(typical(trial, judged=True) for trial in swept_trials(state, plan))
     return each * state.page(SweepState).n_realizations * pace(state.ensemble)
 
 
@@ -215,13 +217,13 @@ def describe_plan(state: State, plan: SweepPlan) -> str:
     return text
 
 
-def problem_of(state: State) -> str:
+def sweep_problem(state: State) -> str:
     """Return the reason why a sweep cannot start, or an empty text."""
     try:
         data, plan = data_of(state.choices), plan_of(state)
     except CCWSIMError as error:
         text = str(error)
-        for name, label in LABELS.items():
+        for name, label in RANGE_LABELS.items():
             text = text.replace(f"{name} has no value", f"{label.split(' ')[0]} has no value")
         return text
     if not len(plan):
@@ -232,15 +234,15 @@ def problem_of(state: State) -> str:
     return problem_in(lambda: limits_of_environment().check(Demand(n_cells, data.n)))
 
 
-def start(state: State) -> None:
+def start_sweep(state: State) -> None:
     """Start the planned sweep, which replaces the earlier sweep."""
     page_state = state.page(SweepState)
-    if problem_of(state):
+    if sweep_problem(state):
         return
 
     def make() -> SweepRun:
         return SweepRun(
-            trials=trials_of(state, plan_of(state)),
+            trials=swept_trials(state, plan_of(state)),
             n_realizations=page_state.n_realizations,
             key=study_key(state.choices),
             **shown_in(state),
@@ -250,7 +252,7 @@ def start(state: State) -> None:
         page_state.chosen, page_state.shown = None, 0
 
 
-def use_setting(state: State, parameters: Parameters) -> None:
+def use_swept_setting(state: State, parameters: Parameters) -> None:
     """Apply a setting to the study, with the nearest values that the training image allows."""
     state.change(parameters=fitted(parameters, image_of(state.choices.image).shape))
 

@@ -20,13 +20,13 @@ from ccwsim.model.ensemble import FORCED, WRONG
 from ccwsim.model.numbers import minus, three_digits
 from ccwsim.model.watch import Fraction
 from ccwsim.report.verdicts import Verdict
-from ccwsim.ui.frontend.cells import CellMap, draw_cells, facies_map, points_of, share_map
+from ccwsim.ui.frontend.cells import CellMap, draw_cells, editor_points, facies_map, share_map
 from ccwsim.ui.results.charts import titled_chart
 from ccwsim.ui.results.maps import draw_given, given_map, pretty, with_data
 from ccwsim.ui.session.cached import as_task
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_step import data_fit, numbers, verdict
-from ccwsim.ui.study.image_step import thumbnail
+from ccwsim.ui.study.image_step import image_thumbnail
 from ccwsim.ui.validate import statistics
 from ccwsim.ui.validate.slices import slice_of, wells_on
 from ccwsim.ui.validate.statistics import Validation, ZoneFit, panel
@@ -34,8 +34,8 @@ from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.text import numbers_table, page_text, panel_title, scrolled, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
-CERTAIN = 0.05  # entropy below which a cell counts as certain
-MAX_LISTED = 100  # maximum number of data in the list of missed data of a volume
+CERTAIN_ENTROPY = 0.05  # entropy below which a cell counts as certain
+MAX_MISSED_LISTED = 100  # maximum number of data in the list of missed data of a volume
 RIGHT_AND_WRONG = ["#D9D6CF", "#A63A26"]
 
 
@@ -48,7 +48,7 @@ def draw_uncertainty(state: State, ensemble: Ensemble, colours: Sequence[str]) -
     if (secondary := ensemble.secondary) is None:
         return
     if secondary.angle is not None and ensemble.grid.nz is None:
-        task = statistics.direction_error(ensemble, state.facies)
+        task = statistics.compute_direction_error(ensemble, state.facies)
         panel(state, "directions", task, lambda off: _draw_directions(off, ensemble, state.facies))
     if secondary.zones is not None:
         task = statistics.zones(ensemble)
@@ -135,9 +135,8 @@ def draw_e_type_maps(
     name, shares = image.facies_names[state.facies], e_type.probability[state.facies]
     title = f"Probability of {name}"
     entropies = e_type.entropy[~np.isnan(e_type.entropy)]  # without inactive cells
-    certain = (
-        f"{three_digits(100 * float((entropies < CERTAIN).mean()))} % of the cells are certain"
-    )
+    share = float((entropies < CERTAIN_ENTROPY).mean())
+    certain = f"{three_digits(100 * share)} % of the cells are certain"
     probability = share_map(shares, f"P({name}) =", title, point_colours=colours)
     most_likely = facies_map(e_type.most_likely_indices, image, colours, "Most likely facies")
     alt = "Entropy, from 0 (certain) to 1 (all facies equally likely)"
@@ -237,11 +236,13 @@ def draw_data_list(ensemble: Ensemble) -> None:
         panel_title("Data", "all honoured in the raster pass, in all realizations")
         return
     of_all = f"{n} of {ensemble.hard_data.n} not honoured in the raster pass"
-    panel_title("Data", f"{of_all}; the first {MAX_LISTED}" if n > MAX_LISTED else of_all)
+    panel_title(
+        "Data", f"{of_all}; the first {MAX_MISSED_LISTED}" if n > MAX_MISSED_LISTED else of_all
+    )
     image, data, grid = ensemble.training_image, ensemble.hard_data, ensemble.grid
     names = dict(zip(image.codes.tolist(), image.facies_names, strict=True))
     rows = []
-    for k in order[:MAX_LISTED].tolist():
+    for k in order[:MAX_MISSED_LISTED].tolist():
         position = ", ".join(f"{place:g}" for place in grid.centers_of(data.cells[k : k + 1])[0])
         counts = (str(count) if count else "" for count in times[:, k].tolist())
         rows.append([position, escape(names[int(data.facies[k])]), *counts])
@@ -263,7 +264,7 @@ def troubled_data(ensemble: Ensemble) -> tuple[NDArray[np.int64], NDArray[np.int
 def wrong_points(ensemble: Ensemble) -> list[list[int]]:
     """Return the data that are wrong in at least one realization, as points of a map."""
     match = metrics.data_match(ensemble.realizations, ensemble.hard_data)
-    points = points_of(ensemble.hard_data, ensemble.training_image)
+    points = editor_points(ensemble.hard_data, ensemble.training_image)
     return [[*points[k][:3], 1] for k in np.flatnonzero(match.times_wrong)]
 
 
@@ -273,7 +274,7 @@ def draw_reference(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
     if reference is None:
         step_note(page_text("No reference field"))
         return
-    if problem := problem_of(reference, ensemble):
+    if problem := scoring_problem(reference, ensemble):
         raise CCWSIMError(problem)
     image = ensemble.training_image
     shown_slice = slice_of(state, ensemble)
@@ -282,7 +283,7 @@ def draw_reference(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
 
     def draw(scored: tuple[metrics.ReferenceScores, metrics.Calibration]) -> None:
         scores, table = scored
-        st.html(f'<p class="facts">{describe_scores(scores)}</p>')
+        st.html(f'<p class="facts">{describe_reference_scores(scores)}</p>')
         *places, right = st.columns([1.0, 1.0, 1.2], gap="medium")
         reference_map = facies_map(facies_grid, image, colours, "The reference field")
         wrong = wrong_map(replace(scores, right=shown_slice.of(scores.right)), colours)
@@ -302,7 +303,7 @@ def draw_reference(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
     panel(state, "truth", statistics.reference_scores(ensemble, reference), draw)
 
 
-def problem_of(reference: TrainingImage, ensemble: Ensemble) -> str:
+def scoring_problem(reference: TrainingImage, ensemble: Ensemble) -> str:
     """Return the reason why realizations cannot be scored, or an empty text."""
     if reference.shape != ensemble.grid.shape:
         size, grid = describe_shape(reference.shape), describe_shape(ensemble.grid.shape)
@@ -313,7 +314,7 @@ def problem_of(reference: TrainingImage, ensemble: Ensemble) -> str:
     return ""
 
 
-def describe_scores(scores: metrics.ReferenceScores) -> str:
+def describe_reference_scores(scores: metrics.ReferenceScores) -> str:
     """Return the scores as text; cells with data are excluded from the scores."""
     brier, log_score = three_digits(scores.brier), three_digits(scores.log_score)
     return page_text(
@@ -333,7 +334,7 @@ def wrong_map(scores: metrics.ReferenceScores, colours: Sequence[str]) -> CellMa
     return CellMap(indices, RIGHT_AND_WRONG, labels, alt, keys=keys, point_colours=colours)
 
 
-PICTURE = 48  # side of a picture in the table of images, in pixels
+PICTURE_SIDE = 48  # side of a picture in the table of images, in pixels
 Value = TypeVar("Value")
 
 
@@ -342,7 +343,7 @@ def ranks(
     progress: Fraction, data: HardData, image: TrainingImage
 ) -> tuple[metrics.ImageRank, ...]:
     """Rank the bundled images and the image of the study by the hard data."""
-    bundled = [datasets.load(name) for name in datasets.IMAGES]
+    bundled = [datasets.load(name) for name in datasets.BUNDLED_IMAGES]
     candidates = [
         candidate for candidate in bundled if candidate.n_dimensions == image.n_dimensions
     ]
@@ -354,7 +355,7 @@ def ranks(
 
 
 @as_task
-def left_out(progress: Fraction, ensemble: Ensemble, by_well: bool) -> metrics.LeaveOut:
+def predict_left_out(progress: Fraction, ensemble: Ensemble, by_well: bool) -> metrics.LeaveOut:
     """Predict each fifth of the hard data, or of the wells, from the other data."""
     study = replace(ensemble.study, checked=True)
     return metrics.leave_out(study, by="well" if by_well else "datum", progress=progress)
@@ -380,7 +381,7 @@ def draw_data_and_image(state: State, ensemble: Ensemble, colours: Sequence[str]
     with right:
         panel_title("Left-out data", "are probabilities reliable?")
         tip = "Simulates five times 24 realizations without a fifth of the data."
-        task = left_out(ensemble, ensemble.grid.nz is not None)
+        task = predict_left_out(ensemble, ensemble.grid.nz is not None)
         _draw_on_demand(state, "Leave data out", task, _draw_left_out, tip)
 
 
@@ -412,13 +413,15 @@ def _draw_ranks(ranking: Sequence[metrics.ImageRank]) -> None:
         st.html(f'<p class="note">✓ {name} predicts your data best</p>')
     rows = "<tr><th></th><th></th><td>log score</td><td>behind, in standard errors</td></tr>"
     for number, rank in enumerate(ranking):
-        picture = b64encode(thumbnail(rank.image, facies_colours(rank.image), 2 * PICTURE)).decode()
+        picture = b64encode(
+            image_thumbnail(rank.image, facies_colours(rank.image), 2 * PICTURE_SIDE)
+        ).decode()
         alt = escape(f"Training image {_name(rank.image)}", quote=True)
         source = f"data:image/png;base64,{picture}"
         score = minus(f"{rank.score:.3f}") if isfinite(rank.score) else "lacks a facies"
         behind = f"{rank.z:.1f}" if number and isfinite(rank.z) else ""
         rows += (
-            f'<tr><td><img src="{source}" width="{PICTURE}" alt="{alt}"></td>'
+            f'<tr><td><img src="{source}" width="{PICTURE_SIDE}" alt="{alt}"></td>'
             f"<th>{escape(_name(rank.image))}</th><td>{score}</td><td>{behind}</td></tr>"
         )
     st.html(f'<table class="numbers">{rows}</table>')

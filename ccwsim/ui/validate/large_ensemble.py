@@ -9,6 +9,7 @@ import numpy as np
 import streamlit as st
 
 from ccwsim import Cancelled, Ensemble
+from ccwsim.experiments.comparison import HIGH_QUANTILE, LOW_QUANTILE
 from ccwsim.figures import Bundle, convergence_chart
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import Demand
@@ -34,7 +35,6 @@ from ccwsim.ui.widgets.theme import chart_theme
 
 CELLS_OF_BATCH = 4_000_000  # maximum number of cells in memory at a time; a cell takes one byte
 SUMMARY_SECONDS = 1.0  # number of seconds between two summaries of a run
-LOW, HIGH = 0.05, 0.95
 
 
 @dataclass
@@ -81,7 +81,7 @@ class LargeEnsembleRun(PageRun[None]):
             job.report(running.n / self.n, running.n)
             done = running.n == self.n or (job.is_cancelled() and self.summary is None)
             if running.n and (done or time.monotonic() - summed_at > SUMMARY_SECONDS):
-                self.summary = running.summary(LOW, HIGH)
+                self.summary = running.summary(LOW_QUANTILE, HIGH_QUANTILE)
                 p = self.summary.etype.probability[self.facies]
                 self.numbers.append(running.n)
                 self.errors.append(float(100 * np.sqrt(p * (1 - p) / running.n).mean()))
@@ -122,7 +122,13 @@ def draw_large_ensemble(state: State, ensemble: Ensemble, colours: Sequence[str]
             **bound_to(page_state, "n"),
         )
         if not page_state.going:
-            button("Start", key="long_start", type="primary", on_click=start, args=(state,))
+            button(
+                "Start",
+                key="long_start",
+                type="primary",
+                on_click=start_large_ensemble,
+                args=(state,),
+            )
     if page_state.message:
         st.warning(plain(page_state.message))
     if run is None:
@@ -137,7 +143,7 @@ def draw_large_ensemble(state: State, ensemble: Ensemble, colours: Sequence[str]
         draw()
 
 
-def start(state: State) -> None:
+def start_large_ensemble(state: State) -> None:
     """Start a large ensemble with the study of the present realizations."""
     page_state = state.page(LargeEnsembleState)
     assert state.ensemble is not None

@@ -52,7 +52,7 @@ from ccwsim.ui.widgets.fields import bound_to, field, options_of
 from ccwsim.ui.widgets.text import page_text, panel_title, verdict_html
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
-MAP_HEIGHT = 392
+COMPARED_MAP_HEIGHT = 392
 SLICED = {"reuse", "truth"}
 """Sections whose maps show the slice of a volume that is chosen at the top of the page."""
 STEADY = ".st-key-maps, .st-key-charts, [class*=st-key-section_]"
@@ -108,7 +108,7 @@ def _draw_controls(state: State, ensemble: Ensemble) -> None:
             key="judged",
             help="The facies whose curves and probability are shown.",
             value=state.facies,
-            write=lambda k: maps.choose(state, k),
+            write=lambda k: maps.choose_statistic(state, k),
             width=140,
             **options_of(dict(enumerate(ensemble.training_image.facies_names))),
         )
@@ -174,7 +174,7 @@ def _draw_realization(
         name=file,
         link="grid",
         scale="maps",
-        max_height=MAP_HEIGHT,
+        max_height=COMPARED_MAP_HEIGHT,
     )
 
 
@@ -183,7 +183,7 @@ def _draw_mds(state: State, anodi: Anodi) -> None:
     assert ensemble is not None
     n = len(anodi.owner) - 1
     first = f"first {n}; click a point to see the realization"
-    note = first if ensemble.n > statistics.MAX_COMPARED else "click a point to see it"
+    note = first if ensemble.n > statistics.MAX_ANODI_REALIZATIONS else "click a point to see it"
 
     def click(k: int) -> None:
         state.shown = min(max(k, 0), n - 1)
@@ -193,7 +193,7 @@ def _draw_mds(state: State, anodi: Anodi) -> None:
     image_position, positions = scaling.positions[0], scaling.positions[1:]
     ringed = state.shown if state.shown < n else None
     group = Group("realizations", positions, theme.ink, labels=labels, ringed=ringed)
-    chart = mds_chart(image_position, [group], theme, height=MAP_HEIGHT + 26)
+    chart = mds_chart(image_position, [group], theme, height=COMPARED_MAP_HEIGHT + 26)
     alt = "MDS plot: distances between points represent distances between patterns of the images"
     draw = partial(draw_clickable_chart, choose=click)
     scaling_note = describe_scaling(scaling.stress, note)
@@ -241,18 +241,19 @@ def _draw_sections(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
 
 
 MOMENT_SECONDS = 0.1  # maximum seconds that the line of findings waits for the proportions
-MAX_LISTED = 4  # with more facies than this number, only the proportions that deviate are listed
+# with more facies than this number, only the proportions that deviate are listed
+MAX_FACIES_LISTED = 4
 
 
 def findings(state: State, ensemble: Ensemble) -> list[Verdict]:
     """Return the findings that follow from the statistics computed so far."""
     page_state = state.page(statistics.Validation)
-    judged = [of_data(ensemble)]
+    judged = [data_verdict(ensemble)]
     tasks: dict[str, Task[Any]] = {"variety": statistics.variety(ensemble)}
     if zoned := names_of_zones(ensemble):  # each zone is judged by its own image
         tasks["zones"] = statistics.zones(ensemble)
     else:
-        tasks["shares"] = statistics.proportions(ensemble)
+        tasks["shares"] = statistics.compare_proportions(ensemble)
     if not ensemble.is_of_other_images:
         tasks["checks"] = statistics.checks(ensemble)
     if is_judged(ensemble.hard_data, ensemble.grid, ensemble.secondary):
@@ -277,19 +278,19 @@ def findings(state: State, ensemble: Ensemble) -> list[Verdict]:
     if values.get("checks") is not None:
         judged += verdicts.describe_checks(values["checks"], ensemble.training_image.facies_names)
     if values.get("shares"):
-        judged += of_proportions(ensemble, values["shares"].fit)
+        judged += proportion_verdicts(ensemble, values["shares"].fit)
     volume_patterns = statistics.known(state, statistics.volume_patterns(ensemble))
     if ensemble.grid.nz is not None and volume_patterns and not zoned:
         judged.append(Verdict(describe_unseen_of(volume_patterns), good=None))
     if values["variety"] is not None and ensemble.n > 1:
-        judged.append(of_variety(ensemble, values["variety"]))
+        judged.append(variety_verdict(ensemble, values["variety"]))
     anodi = statistics.known(state, statistics.patterns(ensemble))
     if anodi and not anodi.within[0].max() > 0:
         judged.append(Verdict("realizations are copies of the training image", good=False))
     return judged
 
 
-def of_data(ensemble: Ensemble) -> Verdict:
+def data_verdict(ensemble: Ensemble) -> Verdict:
     """Return a finding on whether the data are honoured."""
     n = ensemble.hard_data.n
     if not n:
@@ -300,23 +301,23 @@ def of_data(ensemble: Ensemble) -> Verdict:
     return Verdict(f"{three_digits(100 * share)} % of {n} data not honoured", good=False)
 
 
-def of_proportions(ensemble: Ensemble, fit: Fit | None) -> list[Verdict]:
+def proportion_verdicts(ensemble: Ensemble, fit: Fit | None) -> list[Verdict]:
     """Return findings on the proportions; deviations are marked as bad and include advice."""
     n = ensemble.training_image.n_facies
     off = fit.outside.copy() if fit is not None else np.zeros(n, bool)
     if (lost := verdicts.lost_at_edges(ensemble)) is not None:
         off[lost] = True
-    listed = [k for k in range(1 if n == 2 else 0, n) if n <= MAX_LISTED or off[k]]
+    listed = [k for k in range(1 if n == 2 else 0, n) if n <= MAX_FACIES_LISTED or off[k]]
     good = [None if fit is None else not missed for missed in off]
     judged = [Verdict(verdicts.describe_proportion(ensemble, k), good=good[k]) for k in listed]
-    if n > MAX_LISTED:
+    if n > MAX_FACIES_LISTED:
         others = "all" if not listed else "the other"
         judged.append(Verdict(f"{others} proportions within the scatter of TI crops"))
     advice = verdicts.advise_proportions(ensemble, fit)
     return [*judged, Verdict(advice, good=None)] if advice else judged
 
 
-def of_variety(ensemble: Ensemble, differing: float) -> Verdict:
+def variety_verdict(ensemble: Ensemble, differing: float) -> Verdict:
     """Return a finding on the differences between realizations; no difference is marked as bad."""
     shares = ensemble.proportions.mean(axis=0).tolist()
     return Verdict(

@@ -29,13 +29,13 @@ from ccwsim.ui.study.diagnosis_panel import draw_diagnosis
 from ccwsim.ui.study.run import describe_price
 from ccwsim.ui.study.study_column import set_parameters
 from ccwsim.ui.validate import statistics
-from ccwsim.ui.validate.slices import middle_layer, slice_of
+from ccwsim.ui.validate.slices import middle_slice, slice_of
 from ccwsim.ui.widgets import text
 from ccwsim.ui.widgets.fields import bound_to, download, field, options_of
 from ccwsim.ui.widgets.theme import chart_theme
 
 CURVE_HEIGHT = 190
-AREA, VOLUME = 10_000, 1_000_000
+COUNTED_AREA, COUNTED_VOLUME = 10_000, 1_000_000
 """Counts are stated per this number of cells, because grid and image differ in size."""
 TOUCHING = {26: "sides, edges, corners", 18: "sides, edges", 6: "sides"}
 """Descriptions of connected cells, by the number of neighbours of a cell in a volume."""
@@ -247,7 +247,9 @@ def draw_geobodies(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
     task = statistics.geobodies(ensemble, k, page_state.neighbours if is_volume else None)
     left, right = st.columns([1.0, 2.0], gap="large")
     with left:
-        statistics.panel(state, "proportions", statistics.proportions(ensemble), draw_shares)
+        statistics.panel(
+            state, "proportions", statistics.compare_proportions(ensemble), draw_shares
+        )
         if is_volume:
             statistics.panel(state, "sizes", task, lambda compared: _draw_sizes(compared, names[k]))
     with right:
@@ -291,7 +293,7 @@ def sizes_of(geobodies: statistics.GeobodiesCompared) -> Bundle:
 def strips_of(geobodies: statistics.GeobodiesCompared) -> list[tuple[str, str, Strip]]:
     """Return the strip charts of geobodies, with titles and keys."""
     each, reference = geobodies.each, geobodies.reference
-    unit = AREA if each.percolates_vertical is None else VOLUME
+    unit = COUNTED_AREA if each.percolates_vertical is None else COUNTED_VOLUME
     per, per_image = unit / geobodies.n_cells, unit / geobodies.n_cells_reference
     shares = np.array([sizes[0] / sizes.sum() if len(sizes) else np.nan for sizes in each.sizes])
     image_sizes = reference.sizes[0]
@@ -410,7 +412,9 @@ def _draw_distances(patterns: statistics.PatternsCompared) -> None:
     for verdict in verdicts.describe_patterns(patterns.fit):
         st.html(f"<p>{text.verdict_html(verdict, 'fact')}</p>")
     if patterns.fit is not None:
-        text.step_note(text.page_text("Pieces and crops", size=verdicts.size_text(patterns.fit)))
+        text.step_note(
+            text.page_text("Pieces and crops", size=verdicts.crop_size_text(patterns.fit))
+        )
 
 
 def _draw_anodi(anodi: Anodi, n_axes: int) -> None:
@@ -441,7 +445,7 @@ def draw_copying(state: State, ensemble: Ensemble, colours: Sequence[str]) -> No
         left, middle, right = st.columns([1.0, 1.0, 0.8], gap="medium")
         shown_slice, image_slice = (
             slice_of(state, ensemble),
-            middle_layer(ensemble.training_image.shape),
+            middle_slice(ensemble.training_image.shape),
         )
         with left:
             share = three_digits(100 * copied.seams.mean())

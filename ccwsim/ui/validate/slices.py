@@ -7,7 +7,7 @@ import streamlit as st
 from numpy.typing import NDArray
 
 from ccwsim import Ensemble, Grid, HardData
-from ccwsim.model.arrays import readonly
+from ccwsim.model.arrays import CELL_AXES, readonly
 from ccwsim.sharing.choices import CellsOfWells
 from ccwsim.ui.results.maps import wells_of_data
 from ccwsim.ui.session.state import State
@@ -15,9 +15,7 @@ from ccwsim.ui.validate.statistics import Validation
 from ccwsim.ui.widgets.fields import bound_to, field, options_of
 from ccwsim.ui.widgets.text import step_note
 
-AXES = ("layer", "row", "column")
-"""Name of a slice, by the axis of the array that is perpendicular to the slice."""
-KINDS = {0: "Layer", 1: "Section E–W", 2: "Section N–S"}
+SLICE_KINDS = {0: "Layer", 1: "Section E–W", 2: "Section N–S"}
 HOVER = ("column, row", "column, layer", "row, layer")
 """Names of the two cell indices in a map, by axis of the slice."""
 
@@ -31,7 +29,7 @@ class ShownSlice:
 
     def __str__(self) -> str:
         """Return a text such as "layer 24", with layers counted from 0; empty for a map."""
-        return "" if self.axis is None else f"{AXES[self.axis]} {self.index}"
+        return "" if self.axis is None else f"{CELL_AXES[self.axis]} {self.index}"
 
     @property
     def words(self) -> str:
@@ -42,7 +40,7 @@ class ShownSlice:
         """Return this slice of an array; the last three axes of the array are z, y and x."""
         if self.axis is None:
             return array
-        return np.take(array, self.index, self.axis - len(AXES))
+        return np.take(array, self.index, self.axis - len(CELL_AXES))
 
     def ensemble(self, ensemble: Ensemble) -> Ensemble:
         """Return an ensemble of maps with this slice of the realizations and of the data."""
@@ -53,7 +51,7 @@ class ShownSlice:
         cells = np.delete(data.cells[in_slice], axis, axis=1)
         rows, columns = np.delete(grid.shape, axis).tolist()
         sizes, origin = (
-            tuple(np.delete(values, len(AXES) - 1 - axis).tolist())
+            tuple(np.delete(values, len(CELL_AXES) - 1 - axis).tolist())
             for values in (grid.cell_size, grid.origin)
         )
         study = replace(
@@ -81,9 +79,9 @@ class ShownSlice:
         return tuple((name, path) for name, path in wells_in_slice if path)
 
 
-def middle_layer(shape: tuple[int, ...]) -> ShownSlice:
+def middle_slice(shape: tuple[int, ...]) -> ShownSlice:
     """Return the middle layer of a volume; for a map, return the complete map."""
-    return ShownSlice(0, shape[0] // 2) if len(shape) == len(AXES) else ShownSlice()
+    return ShownSlice(0, shape[0] // 2) if len(shape) == len(CELL_AXES) else ShownSlice()
 
 
 def slice_of(state: State, ensemble: Ensemble) -> ShownSlice:
@@ -122,15 +120,15 @@ def draw_slice_fields(state: State, ensemble: Ensemble) -> None:
             "Maps show",
             key="slice",
             **bound_to(page_state, "slice_axis"),
-            **options_of(KINDS),
+            **options_of(SLICE_KINDS),
         )
         last = ensemble.grid.shape[axis] - 1
         if last:
             side = ("the bottom", "the south", "the west")[axis]
             field(
                 st.slider,
-                f"{AXES[axis].capitalize()}, from {side}",
-                key=f"slice_{AXES[axis]}",
+                f"{CELL_AXES[axis].capitalize()}, from {side}",
+                key=f"slice_{CELL_AXES[axis]}",
                 value=shown.index,
                 write=move,
                 min_value=0,

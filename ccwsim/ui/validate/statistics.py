@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from ccwsim import CCWSIMError, Ensemble, TrainingImage, metrics
 from ccwsim.figures import Bundle
-from ccwsim.jobs.job import PATIENCE
+from ccwsim.jobs.job import FIRST_RESULT_SECONDS
 from ccwsim.jobs.statistics import Failure, StatisticsWorker, Task
 from ccwsim.metrics.bands import Statistic
 from ccwsim.metrics.lags import Direction, distinct_lags, max_lag
-from ccwsim.metrics.patterns import layers_of
+from ccwsim.metrics.patterns import thinnest_n_layers
 from ccwsim.metrics.reference_band import PATTERN_SIZES
 from ccwsim.metrics.stack import Stack, as_image
 from ccwsim.model.bounds import MAX_CURVES
@@ -32,7 +32,7 @@ from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.text import step_note
 
 MAX_MAP_LAG = 50
-MAX_COMPARED = 200  # maximum number of realizations in the pairwise comparison of ANODI
+MAX_ANODI_REALIZATIONS = 200  # maximum number of realizations in the pairwise comparison of ANODI
 MAX_OF_ZONES = 20  # maximum number of realizations whose zones are compared by patterns
 DENSE_LAGS, STRIDE = 10, 4
 """Transiograms use every lag up to `DENSE_LAGS`, and every `STRIDE`-th lag above it."""
@@ -82,7 +82,7 @@ class PatternsCompared:
     unseen_at_data: NDArray[np.float64] | None
 
 
-def code_of(ensemble: Ensemble, facies: int) -> int:
+def facies_code(ensemble: Ensemble, facies: int) -> int:
     """Return the code of a facies by its index."""
     return int(ensemble.training_image.codes[facies])
 
@@ -97,7 +97,7 @@ def curves(
     progress: Fraction, ensemble: Ensemble, statistic: Statistic, facies: int, direction: Direction
 ) -> Compared[Bundle]:
     """Return a statistic of a facies along a direction, compared with crops of the image."""
-    image, code = ensemble.training_image, code_of(ensemble, facies)
+    image, code = ensemble.training_image, facies_code(ensemble, facies)
     longest = max_lag(direction, image.shape, ensemble.grid.shape)
     lags, distances = distinct_lags(direction, longest)
     realizations = first(ensemble, MAX_CURVES)
@@ -119,7 +119,7 @@ def lag_maps(progress: Fraction, ensemble: Ensemble, facies: int) -> LagMaps:
     """Return the variogram maps of a facies."""
     sides = (*ensemble.training_image.shape, *ensemble.grid.shape)
     reach = max(1, min(MAX_MAP_LAG, min(sides) // 2))
-    code = code_of(ensemble, facies)
+    code = facies_code(ensemble, facies)
     each = metrics.variogram_map(first(ensemble, MAX_CURVES), code, reach, progress)
     reference = metrics.variogram_map(ensemble.training_image, code, reach)
     return LagMaps(each.lags, reference.gamma[0], each.gamma.mean(axis=0))
@@ -159,7 +159,7 @@ def volume_patterns(progress: Fraction, ensemble: Ensemble) -> PatternsCompared:
     image, data = ensemble.training_image, ensemble.hard_data
     size = min(PATTERN_SIZES[-1], *image.shape[-2:], *ensemble.grid.shape[-2:])
     sizes = [side for side in PATTERN_SIZES if side <= size]
-    realizations = first(ensemble, MAX_COMPARED)
+    realizations = first(ensemble, MAX_ANODI_REALIZATIONS)
     unseen = metrics.unseen_patterns(realizations, image, size, progress=progress)
     at_data = None
     if data.n:
@@ -175,7 +175,7 @@ def geobodies(
     progress: Fraction, ensemble: Ensemble, facies: int, neighbours: int | None = None
 ) -> GeobodiesCompared:
     """Return geobodies of a facies; by default, cells that touch at corners are connected."""
-    image, code = ensemble.training_image, code_of(ensemble, facies)
+    image, code = ensemble.training_image, facies_code(ensemble, facies)
     return GeobodiesCompared(
         metrics.geobody_statistics(ensemble, code, neighbours, progress),
         metrics.geobody_statistics(image, code, neighbours),
@@ -186,9 +186,11 @@ def geobodies(
 
 
 @as_task
-def direction_error(progress: Fraction, ensemble: Ensemble, facies: int) -> NDArray[np.float64]:
+def compute_direction_error(
+    progress: Fraction, ensemble: Ensemble, facies: int
+) -> NDArray[np.float64]:
     """Return the differences between directions of a facies and the given angles, in degrees."""
-    return metrics.direction_error(ensemble, code_of(ensemble, facies))
+    return metrics.direction_error(ensemble, facies_code(ensemble, facies))
 
 
 class ZoneFit(NamedTuple):
@@ -207,7 +209,9 @@ def zones(progress: Fraction, ensemble: Ensemble) -> list[ZoneFit]:
     secondary, codes, zone_fits = ensemble.secondary, ensemble.training_image.codes, []
     assert secondary is not None
     images = ensemble.training_image, *secondary.images
-    layers = layers_of(*(as_image(i, codes) for i in images), Stack(ensemble.indices[:1], codes))
+    layers = thinnest_n_layers(
+        *(as_image(i, codes) for i in images), Stack(ensemble.indices[:1], codes)
+    )
     image_histograms = [_patterns(image, codes, layers)[0] for image in images]
     active = True if ensemble.active is None else ensemble.active
     for k, zone_image in enumerate(images):
@@ -243,17 +247,17 @@ def _patterns(images: Any, codes: Any, layers: int) -> list[metrics.PatternHisto
 @as_task
 def measures(progress: Fraction, ensemble: Ensemble, facies: int) -> metrics.Measured:
     """Return all measures of a facies that are single numbers."""
-    return metrics.measure(ensemble, code_of(ensemble, facies), progress)
+    return metrics.measure(ensemble, facies_code(ensemble, facies), progress)
 
 
 @as_task
 def flow_fit(progress: Fraction, ensemble: Ensemble, facies: int) -> metrics.FlowFit:
     """Return the flow efficiency of a facies, compared with crops of the image."""
-    return metrics.fit_flow(ensemble, code_of(ensemble, facies), progress)
+    return metrics.fit_flow(ensemble, facies_code(ensemble, facies), progress)
 
 
 @as_task
-def proportions(progress: Fraction, ensemble: Ensemble) -> Compared[NDArray[np.float64]]:
+def compare_proportions(progress: Fraction, ensemble: Ensemble) -> Compared[NDArray[np.float64]]:
     """Return the facies proportions of each realization."""
     return Compared(ensemble.proportions, metrics.fit_proportions(ensemble))
 
@@ -261,7 +265,9 @@ def proportions(progress: Fraction, ensemble: Ensemble) -> Compared[NDArray[np.f
 @as_task
 def patterns(progress: Fraction, ensemble: Ensemble) -> metrics.Anodi:
     """Return ANODI of the realizations against the training image."""
-    return metrics.anodi(first(ensemble, MAX_COMPARED), ensemble.training_image, progress=progress)
+    return metrics.anodi(
+        first(ensemble, MAX_ANODI_REALIZATIONS), ensemble.training_image, progress=progress
+    )
 
 
 @as_task
@@ -319,7 +325,7 @@ class Validation:
 
 def begin(state: State) -> None:
     """Set the deadline until which this run of the page or fragment waits for statistics."""
-    state.page(Validation).deadline = time.monotonic() + PATIENCE
+    state.page(Validation).deadline = time.monotonic() + FIRST_RESULT_SECONDS
 
 
 def panel(state: State, name: str, task: Task[Value], draw: Callable[[Value], None]) -> None:

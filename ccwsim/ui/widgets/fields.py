@@ -10,7 +10,7 @@ from ccwsim.model.parameters import parameter_table
 from ccwsim.ui.widgets.errors import catch_callback_errors
 
 MAX_VERSIONS = 16
-PARAMETERS = {row["name"]: row for row in parameter_table()}
+PARAMETER_ROWS = {row["name"]: row for row in parameter_table()}
 
 
 def button(
@@ -121,7 +121,7 @@ def starting_at(widget: Callable[..., Any], value: Any, options: dict[str, Any])
 
 def help_of(name: str) -> str:
     """Return the help text of a parameter: meaning, allowed values and other names."""
-    row = PARAMETERS[name]
+    row = PARAMETER_ROWS[name]
     symbols = [f"{row['symbol']} in the paper"] if row["symbol"] else []
     symbols += [f"`{row['matlab']}` in the authors' code"] if row["matlab"] else []
     tail = f" Also: {', '.join(symbols)}." if symbols else ""

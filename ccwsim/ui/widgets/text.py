@@ -15,9 +15,9 @@ from streamlit.delta_generator import DeltaGenerator
 import ccwsim
 from ccwsim.report.verdicts import Verdict
 
-TEXTS = Path(__file__).parents[1] / "texts.md"
+TEXTS_FILE = Path(__file__).parents[1] / "texts.md"
 LINK = re.compile(r"\[([^\]]+)\]\((?:\.\./)?([\w/-]+\.md)(?:#[\w-]+)?\)")
-PICTURE = re.compile(r"^!\[[^\]]*\]\([^)]*\)\n+", re.MULTILINE)
+PICTURE_PATTERN = re.compile(r"^!\[[^\]]*\]\([^)]*\)\n+", re.MULTILINE)
 INSIDE = re.compile(r"[\\`*\[\]<$~|]|(?<!\w)_|_(?!\w)|:(?=[\w/+-])|&(?=#|\w+;)")
 """Characters that have a special meaning in Markdown anywhere in a line."""
 IN_ADDRESS = re.compile(r"(?i)(?<=http)(?=s?:)|(?<=www)(?=\.)|(?=@)")
@@ -47,7 +47,7 @@ def pair() -> list[DeltaGenerator]:
 
 @cache
 def _texts() -> dict[str, str]:
-    _, *parts = re.split(r"(?m)^## (.+)\n", TEXTS.read_text("utf-8"))
+    _, *parts = re.split(r"(?m)^## (.+)\n", TEXTS_FILE.read_text("utf-8"))
     return {
         title: " ".join(text.split()) for title, text in zip(parts[::2], parts[1::2], strict=True)
     }
@@ -61,7 +61,7 @@ def page_text(title: str, **values: object) -> str:
 @cache
 def page_labels(table: str) -> dict[str, Any]:
     """Return the labels in a table of `labels.toml`, by name."""
-    return tomllib.loads(TEXTS.with_name("labels.toml").read_text("utf-8"))[table]
+    return tomllib.loads(TEXTS_FILE.with_name("labels.toml").read_text("utf-8"))[table]
 
 
 def step_note(text: str) -> None:
@@ -147,4 +147,4 @@ def on_a_page(text: str) -> str:
         is_here = path == "measures.md" or not link[0].partition("](")[2].startswith("../")
         return words if is_here else f"{words} (docs/{path})"
 
-    return re.sub(r"(?m)^## ", "### ", LINK.sub(named, PICTURE.sub("", text)))
+    return re.sub(r"(?m)^## ", "### ", LINK.sub(named, PICTURE_PATTERN.sub("", text)))

@@ -7,7 +7,7 @@ import streamlit as st
 
 from ccwsim.figures import DARK, LIGHT, Theme
 
-FOLDER = Path(__file__).parents[1]
+UI_FOLDER = Path(__file__).parents[1]
 
 
 def theme_name() -> str:
@@ -32,4 +32,4 @@ def chart_theme() -> Theme:
 
 def draw_style(sheet: str, rules: str = "") -> None:
     """Write a style sheet of the folder `ui`, after rules that depend on the state of the page."""
-    st.html(f"<style>{rules}\n{(FOLDER / sheet).read_text('utf-8')}</style>")
+    st.html(f"<style>{rules}\n{(UI_FOLDER / sheet).read_text('utf-8')}</style>")

@@ -218,8 +218,8 @@ def test_parts_together_are_repaired_as_well(shape, n_facies, monkeypatch):
     before = n_unseen(grid)
     left = []
     for lengths in (shape, (3, 5, 7), (1, 1, 4)):
-        monkeypatch.setattr(cell_repair, "PART", lengths)
-        monkeypatch.setattr(cell_repair, "PART_VOLUME", lengths)
+        monkeypatch.setattr(cell_repair, "PART_SHAPE", lengths)
+        monkeypatch.setattr(cell_repair, "PART_SHAPE_VOLUME", lengths)
         monkeypatch.setattr(cell_repair, "PARTS_PER_CALL", 3)
         target = target_of(image, grid.copy())
         n_changed = repair_cells(target, patterns, np.random.default_rng(0), False)
@@ -351,7 +351,7 @@ def test_an_image_without_structure_takes_no_more_work_than_its_cells_allow(
 
 def test_it_can_be_stopped_and_tells_how_far_it_is(monkeypatch):
     image = blobs((1, 60, 60), 2)
-    monkeypatch.setattr(cell_repair, "PART", (1, 10, 10))
+    monkeypatch.setattr(cell_repair, "PART_SHAPE", (1, 10, 10))
     monkeypatch.setattr(cell_repair, "PARTS_PER_CALL", 4)
     seen: list[float] = []
 

@@ -9,8 +9,8 @@ from ccwsim.engine.corrections.proportions import (
     MAX_FACTOR,
     MAX_PRODUCTS,
     MAX_SHARES,
-    N_COMPARED,
-    PART,
+    N_COMPARED_CANDIDATES,
+    N_PIECES_ALONG,
     DataProportions,
     Steering,
     closest_to_target,
@@ -22,7 +22,7 @@ from ccwsim.engine.corrections.proportions import (
     patch_shares,
     proportions_of_data,
 )
-from ccwsim.engine.stages.candidates import place_of
+from ccwsim.engine.stages.candidates import location_of_number
 from ccwsim.engine.stages.path import Box
 from ccwsim.engine.stages.pyramid import build_pyramid
 from ccwsim.engine.stages.similarity import running_sums
@@ -42,7 +42,7 @@ def test_the_candidate_that_corrects_the_proportions_is_taken(layers):
     candidates = np.array([0, 13, 57 if layers > 1 else 17])
 
     def off(number: int) -> float:
-        z, y, x = place_of(number, n_places, block)
+        z, y, x = location_of_number(number, n_places, block)
         patch = image[z : z + layers, y : y + 6, x : x + 6]
         sums = counts + np.bincount(patch.ravel(), minlength=3)
         return float(np.abs(sums - proportions * sums.sum()).sum())
@@ -55,7 +55,11 @@ def test_the_candidate_that_corrects_the_proportions_is_taken(layers):
     ]  # fmt: skip
     shares = np.bincount(drawn, minlength=3)
     best_first = np.argsort([off(number) for number in candidates])
-    chance = [((3 - k) ** N_COMPARED - (2 - k) ** N_COMPARED) / 3**N_COMPARED for k in range(3)]
+    chance = [
+        ((3 - k) ** N_COMPARED_CANDIDATES - (2 - k) ** N_COMPARED_CANDIDATES)
+        / 3**N_COMPARED_CANDIDATES
+        for k in range(3)
+    ]
     assert stats.chisquare(shares[best_first], np.array(chance) * 400).pvalue > 1e-4
 
 
@@ -112,7 +116,7 @@ def test_a_candidate_is_drawn_as_often_as_its_proportions_say(n_facies):
     weights = steering.margin[0] + gain * (counts - target * counts.sum())
     expected = []
     for number in candidates:
-        z, y, x = place_of(number, n_places, block)
+        z, y, x = location_of_number(number, n_places, block)
         patch = image[z : z + 2, y : y + 8, x : x + 8]
         shares = np.bincount(patch.ravel(), minlength=n_facies) / patch.size
         expected.append(np.exp(-weights @ shares))
@@ -152,8 +156,10 @@ def test_targets_vary_as_pieces_of_the_image_do():
         assert (targets >= 0).all()
         spread[shape] = targets[:, 1].std()
     assert spread[1, 60, 80] == pytest.approx(2 * spread[1, 120, 160], rel=0.15)
-    pieces = np.lib.stride_tricks.sliding_window_view(image[0], (120 // PART, 160 // PART))
-    own = pieces.mean(axis=(2, 3)).std() / PART
+    pieces = np.lib.stride_tricks.sliding_window_view(
+        image[0], (120 // N_PIECES_ALONG, 160 // N_PIECES_ALONG)
+    )
+    own = pieces.mean(axis=(2, 3)).std() / N_PIECES_ALONG
     assert spread[1, 120, 160] == pytest.approx(own, rel=0.15)
 
 

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from ccwsim import HardData, Parameters, TrainingImage, simulate
 from ccwsim.engine.corrections import resimulation
 from ccwsim.engine.corrections.resimulation import (
+    ISOLATED_SHARE,
     MIN_SIZE,
     MIN_SIZE_ISOLATED,
-    N_BEST,
-    RARE,
-    THIN,
+    MIN_WINDOW_LAYERS,
+    N_BEST_LOCATIONS,
     Target,
     _halved,
     best_windows,
@@ -110,7 +110,7 @@ def test_dense_data_give_the_same_realization_with_and_without_patterns(monkeypa
     image = TrainingImage(np.kron(noise((12, 12), 2, 4), np.ones((4, 4))))
     given = image, (40, 44), PARAMETERS, dense_data((40, 44), 0)
     one = simulate(*given, n_realizations=2, seed=3)
-    monkeypatch.setattr(resimulation, "DENSE", 2.0)
+    monkeypatch.setattr(resimulation, "MAX_DATA_SHARE", 2.0)
     other = simulate(*given, n_realizations=2, seed=3)
     assert one.digest == other.digest
     np.testing.assert_array_equal(one.data_status, other.data_status)
@@ -183,7 +183,7 @@ def test_few_cells_of_the_image_are_isolated_themselves(shape):
     cells = np.argwhere(np.ones(shape))
     counts = own_counts(image, cells, 1 if shape[0] > 1 else 0)
     isolated = counts < thresholds[image.ravel()]
-    assert isolated.mean() <= RARE
+    assert isolated.mean() <= ISOLATED_SHARE
     assert (thresholds[:3] > 0).all()
 
 
@@ -206,7 +206,7 @@ def test_windows_become_smaller_down_to_the_smallest(nz, side, smallest):
     assert sizes[0] == (nz, side, side)
     assert sizes[-1][1:] == (smallest, smallest)
     assert all(own[1] == own[2] >= smallest for own in sizes)
-    assert all(min(nz, THIN) <= own[0] <= nz for own in sizes)
+    assert all(min(nz, MIN_WINDOW_LAYERS) <= own[0] <= nz for own in sizes)
     cells = [np.prod(own) for own in sizes]
     assert all(a > b for a, b in pairwise(cells))
     if nz == 1:
@@ -308,7 +308,7 @@ def test_a_part_of_the_rows_goes_on_from_the_last_to_the_first(seed, volume, n_d
     n = honouring_places(bits, data, box, *whole_image(image), (first, some), honouring.mask)
     assert n == np.count_nonzero(rows[own])
     if n:
-        best, rng = np.empty((N_BEST, 4), np.int64), np.random.default_rng(seed)
+        best, rng = np.empty((N_BEST_LOCATIONS, 4), np.int64), np.random.default_rng(seed)
         known = (
             to_square_bits(image),
             *whole_image(image),
@@ -318,7 +318,7 @@ def test_a_part_of_the_rows_goes_on_from_the_last_to_the_first(seed, volume, n_d
             strips,
         )
         n_best = best_windows(*known, (n, n, False), 10**6, NO_GAPS, rng, best)
-        assert n_best == min(n, N_BEST)
+        assert n_best == min(n, N_BEST_LOCATIONS)
         for _, *place in best[:n_best].tolist():
             assert expected[tuple(place)]
             assert place[0] * expected.shape[1] + place[1] in own
@@ -343,12 +343,12 @@ def test_the_best_windows_are_those_whose_ring_fits_best(seed, volume, n_data, t
         tuple(map(int, place)): int((own_cells(image, tuple(place), box) != old)[ring].sum())
         for place in np.argwhere(honours(image, data, box))
     }
-    best, rng = np.empty((N_BEST, 4), np.int64), np.random.default_rng(seed)
+    best, rng = np.empty((N_BEST_LOCATIONS, 4), np.int64), np.random.default_rng(seed)
     known = to_square_bits(image), *whole_image(image), honouring, box, every, strips
     n = best_windows(*known, (n_places, n_places, False), limit, NO_GAPS, rng, best)
     fitting = sorted(misfit for misfit in misfits.values() if misfit <= limit)
     found = best[:n].tolist()
-    assert sorted(row[0] for row in found) == fitting[:N_BEST]
+    assert sorted(row[0] for row in found) == fitting[:N_BEST_LOCATIONS]
     assert len({tuple(row[1:]) for row in found}) == n
     assert all(misfits[tuple(place)] == misfit for misfit, *place in found)
     some = n_places, n_places / 3.3, bool(seed % 2)
@@ -424,7 +424,11 @@ def test_equal_windows_are_found_equally_often_in_a_volume():
         every,
         strips_of(image, grid, box),
     )
-    best, rng, seen = np.empty((N_BEST, 4), np.int64), np.random.default_rng(0), np.zeros((3, 3, 4))
+    best, rng, seen = (
+        np.empty((N_BEST_LOCATIONS, 4), np.int64),
+        np.random.default_rng(0),
+        np.zeros((3, 3, 4)),
+    )
     for _ in range(3000):
         n = best_windows(*known, (n_places, n_places, False), 8, NO_GAPS, rng, best)
         seen[tuple(best[rng.integers(n), 1:])] += 1

@@ -13,15 +13,15 @@ from numpy.typing import NDArray
 from ccwsim import Grid, HardData, Parameters, TrainingImage, simulate
 from ccwsim.engine.corrections.resimulation import Target
 from ccwsim.engine.corrections.seam_repair import (
-    LEAST,
+    MIN_UNSEEN,
     Repair,
-    make_workspace,
+    make_repair_workspace,
     prepare_repair,
     repair_seams,
     well_fitting_windows,
     window_lengths,
 )
-from ccwsim.engine.corrections.unseen_patterns import EVERY, n_unseen, unseen_places
+from ccwsim.engine.corrections.unseen_patterns import ROW_SPACING, n_unseen, unseen_places
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.realization import Realization, simulate_realization, target_of
 from ccwsim.engine.stages.bits import to_bits, to_square_bits
@@ -80,7 +80,7 @@ def as_target(image: NDArray[np.uint8], grid: NDArray[np.uint8], data: NDArray[n
 @pytest.mark.parametrize("shape", SHAPES)
 def test_patterns_that_the_image_never_has_are_counted(shape, n_facies):
     image, repair = prepared(shape, n_facies)
-    trial = make_workspace(repair, as_target(image, image, image)).trial
+    trial = make_repair_workspace(repair, as_target(image, image, image)).trial
     size = trial.facies.shape
     rng = np.random.default_rng(1)
     other = blobs((shape[0], 40, 41), n_facies, 7)
@@ -116,7 +116,7 @@ def test_the_worst_places_come_first_and_lie_among_their_patterns(shape):
     bad = unseen(grid, image, repair)
     part = [max(n // 2, 1) for n in repair.window]
     reach = [(n - 1) * repair.patterns.spacing for n in repair.patterns.size]
-    every = EVERY if shape[0] == 1 else 1
+    every = ROW_SPACING if shape[0] == 1 else 1
     wanted = {}
     for at in np.argwhere(bad):
         if at[1] % part[1] % every == 0:
@@ -145,7 +145,7 @@ def test_windows_are_compared_by_their_ring(shape, n_facies):
     rng = np.random.default_rng(0)
     data = np.full(grid.shape, UNKNOWN, np.uint8)
     target = as_target(image, grid, data)
-    work = make_workspace(repair, target)
+    work = make_repair_workspace(repair, target)
     (nz, ny, nx), (oz, oy, ox) = repair.window, repair.ring
     sides = LEFT | RIGHT | TOP | BOTTOM | (BELOW | ABOVE if oz else 0)
     box = Box(0, 11, 13, nz, ny, nx, sides, oz, oy, ox)
@@ -291,7 +291,7 @@ def test_nothing_is_repaired_where_it_is_switched_off_or_data_only_steer():
     for own in (data, None):
         a, b = (simulate(image, (70, 70), p, own, 3) for p in (steered, plain))
         assert np.array_equal(a.indices, b.indices) == (own is not None)
-    assert LEAST > 1
+    assert MIN_UNSEEN > 1
 
 
 def test_the_target_is_the_realization_itself():

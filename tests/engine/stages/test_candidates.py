@@ -13,9 +13,9 @@ from ccwsim.engine.stages.candidates import (
     draw_index,
     keep_within,
     kth_smallest,
+    location_of_number,
     make_ranking,
     n_up_to,
-    place_of,
     rule_out_continuations,
     segment_minima,
 )
@@ -146,7 +146,7 @@ def test_the_number_of_a_location_tells_where_it_is(shape, block, data):
     number = data.draw(st.integers(0, int(np.prod(shape)) - 1))
     at = np.unravel_index(number, shape)
     expected = [int(k) * b for k, b in zip(at, block, strict=True)]
-    assert list(place_of(np.int64(number), shape[1:], block)) == expected
+    assert list(location_of_number(np.int64(number), shape[1:], block)) == expected
 
 
 @pytest.mark.parametrize("block", [(1, 4, 4), (2, 2, 2)])

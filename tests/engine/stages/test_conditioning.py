@@ -8,8 +8,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from ccwsim.engine.stages.conditioning import (
-    DENSE,
-    MAX_DATA,
+    DENSE_WEIGHTS,
+    MAX_PATCH_DATA,
     SPARSE,
     add_missed,
     data_ahead,
@@ -96,7 +96,7 @@ def test_missed_data_cost_what_a_plain_loop_counts(
     )
     proportions = np.bincount(image.ravel(), minlength=N_FACIES) / image.size
     totals = rng.integers(-1000, 1000, places).astype(kind)
-    weights = DENSE if seed % 2 else SPARSE
+    weights = DENSE_WEIGHTS if seed % 2 else SPARSE
     size = template.copy()
     if seed % 3 == 0:  # parts of split tiles may contain incomplete blocks
         size = rng.integers((template + 1) // 2, template + 1)
@@ -268,7 +268,7 @@ def test_parts_of_a_split_tile_cover_it_and_hold_their_overlap(lengths, volume):
         assert all(parts[0] == 1 for parts in splits)
 
 
-@pytest.mark.parametrize("n", [0, 5, MAX_DATA, MAX_DATA + 1, 40, 200, 700])
+@pytest.mark.parametrize("n", [0, 5, MAX_PATCH_DATA, MAX_PATCH_DATA + 1, 40, 200, 700])
 def test_a_tile_of_a_map_is_split_until_its_parts_hold_few_data(n):
     template, overlap = (1, 32, 32), (0, 4, 4)
     splits = legal_splits(template, overlap)
@@ -278,7 +278,7 @@ def test_a_tile_of_a_map_is_split_until_its_parts_hold_few_data(n):
     first = step * (np.array(path.tiles) - 1)
     data = place_data(cells + first, facies, path.full)
     shares = [prod(step // parts + overlap) / prod(template) for parts in np.array(splits)]
-    few = np.flatnonzero([n * share <= MAX_DATA for share in shares])
+    few = np.flatnonzero([n * share <= MAX_PATCH_DATA for share in shares])
     expected = few[0] if len(few) else len(splits) - 1
     assert split_tiles(splits, data, path, template, overlap)[-1] == expected
 

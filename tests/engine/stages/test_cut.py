@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from ccwsim.engine.stages.conditioning import KEEP_OLD, TAKE_NEW, forced_side
 from ccwsim.engine.stages.cut import (
-    BROKEN,
     MAX_BIT_COST,
+    MISSED_DATUM_COST,
     CutWorkspace,
     bit_boundary,
     boundary,
@@ -115,7 +115,7 @@ def test_a_datum_is_worth_more_than_any_path_of_a_usual_strip():
     demand = np.zeros_like(error)
     demand[200, 59] = KEEP_OLD
     assert cost_of(cut(error, demand), error, demand)[0] == 0
-    assert BROKEN > 2 * 400
+    assert MISSED_DATUM_COST > 2 * 400
 
 
 def test_a_datum_is_worth_more_than_any_path_of_the_widest_strip():

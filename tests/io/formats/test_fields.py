@@ -15,7 +15,7 @@ from ccwsim.io.formats.text_tables import (
     separator_of,
     split_fields,
 )
-from ccwsim.io.hard_data.columns import INTERVALS, columns_of
+from ccwsim.io.hard_data.columns import INTERVAL_ROLES, columns_by_role
 
 
 def test_names_are_short_printable_and_distinct():
@@ -60,5 +60,7 @@ def test_roles_of_columns_are_guessed_or_given():
     columns = ("hole", "from", "to", "depth", "rock")
     file = DataFile("table", "a.csv", {}, is_table=True, columns=columns)
     guessed = {"well": "hole", "depth_from": "from", "depth_to": "to"}
-    assert columns_of(file, INTERVALS, {}) == guessed
-    assert columns_of(file, INTERVALS, {"depth": "DEPTH", "well": ""}) == {"depth": "depth"}
+    assert columns_by_role(file, INTERVAL_ROLES, {}) == guessed
+    assert columns_by_role(file, INTERVAL_ROLES, {"depth": "DEPTH", "well": ""}) == {
+        "depth": "depth"
+    }

@@ -21,14 +21,14 @@ from ccwsim.model.parameters import METHODS
 from ccwsim.sharing.choices import Choices, DataChoice
 from ccwsim.ui.benchmark import measurement as benchmark_run
 from ccwsim.ui.benchmark.findings import (
+    compare_levels,
     data_table,
     describe_growth,
-    describe_levels,
     grid_table,
     octave_table,
     timings_csv,
 )
-from ccwsim.ui.benchmark.measurement import Benchmark, TimingRun, side_options, trials_of
+from ccwsim.ui.benchmark.measurement import Benchmark, TimingRun, side_options, timed_trials
 from ccwsim.ui.session.progress import progress_text
 from ccwsim.ui.session.state import KEY, State
 from tests.ui.widgets import charts, csv_rows, html, named, opened
@@ -83,7 +83,7 @@ def test_it_opens_cold_and_teaches():
 
 @pytest.mark.slow
 def test_grids_are_measured_and_shown_beside_the_paper(monkeypatch):
-    monkeypatch.setattr(benchmark_run, "SIDES", (48, 64, 96, 128, 160, 192))
+    monkeypatch.setattr(benchmark_run, "TIMED_SIDES", (48, 64, 96, 128, 160, 192))
     app = launched(largest=512, grid_levels=[1, 3])
     settled(app.button(key="measure_grids").click().run())
     run = app.session_state[KEY].page(Benchmark).grids.run
@@ -182,7 +182,7 @@ def test_only_grids_that_fit_into_memory_are_on_offer():
 
 def test_the_cases_are_those_of_the_paper():
     state = State(choices=SMALL)
-    grids, data = trials_of(state, "grids"), trials_of(state, "data")
+    grids, data = timed_trials(state, "grids"), timed_trials(state, "data")
     assert {c.grid.nx for c in grids} == {256, 512, 1000, 2000}
     assert {c.parameters.level for c in grids} == {1, 2, 3}
     assert {c.n_data for c in data} == {0, 1000, 2000}
@@ -193,7 +193,7 @@ def test_the_cases_are_those_of_the_paper():
 def test_settings_fit_the_study():
     p = Parameters(template_size=24, overlap_size=12)
     state = State(choices=replace(SMALL, parameters=p))
-    found = {c.parameters.level: c.parameters for c in trials_of(state, "data")}
+    found = {c.parameters.level: c.parameters for c in timed_trials(state, "data")}
     assert (found[1].template_size, found[1].overlap_size) == (24, 12)
     assert found[3].overlap_size % 8 == 0
 
@@ -207,9 +207,9 @@ def test_words_say_linear_or_not():
     assert "less than linear" in describe_growth("level 1", constant)
     assert describe_growth("level 1", linear[:1]) == ""
     both = [took(1000, 3.0, 1), took(1000, 1.5, 3)]
-    said = describe_levels(both)
+    said = compare_levels(both)
     assert "Level 1 takes 2.0 times as long as level 3 here (1000² cells), and 1.8" in said
-    assert describe_levels(both[:1]) == describe_levels([took(500, 3.0, 1), both[1]]) == ""
+    assert compare_levels(both[:1]) == compare_levels([took(500, 3.0, 1), both[1]]) == ""
 
 
 def cells_of(table: str) -> list[list[str]]:

@@ -18,7 +18,7 @@ from ccwsim.ui.benchmark.findings import (
     setting_of,
     timings_csv,
 )
-from ccwsim.ui.benchmark.measurement import Benchmark, layers_of, trials_of
+from ccwsim.ui.benchmark.measurement import Benchmark, timed_n_layers, timed_trials
 from ccwsim.ui.benchmark.page import has_paper, measured_series, ticks_of
 from ccwsim.ui.session.state import KEY, State
 from tests.ui.pages.test_benchmark_page import settled
@@ -45,8 +45,8 @@ def state_of(**changes) -> State:
 
 def test_maps_of_the_middle_layer_have_as_many_cells_as_volumes():
     state = state_of(largest_volume=64, grid_levels=[1])
-    assert layers_of(state) == 12
-    trials = trials_of(state, "grids")
+    assert timed_n_layers(state) == 12
+    trials = timed_trials(state, "grids")
     volumes = [trial for trial in trials if trial.grid.n_dimensions == 3]
     maps = [trial for trial in trials if trial.grid.n_dimensions == 2]
     assert [trial.grid.shape for trial in volumes] == [(12, 48, 48), (12, 64, 64)]
@@ -59,7 +59,7 @@ def test_maps_of_the_middle_layer_have_as_many_cells_as_volumes():
     expected = simulate(flat, maps[0].grid, maps[0].parameters)
     assert timing.n_mismatched.tolist() == expected.n_mismatched.tolist()
     state.page(Benchmark).maps = False
-    assert [t.grid for t in trials_of(state, "grids")] == [t.grid for t in volumes]
+    assert [t.grid for t in timed_trials(state, "grids")] == [t.grid for t in volumes]
 
 
 def test_both_are_measured_and_shown_together(monkeypatch):

@@ -18,6 +18,7 @@ from ccwsim.report.settings import describe_setting
 from ccwsim.report.verdicts import describe_curves
 from ccwsim.sharing.choices import Choices, DataChoice, GuideChoice, ImageChoice, Upload
 from ccwsim.ui.compare.findings import (
+    comparison_csv,
     describe_against_first,
     describe_grades,
     describe_ratio,
@@ -25,7 +26,6 @@ from ccwsim.ui.compare.findings import (
     figures_table,
     ratio_table,
     ratios_csv,
-    realizations_csv,
     sentences,
     settings_csv,
 )
@@ -35,7 +35,7 @@ from ccwsim.ui.compare.settings import (
     ComparePageState,
     ComparisonRun,
     both_images,
-    settings_of,
+    compared_settings,
     usual_others,
 )
 from ccwsim.ui.session.state import KEY, State
@@ -87,7 +87,7 @@ def test_it_opens_cold_and_compares_what_is_usual():
     assert not texts(app)
     assert charts(app) == FIGURES
     state = state_of(app)
-    own, second, third = settings_of(state)
+    own, second, third = compared_settings(state)
     assert own == OWN
     assert second.method == "ccsim"
     assert third.wavelet_level == 3
@@ -103,7 +103,7 @@ def test_a_change_is_fitted_and_said_after_the_run():
     assert "Out of date" not in html(app)
     named(app.selectbox, "B_method").set_value("ccwsim").run()
     named(app.selectbox, "B_wavelet_level").set_value(3).run()
-    changed = settings_of(state_of(app))[1]
+    changed = compared_settings(state_of(app))[1]
     assert (changed.method, changed.wavelet_level, changed.overlap_size) == ("ccwsim", 3, 8)
     assert "Out of date" in html(app)
     app.button(key="compare").click()
@@ -115,7 +115,7 @@ def test_a_change_is_fitted_and_said_after_the_run():
 def test_only_sizes_that_fit_are_on_offer():
     app = launched()
     shape = datasets.load("channels").shape
-    for letter, p in zip("ABC", settings_of(state_of(app)), strict=True):
+    for letter, p in zip("ABC", compared_settings(state_of(app)), strict=True):
         template = named(app.selectbox, f"{letter}_template_size")
         overlap = named(app.selectbox, f"{letter}_overlap_size")
         assert template.options == [str(s) for s in template_sizes(p.level, shape)]
@@ -133,25 +133,25 @@ def test_the_first_setting_is_the_studys_own():
 def test_settings_are_added_copied_and_removed():
     app = launched()
     app.button(key="add_setting").click().run()
-    there = settings_of(state_of(app))
+    there = compared_settings(state_of(app))
     assert len(set(there)) == 4
     assert not [b for b in app.button if b.key == "add_setting"]
     app.button(key="copy_D_from_B").click().run()
-    assert settings_of(state_of(app))[3] == there[1]
+    assert compared_settings(state_of(app))[3] == there[1]
     app.button(key="remove_B").click().run()
     app.button(key="remove_B").click().run()
-    assert settings_of(state_of(app)) == (there[0], there[1])
+    assert compared_settings(state_of(app)) == (there[0], there[1])
     assert app.button(key="remove_B").disabled
 
 
 @pytest.mark.slow
 def test_use_these_takes_a_setting_to_the_study_and_loses_none():
     app = launched()
-    own, second, third = settings_of(state_of(app))
+    own, second, third = compared_settings(state_of(app))
     app.button(key="use_C").click().run()
     assert not app.exception
     assert state_of(app).choices.parameters == third
-    assert settings_of(state_of(app)) == (third, second, own)
+    assert compared_settings(state_of(app)) == (third, second, own)
 
 
 @pytest.mark.slow
@@ -375,13 +375,13 @@ def test_data_that_a_setting_leaves_wrong_are_counted():
 
 def test_names_of_settings_are_no_formulas_in_the_files(found):
     hostile = replace(found, names=("=1+1", "-2"))
-    for made in (settings_csv, realizations_csv):
+    for made in (settings_csv, comparison_csv):
         names = {row["setting"] for row in csv_rows(made(hostile))}
         assert "'=1+1" in names <= {"'=1+1", "-2"}
 
 
 def test_the_files_have_the_figures(found):
-    files = settings_csv(found), realizations_csv(found), ratios_csv(found)
+    files = settings_csv(found), comparison_csv(found), ratios_csv(found)
     settings, each, ratios = map(csv_rows, files)
     assert [row["setting"] for row in settings] == ["A", "B"]
     assert [row["method"] for row in settings] == ["ccwsim", "ccsim"]
@@ -412,7 +412,7 @@ def test_a_two_point_simulation_is_compared_and_marked_as_not_ccwsim():
     assert "two-point is not CCWSIM" in html(app)
     assert "It ignores the 2 hard data." in html(app)
     assert "All 2 data are honoured by all settings." in html(app)
-    settings, each = csv_rows(settings_csv(found)), csv_rows(realizations_csv(found))
+    settings, each = csv_rows(settings_csv(found)), csv_rows(comparison_csv(found))
     assert (settings[3]["setting"], settings[3]["method"]) == (TWO_POINT, "")
     assert {row["data_wrong"] for row in each if row["setting"] == TWO_POINT} == {"nan"}
 

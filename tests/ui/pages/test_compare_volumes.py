@@ -16,8 +16,8 @@ from ccwsim.ui.compare.settings import (
     TWO_POINT,
     ComparePageState,
     change_setting,
-    n_of,
-    settings_of,
+    compared_settings,
+    n_per_setting,
     usual_others,
 )
 from ccwsim.ui.session.state import State
@@ -43,7 +43,7 @@ def test_it_compares_what_is_usual_of_volumes(app):
     assert not texts(app)
     found = state_of(app).page(ComparePageState).run.latest_result
     assert [e.indices.shape for e in found.ensembles] == [(2, 12, 30, 40)] * 3
-    own, second, third = settings_of(state_of(app))
+    own, second, third = compared_settings(state_of(app))
     assert own == OWN
     assert second.method == "ccsim"
     assert third.wavelet_level == (2, 3, 3)
@@ -54,7 +54,11 @@ def test_it_compares_what_is_usual_of_volumes(app):
     assert "exact histograms of all 3 × 3 × 3 patterns" in html(app)
     for k, letter in enumerate("ABC"):
         expected = simulate(
-            datasets.load("sinuous_channels"), VOLUME.grid, settings_of(state_of(app))[k], DATA, 2
+            datasets.load("sinuous_channels"),
+            VOLUME.grid,
+            compared_settings(state_of(app))[k],
+            DATA,
+            2,
         )
         assert found.ensembles[k].digest == expected.digest, letter
 
@@ -71,9 +75,9 @@ def test_curves_go_along_all_axes(app):
 
 def test_sizes_are_chosen_along_z_by_themselves(app):
     named(app.selectbox, "B_overlap_size_z").set_value(4).run()
-    p = settings_of(state_of(app))[1]
+    p = compared_settings(state_of(app))[1]
     assert p.overlap_size == (4, 4, 4)
-    assert settings_of(state_of(app))[0] == OWN
+    assert compared_settings(state_of(app))[0] == OWN
     assert "Out of date" in html(app)
     app.button(key="compare").click()
     settled(app.run())
@@ -91,8 +95,8 @@ def test_settings_are_said_and_usual_ones_differ():
     usual = usual_others(OWN, shape)
     assert len({p.digest for p in [OWN, *usual]}) == len(usual) + 1
     state = State(choices=VOLUME)
-    assert n_of(state) == 4
-    assert n_of(State()) == 12
+    assert n_per_setting(state) == 4
+    assert n_per_setting(State()) == 12
     change_setting(state, 0, template_size=(16, 16, 16))
     assert state.choices.parameters.template_size == (16, 16, 16)
 

@@ -27,7 +27,7 @@ from ccwsim.sharing.link import link_of, read_link
 from ccwsim.ui.compare.settings import ComparePageState
 from ccwsim.ui.examples.catalogue import (
     EXAMPLES,
-    PARTS,
+    LECTURE_PARTS,
     Example,
     example_named,
     lecture_sheet,
@@ -38,14 +38,14 @@ from ccwsim.ui.examples.page import (
     N_LAGS,
     arrived,
     class_link,
-    expected,
+    expected_pictures,
     pictures_html,
     pictures_of,
     small,
 )
 from ccwsim.ui.examples.quiz import (
     N_PICTURES,
-    SIDE,
+    WINDOW_SIDE,
     Quiz,
     Round,
     describe_seams,
@@ -155,7 +155,7 @@ def test_an_example_says_what_to_look_at_and_fits_into_an_address(name):
 
 
 def test_the_lecture_goes_through_every_example_once():
-    assert len(set(NAMES)) == len(EXAMPLES) == sum(len(part.examples) for part in PARTS)
+    assert len(set(NAMES)) == len(EXAMPLES) == sum(len(part.examples) for part in LECTURE_PARTS)
     walked, now = [NAMES[0]], next_example(NAMES[0])
     while now is not None:
         walked.append(now.name)
@@ -250,13 +250,13 @@ def test_pictures_are_of_the_study_and_keep_their_room():
     for name in ("two-point", "unconditional", "candidates"):
         e = example(name)
         pictures = pictures_of(e, LIGHT).work(lambda share: None)
-        assert [replace(p, content="<i></i>") for p in pictures] == expected(e)
+        assert [replace(p, content="<i></i>") for p in pictures] == expected_pictures(e)
         before, after = pictures_html(e, None), pictures_html(e, pictures)
         assert "aria-busy" in before
         assert "aria-busy" not in after
         assert after.count("<img") == before.count("<i>") == len(pictures)
     assert small(Choices()).grid.shape == (300, 300)
-    assert [picture.label for picture in expected(EXAMPLES[0])][1:] == [
+    assert [picture.label for picture in expected_pictures(EXAMPLES[0])][1:] == [
         "realization 1",
         "realization 2",
     ]
@@ -363,14 +363,14 @@ def test_new_shapes_are_those_that_brute_force_finds():
     where, share = new_shapes(other, 3, np.unique(window_codes(image, 3)))
     expected_new = np.zeros(where.shape, bool)
     count = 0
-    for row in range(other.shape[0] - SIDE + 1):
-        for column in range(other.shape[1] - SIDE + 1):
-            window = other[row : row + SIDE, column : column + SIDE]
+    for row in range(other.shape[0] - WINDOW_SIDE + 1):
+        for column in range(other.shape[1] - WINDOW_SIDE + 1):
+            window = other[row : row + WINDOW_SIDE, column : column + WINDOW_SIDE]
             if not len(places_of(window, image)):
                 count += 1
                 expected_new[row + 2 : row + 4, column + 2 : column + 4] = True
     np.testing.assert_array_equal(where, expected_new)
-    assert share == pytest.approx(count / ((20 - SIDE + 1) * (23 - SIDE + 1)))
+    assert share == pytest.approx(count / ((20 - WINDOW_SIDE + 1) * (23 - WINDOW_SIDE + 1)))
     assert 0 < share < 1
 
 
@@ -451,8 +451,8 @@ def test_a_seed_stays_for_the_session_and_examples_take_it():
 def test_the_lecture_sheet_has_every_task_and_on_its_last_page_every_answer():
     sheet = lecture_sheet("http://lab:8501/examples?seed=5")
     *parts, answers = sheet.sections
-    assert [part.note for part in parts] == [f"{part.minutes} minutes" for part in PARTS]
-    assert [part.on_new_page for part in sheet.sections] == [False] * len(PARTS) + [True]
+    assert [part.note for part in parts] == [f"{part.minutes} minutes" for part in LECTURE_PARTS]
+    assert [part.on_new_page for part in sheet.sections] == [False] * len(LECTURE_PARTS) + [True]
     tasks = [text for part in parts for text in part.blocks]
     for number, (e, task, answer) in enumerate(zip(EXAMPLES, tasks, answers.blocks, strict=True)):
         assert task.words == f"{number + 1}. {e.title}: {e.task}"

@@ -13,13 +13,13 @@ from ccwsim import Grid, io
 from ccwsim.flow import darcy
 from ccwsim.model.numbers import with_power
 from ccwsim.sharing.choices import Choices
-from ccwsim.ui.flow.page import positions, thinned, times_csv, tracks_csv, with_tracks
+from ccwsim.ui.flow.page import particle_positions, thinned, times_csv, tracks_csv, with_tracks
 from ccwsim.ui.flow.solving import (
     FlowState,
+    flow_settings,
     model_downloads,
     rock_of,
     set_well,
-    settings_of,
     solution,
     start_answers,
     take_choice,
@@ -60,7 +60,7 @@ def solved(state: State) -> State:
 def test_the_shown_realization_is_solved(shape):
     state = state_of(shape)
     app = launched(state)
-    settings = settings_of(state.page(FlowState), state.ensemble)
+    settings = flow_settings(state.page(FlowState), state.ensemble)
     k = np.array(settings.conductivity)[state.ensemble.indices[0]]
     effective = with_power(darcy(k, west_east=(1.0, 0.0)).effective_k)
     assert f"effective K {effective} m/s" in html(app)
@@ -81,11 +81,11 @@ def test_another_conductivity_gives_another_answer():
 def test_units_change_the_numbers_and_not_the_rocks():
     state = state_of()
     page_state = state.page(FlowState)
-    before = settings_of(page_state, state.ensemble)
+    before = flow_settings(page_state, state.ensemble)
     app = launched(state)
     named(app.get("button_group"), "flow_unit").set_value("m/d").run()
     assert not app.exception
-    assert settings_of(app.session_state[KEY].page(FlowState), state.ensemble) == before
+    assert flow_settings(app.session_state[KEY].page(FlowState), state.ensemble) == before
     assert "m/d</span>" in html(app)
 
 
@@ -119,14 +119,14 @@ def test_changed_settings_make_the_answers_out_of_date():
 def test_a_well_of_another_grid_is_left_out():
     state = state_of()
     state.page(FlowState).well = (100, 100)
-    assert settings_of(state.page(FlowState), state.ensemble).well is None
+    assert flow_settings(state.page(FlowState), state.ensemble).well is None
     assert "No well" in html(launched(state))
 
 
 def test_files_have_a_line_for_each_point_and_particle():
     state = solved(state_of())
     page_state = state.page(FlowState)
-    found = solution(state.ensemble, 0, settings_of(page_state, state.ensemble)).work(
+    found = solution(state.ensemble, 0, flow_settings(page_state, state.ensemble)).work(
         lambda _: None
     )
     rows = csv_rows(tracks_csv(found.tracks))
@@ -137,10 +137,10 @@ def test_files_have_a_line_for_each_point_and_particle():
 
 def test_particles_move_along_their_tracks():
     state = state_of()
-    settings = settings_of(state.page(FlowState), state.ensemble)
+    settings = flow_settings(state.page(FlowState), state.ensemble)
     found = solution(state.ensemble, 0, settings).work(lambda _: None).tracks
     time = float(np.median(found.times))
-    x0, x1 = (positions(found, share * time)[:, 0].mean() for share in (0.1, 0.5))
+    x0, x1 = (particle_positions(found, share * time)[:, 0].mean() for share in (0.1, 0.5))
     assert x0 < x1
     assert len(thinned(found.paths[0])) <= len(found.paths[0])
 
@@ -168,7 +168,7 @@ def test_the_first_well_of_a_volume_is_in_the_middle():
 
 def solution_of(state: State) -> tuple:
     """Return the settings and the solution of the first realization."""
-    settings = settings_of(state.page(FlowState), state.ensemble)
+    settings = flow_settings(state.page(FlowState), state.ensemble)
     return settings, solution(state.ensemble, 0, settings).work(lambda _: None)
 
 
@@ -238,7 +238,7 @@ def test_models_for_other_programs_name_and_have_the_values_of_the_page(page):
 def test_models_for_other_programs_contain_the_realizations():
     state = state_of()
     set_well(state.page(FlowState), state.ensemble, (12, 20))
-    settings = settings_of(state.page(FlowState), state.ensemble)
+    settings = flow_settings(state.page(FlowState), state.ensemble)
     (files,) = model_downloads(state.page(FlowState), state.ensemble, 1).values()
     eclipse, modflow = (ZipFile(BytesIO(file.content())) for file in files)
     inc = [name for name in eclipse.namelist() if name.endswith(".inc")]

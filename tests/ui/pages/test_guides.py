@@ -25,7 +25,7 @@ from ccwsim.sharing.choices import (
     Upload,
     ZoneLayers,
 )
-from ccwsim.sharing.link import left_out, link_of, own_choices, read_link
+from ccwsim.sharing.link import link_of, own_choices, parts_left_out, read_link
 from ccwsim.sharing.project import project_as_bytes
 from ccwsim.ui.session.resolve import same_realizations, secondary_of, study_of
 from ccwsim.ui.session.state import KEY, State
@@ -139,7 +139,7 @@ def test_a_project_keeps_the_guides_exactly():
 
 def test_a_link_names_files_of_guides_and_a_reload_keeps_them():
     choices = replace(STUDY, guides=replace(GUIDES, active=grid_file(mask=np.ones((60, 80)))))
-    assert left_out(choices) == ("the secondary information map.gslib",)
+    assert parts_left_out(choices) == ("the secondary information map.gslib",)
     back, _, notes = read_link(link_of(choices))
     assert back.guides.is_empty
     assert "project file" in " ".join(notes)
@@ -164,7 +164,7 @@ def test_a_link_names_files_of_guides_and_a_reload_keeps_them():
 )
 def test_a_link_contains_shapes_that_guide(guides):
     choices = replace(STUDY, guides=guides)
-    assert not left_out(choices)
+    assert not parts_left_out(choices)
     assert read_link(link_of(choices)) == (choices, Shown(), ())
 
 
@@ -377,7 +377,7 @@ def test_an_image_of_the_user_is_added_and_named_in_the_link():
     choices = app.session_state[KEY].choices
     (other,) = secondary_of(choices).images
     np.testing.assert_array_equal(other.array, cells)
-    assert left_out(choices) == ("the secondary information diagonals.gslib",)
+    assert parts_left_out(choices) == ("the secondary information diagonals.gslib",)
 
 
 def test_an_image_with_other_facies_is_refused_calmly():
@@ -464,7 +464,7 @@ def test_a_project_keeps_images_zones_and_lines():
 def test_a_link_names_an_uploaded_image():
     file = grid_file("wall.gslib", Grid(40, 40), facies=np.indices((40, 40)).sum(0) // 5 % 2)
     choices = replace(STUDY, guides=GuideChoice(images=(ImageChoice(upload=file), WALL)))
-    assert left_out(choices) == ("the secondary information wall.gslib",)
+    assert parts_left_out(choices) == ("the secondary information wall.gslib",)
     assert read_link(link_of(choices), own_choices(choices))[0] == choices
     other = grid_file("wall.gslib", Grid(40, 40), facies=np.indices((40, 40)).sum(0) // 4 % 2)
     changed = replace(STUDY, guides=GuideChoice(images=(ImageChoice(upload=other), WALL)))

@@ -19,7 +19,7 @@ from ccwsim.report.document import Judgement, Text
 from ccwsim.ui.paper.page import (
     PaperRun,
     PaperState,
-    describe_inputs,
+    describe_source,
     ended_text,
     progress_label,
     server_inputs,
@@ -139,7 +139,7 @@ def test_the_folder_of_the_server_is_used_where_it_is_right(monkeypatch, data_di
     inputs, problem = server_inputs()
     assert problem == ""
     assert inputs.is_own("channel")
-    assert "authors’" in describe_inputs(inputs)
+    assert "authors’" in describe_source(inputs)
     assert str(data_dir) not in html(launched())
 
 

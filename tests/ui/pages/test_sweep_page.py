@@ -16,19 +16,25 @@ from ccwsim.model.parameters import METHODS
 from ccwsim.sharing.choices import Choices, DataChoice, GuideChoice, ImageChoice
 from ccwsim.ui.session.progress import progress_text
 from ccwsim.ui.session.state import KEY, State
-from ccwsim.ui.sweep.page import choose, indices_of, is_current, numbers_of, sweep_csv
+from ccwsim.ui.sweep.page import (
+    choose_setting,
+    indices_of,
+    is_current_sweep,
+    setting_numbers,
+    sweep_csv,
+)
 from ccwsim.ui.sweep.planning import (
     MAX_SWEPT,
     SweepState,
     describe_plan,
     pace,
     plan_of,
-    problem_of,
     ranges_of,
     seconds_of,
-    start,
+    start_sweep,
     suited_ranges,
-    use_setting,
+    sweep_problem,
+    use_swept_setting,
     values_on_offer,
 )
 from tests.some import some
@@ -49,7 +55,7 @@ def state_of(choices: Choices = SMALL, ranges=FEW) -> State:
 
 def swept(**changes) -> State:
     state = state_of(**changes)
-    start(state)
+    start_sweep(state)
     job = run_of(state).job
     assert job.wait(300)
     assert job.error is None
@@ -153,13 +159,13 @@ def test_too_many_or_no_settings_are_said_and_nothing_starts(ranges, words):
     assert words in texts(app)
     assert named(app.button, "sweep").disabled
     state = app.session_state[KEY]
-    start(state)
+    start_sweep(state)
     assert state.page(SweepState).run is None
 
 
 def test_data_that_do_not_fit_are_said():
     state = state_of(choices=replace(SMALL, grid=Grid(10, 10)))
-    assert problem_of(state)
+    assert sweep_problem(state)
     app = launched(state)
     assert named(app.button, "sweep").disabled
 
@@ -185,11 +191,11 @@ def test_the_large_setting_is_the_recommended_one_until_one_is_chosen(done):
     app = launched(done)
     assert "<b>Recommended: " in html(app)
     other = (choice.index + 1) % 4
-    choose(done, other)
+    choose_setting(done, other)
     size = run.rows[other].parameters.template_size
     level = run.rows[other].parameters.wavelet_level
     assert f'class="setting">ccwsim · T {size} · OR 4 · level {level} ·' in html(launched(done))
-    choose(done, 99)
+    choose_setting(done, 99)
     assert done.page(SweepState).chosen == other
 
 
@@ -209,7 +215,7 @@ def test_it_is_drawn_for_any_training_image_without_data(name):
 def test_using_a_setting_puts_it_into_the_study(done):
     run = run_of(done)
     other = (recommended(run.latest_result).index + 1) % 4
-    choose(done, other)
+    choose_setting(done, other)
     app = launched(done)
     named(app.button, "use_setting").click().run()
     assert not app.exception
@@ -221,7 +227,7 @@ def test_using_a_setting_puts_it_into_the_study(done):
 
 def test_a_setting_is_fitted_to_another_training_image():
     state = state_of(choices=replace(SMALL, image=ImageChoice(bundled="channels")))
-    use_setting(state, Parameters(template_size=1024, overlap_size=8))
+    use_swept_setting(state, Parameters(template_size=1024, overlap_size=8))
     assert state.choices.parameters.template_size == 256
 
 
@@ -238,7 +244,7 @@ def test_realizations_of_a_setting_can_be_gone_through(done):
 def test_numbers_are_said_beside_the_best_of_all(done):
     run = run_of(done)
     rows = run.latest_result.rows
-    lines = {name: (own, best) for name, own, best in numbers_of(rows[1], rows, run)}
+    lines = {name: (own, best) for name, own, best in setting_numbers(rows[1], rows, run)}
     best = min(1000 * row.quality.cpu_seconds for row in rows)
     assert float(lines["CPU time (ms)"][1]) == pytest.approx(best, rel=0.01)
     assert lines["Data not honoured"] == ("0", "0")
@@ -275,7 +281,7 @@ def test_the_table_has_every_row_and_number(done):
 def test_a_stopped_sweep_keeps_what_is_finished():
     state = state_of(ranges={**FEW, "n_candidates": [1, 20, 100]})
     state.page(SweepState).n_realizations = 1
-    start(state)
+    start_sweep(state)
     run = run_of(state)
     wait_until(lambda: run.rows, "the first setting", every=0.005)
     run.job.cancel()
@@ -290,16 +296,16 @@ def test_a_stopped_sweep_keeps_what_is_finished():
 
 def test_results_of_another_study_are_said_to_be(done):
     run = run_of(done)
-    assert is_current(run, done)
+    assert is_current_sweep(run, done)
     done.change(grid=Grid(50, 64))
-    assert not is_current(run, done)
+    assert not is_current_sweep(run, done)
     said = html(launched(done))
     assert "Out of date:</b> the study&#x27;s training image" in said
     assert '<i class="results-outdated">' in said
     done.change(grid=run.grid)
-    assert is_current(run, done)
+    assert is_current_sweep(run, done)
     done.change(guides=GuideChoice(angle=30.0))
-    assert not is_current(run, done)
+    assert not is_current_sweep(run, done)
 
 
 def test_an_error_of_the_sweep_is_said(done):

@@ -16,7 +16,7 @@ from ccwsim.ui.sweep.planning import (
     describe_study,
     plan_of,
     ranges_of,
-    use_setting,
+    use_swept_setting,
     values_on_offer,
 )
 from tests.ui.widgets import charts, csv_rows, html, opened, texts
@@ -95,7 +95,7 @@ def test_a_sweep_of_volumes_is_planned_run_and_taken():
     assert "sweep" in charts(app)
     assert "τ vertical of sand, error" in html(app)
     assert "a layer of one realization of each" in html(app)
-    use_setting(state_of(app), run.latest_result.rows[0].parameters)
+    use_swept_setting(state_of(app), run.latest_result.rows[0].parameters)
     assert state_of(app).choices.parameters.wavelet_level == (0, 1, 1)
 
 

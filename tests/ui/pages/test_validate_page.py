@@ -37,18 +37,18 @@ from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.validate.conditioning import (
     data_status_shares,
     describe_match,
-    problem_of,
     resimulation_map,
+    scoring_problem,
     wrong_map,
     wrong_points,
 )
 from ccwsim.ui.validate.large_ensemble import LargeEnsembleRun, LargeEnsembleState
 from ccwsim.ui.validate.page import (
     SECTIONS,
+    data_verdict,
     findings,
-    of_data,
-    of_proportions,
-    of_variety,
+    proportion_verdicts,
+    variety_verdict,
 )
 from ccwsim.ui.validate.reproduction import seam_map, strips_of, use_map
 from ccwsim.ui.validate.statistics import (
@@ -231,9 +231,9 @@ def test_a_reference_field_is_scored_without_the_data(ensemble):
 
 @pytest.mark.slow
 def test_a_reference_field_that_does_not_fit_is_said(ensemble):
-    assert "cells" in problem_of(TrainingImage([[0, 1]]), ensemble)
+    assert "cells" in scoring_problem(TrainingImage([[0, 1]]), ensemble)
     strange = TrainingImage(np.where(ensemble.realizations[0] == 1, 7, 0))
-    assert "facies 7" in problem_of(strange, ensemble)
+    assert "facies 7" in scoring_problem(strange, ensemble)
     app = launched(ensemble=ensemble, ensemble_choices=SMALL, reference=strange)
     assert "Sample the data again" in texts(app)
     assert not app.exception
@@ -339,7 +339,7 @@ def test_statuses_of_data_add_up(ensemble):
 
 def test_a_datum_that_is_not_honoured_is_said_and_marked(ensemble):
     wrong = replace(ensemble, indices=1 - ensemble.indices)
-    assert not of_data(wrong).good
+    assert not data_verdict(wrong).good
     assert describe_match(wrong).startswith("100 % not honoured, up to 3 of 3")
     assert [point[:2] for point in wrong_points(wrong)] == ensemble.hard_data.cells.tolist()
     assert all(point[3] for point in wrong_points(wrong))
@@ -416,7 +416,7 @@ def test_a_facies_lost_at_the_edges_is_marked_although_crops_vary_as_much():
     fit = fit_proportions(found)
     assert fit is not None
     assert fit.fits
-    lost, *others, advice = of_proportions(found, fit)
+    lost, *others, advice = proportion_verdicts(found, fit)
     assert "facies 0" in lost.words
     assert lost.good is False
     assert all(each.good for each in others)
@@ -430,31 +430,31 @@ def test_proportions_have_a_sign_and_the_data_beside_them():
     few = np.zeros_like(some.indices)
     few[:, :4] = 1
     bad = replace(some, indices=few)
-    said, advice = of_proportions(bad, fit_proportions(bad))
+    said, advice = proportion_verdicts(bad, fit_proportions(bad))
     assert said.words == "sand 10.0 % (TI 25.0 %, data 25.0 %; −60 %)"
     assert not said.good
     assert advice.words == "“Match proportions” is off and would bring sand nearer to the TI"
     assert facts_of(bad)[-2:] == [said.words, advice.words]
     mud = replace(bad, study=replace(bad.study, hard_data=HardData(data.cells, [0, 0, 0, 0])))
-    assert len(of_proportions(mud, fit_proportions(mud))) == 1  # no advice against the data
+    assert len(proportion_verdicts(mud, fit_proportions(mud))) == 1  # no advice against the data
     matched = replace(
         bad, study=replace(bad.study, parameters=replace(OWN, match_proportions=True))
     )
-    assert len(of_proportions(matched, fit_proportions(matched))) == 1
+    assert len(proportion_verdicts(matched, fit_proportions(matched))) == 1
     good = np.zeros_like(some.indices)
     good[:, :10] = 1
     fine = replace(some, indices=good)
-    (said,) = of_proportions(fine, fit_proportions(fine))
+    (said,) = proportion_verdicts(fine, fit_proportions(fine))
     assert said.good
     assert said.words == "sand 25.0 % (TI 25.0 %, data 25.0 %; ±0 %)"
 
 
 def test_variety_is_the_share_of_differing_cells(ensemble):
     shares = ensemble.proportions.mean(axis=0)
-    found = of_variety(ensemble, 0.39)
+    found = variety_verdict(ensemble, 0.39)
     independent = f"{100 * (1 - (shares**2).sum()):.0f} % if cells were independent"
     assert found.words == f"two realizations differ in 39 % of the cells ({independent})"
-    assert of_variety(ensemble, 0.0).good is False
+    assert variety_verdict(ensemble, 0.0).good is False
 
 
 def test_findings_come_as_they_are_known(ensemble):

@@ -34,7 +34,7 @@ from ccwsim.report.verdicts import (
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.session.cached import shared_values
 from ccwsim.ui.session.state import KEY, State
-from ccwsim.ui.validate.conditioning import data_status_shares, problem_of, troubled_data
+from ccwsim.ui.validate.conditioning import data_status_shares, scoring_problem, troubled_data
 from ccwsim.ui.validate.large_ensemble import LargeEnsembleRun, LargeEnsembleState, bundle_of_band
 from ccwsim.ui.validate.page import SECTIONS
 from ccwsim.ui.validate.reproduction import (
@@ -275,7 +275,7 @@ def test_a_reference_volume_is_scored(ensemble, image):
     app = launched(ensemble=ensemble, reference=TrainingImage(truth), seen=frozenset({"truth"}))
     assert f"of {scores.n_cells:,} cells without data predicted" in html(app)
     assert "calibration" in charts(app)
-    assert "24 × 20 × 10" in problem_of(TrainingImage(truth[:5]), ensemble)
+    assert "24 × 20 × 10" in scoring_problem(TrainingImage(truth[:5]), ensemble)
 
 
 def test_a_large_ensemble_of_volumes_has_all_axes(image, ensemble):

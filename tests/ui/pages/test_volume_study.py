@@ -29,8 +29,8 @@ from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.share.menu import open_project, project_of
 from ccwsim.ui.simulate.results import download_groups, go_back
 from ccwsim.ui.study.data_step import problem_of_data, use_data
-from ccwsim.ui.study.image_step import import_image, thumbnail, use_image
-from ccwsim.ui.study.run import collect, demand_of_run, estimated_seconds, problem_of, start_run
+from ccwsim.ui.study.image_step import image_thumbnail, import_image, use_image
+from ccwsim.ui.study.run import collect, demand_of_run, estimated_seconds, start_run, study_problem
 from tests.some import some
 from tests.ui.widgets import PAGES as FOLDER
 from tests.ui.widgets import html, named, open_menus, opened, texts
@@ -101,7 +101,7 @@ def test_a_map_chosen_after_a_volume_is_a_map_again() -> None:
     state = State(choices=replace(Choices(), data=DataChoice()))
     use_image(state, ImageChoice("stacked_lenses"))
     assert state.choices.parameters.template_size == (16, 32, 32)
-    assert not problem_of(state)
+    assert not study_problem(state)
     use_image(state, ImageChoice("channels"))
     assert state.choices == replace(Choices(), data=DataChoice())
 
@@ -131,7 +131,7 @@ def test_a_thin_volume_runs() -> None:
 
 def test_a_template_larger_than_the_image_along_z_is_said(ran: State) -> None:
     state = State(choices=replace(VOLUME, parameters=replace(SIZES, template_size=(64, 16, 16))))
-    assert "Template 64 along z is larger than the training image" in problem_of(state)
+    assert "Template 64 along z is larger than the training image" in study_problem(state)
     app = opened("simulate", state).run()
     assert not app.exception
     assert named(app.button, "run").disabled
@@ -155,7 +155,7 @@ def test_methods_and_a_vertical_trend_are_set_for_a_volume(ran: State) -> None:
         named(app.selectbox, "p_method").set_value(method).run()
         assert not app.exception
         assert state.choices.parameters.method == method
-        assert not problem_of(state)
+        assert not study_problem(state)
     named(app.number_input, "grid_cell_size_z").set_value(0.5).run()
     assert state.choices.grid.cell_size == (1.0, 1.0, 0.5)
     assert not app.exception
@@ -265,7 +265,7 @@ def test_a_link_that_does_not_go_together_is_said_and_runs(query: str) -> None:
     app.run()
     state = app.session_state[KEY]
     assert not app.exception
-    assert not problem_of(state)
+    assert not study_problem(state)
     if state.job is not None:
         state.job.cancel()
 
@@ -376,7 +376,7 @@ def test_a_report_of_a_volume_says_which_slices_it_shows_and_judges_all_axes(ran
 def test_the_thumbnail_of_a_volume_shows_its_fullest_layer() -> None:
     cells = np.zeros((5, 12, 12), int)
     cells[0, 3:9, 3:9] = 1  # the middle layer is empty
-    picture = Image.open(BytesIO(thumbnail(TrainingImage(cells), COLOURS))).convert("RGB")
+    picture = Image.open(BytesIO(image_thumbnail(TrainingImage(cells), COLOURS))).convert("RGB")
     colours = picture.getcolors()
     assert colours is not None
     assert len(colours) == 2

@@ -13,7 +13,7 @@ from streamlit.testing.v1 import AppTest
 from ccwsim import Grid, Parameters
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload, WellTables
 from ccwsim.sharing.link import own_choices
-from ccwsim.ui.session.kept import size_of
+from ccwsim.ui.session.kept import bytes_of_choice
 from ccwsim.ui.session.resolve import data_of
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.questions import (
@@ -275,7 +275,7 @@ def test_tables_are_asked_in_short_on_other_pages_and_kept_for_a_reload():
     assert "24 data" in html(app)
     (kept,) = own_choices(state.choices).values()
     assert kept == state.choices.data
-    assert size_of(kept) >= len(COLLARS) + len(LOG)
+    assert bytes_of_choice(kept) >= len(COLLARS) + len(LOG)
     surveyed = replace(tables, surveys=Upload("s.csv", SURVEYS.encode()))
     other = replace(state.choices, data=replace(state.choices.data, tables=surveyed))
     assert own_choices(other).keys() != own_choices(state.choices).keys()
