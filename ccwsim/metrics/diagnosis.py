@@ -250,7 +250,7 @@ def _advise_overlap(template: int, thinnest: int, level: int) -> Advice:
 def warn_of_level(parameters: Parameters, grid_shape: tuple[int, ...], n_data: int) -> str:
     """Return a one-sentence warning if the level is too coarse for the hard data; otherwise "".
 
-    The level is too coarse if a template has more than `MAX_DATA` data on average.
+    The level is too coarse if a template has more than `MAX_PATCH_DATA` data on average.
 
     Examples
     --------

@@ -132,7 +132,7 @@ def _counts_of_data(name: str, e: Ensemble) -> NDArray[np.float64]:
 
 
 def _patterns(comparison: Comparison, k: int) -> list[str]:
-    """Return distance and variety, in bits for the first setting, else as ANODI ratios to it."""
+    """Return distance and variety: of the first setting in bits, of others as ratios to it."""
     first = comparison.names[0]
     if k and comparison.anodi is not None:
         row = comparison.ratio_of(comparison.names[k], first)

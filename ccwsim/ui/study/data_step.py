@@ -296,7 +296,7 @@ class DataFitState:
 
 
 def is_judged(data: HardData, grid: Grid, secondary: Secondary | None) -> bool:
-    """Return whether data are automatically compared with the image as it was read."""
+    """Return whether the page compares the data with the training image without being asked."""
     uses_other_images = secondary is not None and secondary.is_of_other_images
     return data.n >= MIN_PLACES and grid.n_cells <= MAX_CHECKED_CELLS and not uses_other_images
 

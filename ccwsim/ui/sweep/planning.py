@@ -99,7 +99,7 @@ class SweepState(RunState[SweepRun]):
 
     ranges: dict[str, list[Any]] = field(default_factory=dict)
     n_realizations: int = 4
-    error: str = "patterns"  # name of one of the `ERRORS`
+    error: str = "patterns"  # name of one of the `SWEEP_ERRORS`
     chosen: int | None = None
     shown: int = 0
 

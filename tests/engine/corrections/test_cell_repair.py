@@ -47,7 +47,7 @@ def windows(cells: NDArray[np.uint8], patterns: Patterns) -> NDArray[np.uint8]:
 
 
 def is_known(cells: NDArray[np.uint8], patterns: Patterns, weights: NDArray[np.uint32]) -> bool:
-    """Return whether a pattern, or another pattern with its number, is in the image."""
+    """Return whether the image has a pattern with the same hash number."""
     labels = patterns.labels[cells.ravel()].astype(np.uint64)
     number = int((labels * weights).sum() % 2**32) >> patterns.shift
     return bool(patterns.known_bits[number // 8] >> number % 8 & 1)
