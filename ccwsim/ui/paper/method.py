@@ -32,6 +32,6 @@ def draw_method(state: State) -> None:
         program = (docs / PAPER_PROGRAM).read_text("utf-8")
         with st.expander(f"The paper in {len(program.splitlines())} lines of Python"):
             download(
-                f"Download {PAPER_PROGRAM}", program.encode(), PAPER_PROGRAM, key="download_program"
+                "Download the_paper.py", program.encode(), PAPER_PROGRAM, key="download_program"
             )
             st.code(program, "python")
