@@ -17,7 +17,7 @@ from ccwsim.experiments.plan import label, plan_sweep, varied
 from ccwsim.experiments.sweep import Sweep, SweepRow, pareto_front, recommended, sweep
 from ccwsim.experiments.timing import typical_seconds
 from ccwsim.figures import DARK, LIGHT, sweep_chart
-from ccwsim.figures.sweep import GAP, LABEL_POSITIONS, LETTER_WIDTH, LINE_HEIGHT, label_sides
+from ccwsim.figures.sweep import LABEL_POSITIONS, LETTER_WIDTH, LINE_HEIGHT, POINT_GAP, label_sides
 from ccwsim.metrics import judge
 from ccwsim.model.parameters import METHODS
 from tests.small_images import blobs
@@ -338,7 +338,7 @@ def test_labels_do_not_lie_on_each_other(points, letters):
             continue
         right, down = LABEL_POSITIONS[side]
         width = letters * LETTER_WIDTH
-        middle, line = x + right * (GAP + width / 2), y + down * (GAP + LINE_HEIGHT / 2)
+        middle, line = x + right * (POINT_GAP + width / 2), y + down * (POINT_GAP + LINE_HEIGHT / 2)
         boxes.append(
             (middle - width / 2, line - LINE_HEIGHT / 2, middle + width / 2, line + LINE_HEIGHT / 2)
         )

@@ -146,12 +146,12 @@ def test_an_error_of_a_box_is_said_and_the_value_stays(finished, monkeypatch):
 def test_a_study_that_cannot_be_drawn_has_a_way_back(finished, monkeypatch):
     app = launched("simulate", finished).run()
     assert app.session_state[KEY].drawn == SMALL
-    real = __import__("ccwsim.ui.study.image_step", fromlist=["image_thumbnail"]).thumbnail
-    monkeypatch.setattr("ccwsim.ui.study.image_step.thumbnail", boom)
+    real = __import__("ccwsim.ui.study.image_step", fromlist=["image_thumbnail"]).image_thumbnail
+    monkeypatch.setattr("ccwsim.ui.study.image_step.image_thumbnail", boom)
     app.session_state[KEY].choices = replace(SMALL, seed=9)
     app.run()
     assert len(errors(app)) == 1
-    monkeypatch.setattr("ccwsim.ui.study.image_step.thumbnail", real)
+    monkeypatch.setattr("ccwsim.ui.study.image_step.image_thumbnail", real)
     named(app.button, "way_back").click()
     app.run()
     assert errors(app) == []
