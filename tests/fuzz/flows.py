@@ -111,21 +111,14 @@ def flow_call(source: random.Random, maybe: Callable[..., Any]) -> Callable[[], 
     return lambda: _called(FUNCTIONS[number], given)
 
 
-def spoilt_calls(values: Sequence[Any], every: int) -> Iterator[tuple[str, Callable[[], object]]]:
-    """Yield calls with one absurd argument each, and their names.
-
-    Every argument of each function takes every so many of the values, and each function takes all
-    values.
-    """
+def spoilt_calls(values: Sequence[Any]) -> Iterator[tuple[str, Callable[[], object]]]:
+    """Yield calls with one absurd argument each, and their names: each value of each argument."""
     for k, value in enumerate(values):
         for function, valid in zip(FUNCTIONS, _valid_arguments(k), strict=True):
-            for n, name in enumerate(valid):
-                if (k + n) % every == 0 and name != "self" and not callable(value):
-                    given = {**valid, name: value}
-                    yield (
-                        f"{function.__name__}, {name}, value {k}",
-                        partial(_called, function, given),
-                    )
+            for name in valid:
+                if name != "self" and not callable(value):
+                    call = partial(_called, function, {**valid, name: value})
+                    yield f"{function.__name__}, {name}, value {k}", call
 
 
 def _valid_arguments(seed: int) -> list[dict[str, Any]]:
