@@ -64,7 +64,7 @@ def rejected(name: str, other: str, side: int, n: int, first: int, n_truths: int
 
 
 def wells(name: str, n: int, seed: int) -> HardData:
-    """Return n vertical wells at random places of a reference volume."""
+    """Return n vertical wells at random positions in a reference volume."""
     truth = generate_volume(name, shape=VOLUME_SHAPE, seed=seed)  # type: ignore[arg-type]
     nz, ny, nx = VOLUME_SHAPE
     places = np.random.default_rng(1000 * seed + n).choice(ny * nx, n, replace=False)

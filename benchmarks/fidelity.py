@@ -38,7 +38,7 @@ published variant. The columns:
 - wrong, forced: with the default variant, % of data not honoured, and % forced as single cells
 
 ``--trend`` instead measures truths from the generators whose bodies were removed on one side of a
-wavy line, with the data of wells at random places, or three times as likely in the rarest facies.
+wavy line, with wells at random positions, or three times as likely in the rarest facies.
 The training image is another image of the generator. Two generators were used to choose when data
 that contradict the image are used. The columns are means over images and ratios to the variant
 without steering: Brier score of all cells, JS of 4 × 4 patterns to the truth, and the largest

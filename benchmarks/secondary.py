@@ -2,11 +2,12 @@
 
 ``python -m benchmarks.secondary [reliability|time|copies]`` prints one table, or all.
 
-*reliability*: One half of an image is the training image, and the other half is the truth. The map
-is the mean of the truth at each value of a blurred truth with noise. A row has, for each template,
-overlap and level, the slope of the E-type on the map and the largest difference between the given
-probability and the share in the realizations (in bins of probability that contain at least 2 % of
-the cells); and the mean Brier scores of map, wells, and both.
+*reliability*: One half of an image is the training image, and the other half is the truth. To make
+the map, the truth is blurred, noise is added, and each value is replaced by the mean of the truth
+at this value. A row has, for each template, overlap and level, the slope of the E-type on the map
+and the largest difference between the given probability and the share in the realizations (in bins
+of probability that contain at least 2 % of the cells); and the mean Brier scores of map, wells, and
+both.
 
 *time*: CPU time of a realization of channels on 512 × 512 and 1024 × 1024 cells, relative to that
 without secondary information. Data have the probabilities of the map. All cases are measured in
@@ -41,7 +42,7 @@ N_REALIZATIONS, N_WELLS, N_TURNS, N_A_TURN = 40, 200, 5, 16
 
 
 def halves(name: str) -> tuple[TrainingImage, np.ndarray]:
-    """Return where the last facies is: one half of an image, and the other half as truth."""
+    """Return masks of the last facies: in one half of an image, and in the other half as truth."""
     image = datasets.load(name)
     cells, middle = (image.array == image.codes[-1]).astype(np.uint8), image.shape[-1] // 2
     return TrainingImage(cells[..., :middle]), cells[..., -middle:]

@@ -216,7 +216,7 @@ def soak(
 
 
 def _warm_up(server: Server, sessions: int, seed: int, seconds: float) -> None:
-    """Let as many sessions do each kind of work, to load what all sessions share."""
+    """Let the same number of sessions do each kind of work, to load modules and fill caches."""
     _visit(server, sessions, seconds, seed + 10_000, Tally(), whole=True)
 
 

@@ -5,9 +5,8 @@ times relative to a 512 × 512 map of `channels` at level 2, measured alternatel
 share of patterns of 3 × 3 × 3 cells that are absent from the training image, and after the stroke
 the same share among patterns at data. `JS` is the distance between the pattern histograms of
 realizations and image, and in brackets the same distance for crops as large as the grid. `others`
-has `unseen` and `JS` of other volumes from the generator of the image, which are the best values
-that a simulation can reach. If CCWSIM_DATA is a folder of published data, its volumes are measured
-too.
+has `unseen` and `JS` of other volumes from the generator of the image, which share only its type of
+geology. If CCWSIM_DATA is a folder of published data, its volumes are measured too.
 
 ``--large`` instead measures six images from each bundled generator, nine times as large as the
 grid. Each image is simulated with the template above and with the advised template, without data

@@ -1,4 +1,4 @@
-"""Page that solves steady flow through the realizations, and shows what follows from it."""
+"""Page that solves steady flow through the realizations, and shows the results."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Compile the kernels that several tests need: `python -m tests.compiled`.
 
-This only saves time. The first test that needs a missing kernel compiles it; but two workers and
-the servers of browser tests, which need a kernel at the same time, would each compile it.
+This only saves time: the first test that needs a missing kernel compiles it, but workers and
+servers of browser tests that need a kernel at the same time would each compile it.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ OTHERS = (
     study(BASE, secondary=Secondary(probabilities={1: 0.3})),
     study(Parameters(8, 2, 1), VOLUME),  # 16-bit scores
 )
-"""Studies of tests whose kernels have types of arguments that usual studies do not have."""
+"""Studies that need kernels with unusual types of arguments."""
 
 
 def search(one: Study) -> Callable[[], None]:
@@ -85,7 +85,7 @@ def judge() -> None:
 
 
 def main() -> None:
-    """Let processes compile the kernels of studies first, and then those of all else."""
+    """Compile kernels of studies in other processes, then the remaining kernels in this process."""
     requests = [
         request
         for work in (*usual_work().values(), *map(search, OTHERS))

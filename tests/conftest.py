@@ -35,7 +35,7 @@ FIRST = (
 """Starts of the paths of test files, in the order of the times that the slowest files take."""
 
 COMPILING = pytest.StashKey[subprocess.Popen]()
-# Slow tests never fail.
+# By default, Hypothesis draws 25 examples for a test, and does not limit their time.
 settings.register_profile("patient", deadline=None, max_examples=25)
 settings.load_profile("patient")
 

@@ -130,7 +130,7 @@ def test_a_folder_imports_only_lower_ones():
 
 
 def test_optional_packages_are_imported_in_the_folders_for_them_or_by_needs():
-    """Test that nothing imports a package that may be missing, except where that is checked."""
+    """Test that optional packages are imported only by modules that check for them."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     names = [Requirement(text).name for text in project["dependencies"]]
     always = {*sys.stdlib_module_names, "ccwsim", *(CORE.get(name, name) for name in names)}

@@ -21,24 +21,24 @@ def command(name: str | None, output: str | None) -> None:
 
     images = {name: datasets.describe(name) for name in datasets.names()}
     volumes = {name: datasets.describe(name) for name in datasets.volume_names()}
-    data = {name: datasets.describe_hard_data(name) for name in datasets.HARD_DATA}
-    described = images | volumes | data
+    hard_data = {name: datasets.describe_hard_data(name) for name in datasets.HARD_DATA}
+    described = images | volumes | hard_data
     if name is None:
         if output is not None:
             raise click.UsageError("--output needs the NAME of a training image or of hard data")
-        titles = {"Training images:": images, "\nVolumes:": volumes, "\nHard data:": data}
+        titles = {"Training images:": images, "\nVolumes:": volumes, "\nHard data:": hard_data}
         for title, texts in titles.items():
             click.echo("\n".join([title, *(f"  {key:20} {text}" for key, text in texts.items())]))
     elif name not in described:
-        there = ", ".join(described)
-        raise CCWSIMError(f"there is no {name}; there are {there}.{suggestion(name, described)}")
+        choices = ", ".join(described)
+        raise CCWSIMError(f"there is no {name}; there are {choices}.{suggestion(name, described)}")
     elif output is None:
         click.echo(described[name])
     else:
         from ccwsim.io import write_hard_data, write_training_image
 
         check_writable(output)
-        if name in data:
+        if name in hard_data:
             write_hard_data(output, datasets.load_hard_data(name))
         else:
             write_training_image(output, datasets.load(name))

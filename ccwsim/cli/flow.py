@@ -42,13 +42,14 @@ def command(
     from ccwsim.io.formats.csv_table import csv_as_bytes
 
     e = io.read_realizations(realizations)
-    found = flow.effective_k(e, values, axis, anisotropy=anisotropy)
+    effective = flow.effective_k(e, values, axis, anisotropy=anisotropy)
     if not quiet:
-        click.echo(summary(found, unit))
+        click.echo(summary(effective, unit))
     written = [path for path in (output, modflow) if path is not None]
     options: dict[str, Any] = {"unit": unit, "anisotropy": anisotropy}
     if output is not None:
-        write_bytes(output, csv_as_bytes(*found.table()))
+        head, lines = effective.table()
+        write_bytes(output, csv_as_bytes(head, lines))
     if modflow is not None:
         io.to_flopy(e, values, modflow, **{HEADS_ALONG[axis]: (1.0, 0.0)}, **options)
     if grdecl is not None:
@@ -58,14 +59,14 @@ def command(
             click.echo(f"Written: {path}", err=True)
 
 
-def summary(found: EffectiveK, unit: str) -> str:
-    """Return the quantiles of the effective conductivity, with bounds and image."""
+def summary(effective: EffectiveK, unit: str) -> str:
+    """Return a text: quantiles and bounds of the effective conductivity, and that of the image."""
     import numpy as np
 
-    low, middle, high = np.quantile(found.each, [0.1, 0.5, 0.9])
+    low, middle, high = np.quantile(effective.each, [0.1, 0.5, 0.9])
     return (
-        f"Effective conductivity of {len(found.each)} realizations: P10 {low:.4g}, P50 "
+        f"Effective conductivity of {len(effective.each)} realizations: P10 {low:.4g}, P50 "
         f"{middle:.4g}, P90 {high:.4g} {unit}.\n"
-        f"Bounds (harmonic and arithmetic mean): {found.harmonic.mean():.4g} and "
-        f"{found.arithmetic.mean():.4g} {unit}. Training image: {found.image:.4g} {unit}."
+        f"Bounds (harmonic and arithmetic mean): {effective.harmonic.mean():.4g} and "
+        f"{effective.arithmetic.mean():.4g} {unit}. Training image: {effective.image:.4g} {unit}."
     )

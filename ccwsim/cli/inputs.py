@@ -1,7 +1,7 @@
 """Read the inputs of a run (image, grid, data, parameters, or a project) from a command line."""
 
 import csv
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict
 from functools import reduce
 from pathlib import Path
@@ -54,7 +54,7 @@ class OptionRow(NamedTuple):
     """A row of the table `options.csv`, or the option of a parameter."""
 
     group: str
-    argument: str  # of the file reader
+    argument: str  # argument of the file reader
     option: str
     metavar: str
     kind: str  # one of `KINDS`, or the allowed words, separated by "|"
@@ -70,23 +70,26 @@ _TEXT = Path(__file__).with_name("options.csv").read_text("utf-8")
 _TABLE = [OptionRow(**row) for row in csv.DictReader(_TEXT.splitlines())]
 
 
-def _rows(*groups: str) -> list[OptionRow]:
+def _rows(groups: Sequence[str]) -> list[OptionRow]:
     return [row for row in _TABLE if row.group in groups]
 
 
-IMAGE_ARGUMENTS = [row.argument for row in _rows("image")]
-READING_DATA = {row.name: row.argument for row in _rows("data")}
+IMAGE_ARGUMENTS = [row.argument for row in _rows(["image"])]
+READING_DATA = {row.name: row.argument for row in _rows(["data"])}
 """Argument of the hard data reader, for each parameter of the command."""
-_OF_GRID = [row.name for row in _rows("grid")]
-_READ = [row.name for row in _rows("image", "files", "data", "guides") if row.kind != "ratio"]
+_OF_GRID = [row.name for row in _rows(["grid"])]
+_READ = [row.name for row in _rows(["image", "files", "data", "guides"]) if row.kind != "ratio"]
 OF_PROJECT = ("training_image", *_OF_GRID, *_READ)
 """Inputs that cannot be given beside --project, because a project contains them."""
 
 
 class SimulationInputs(NamedTuple):
-    """Inputs of a run; `study` contains training image, grid, parameters and hard data."""
+    """Inputs of a run, as in `ccwsim.simulate`."""
 
-    study: tuple[TrainingImage, Grid, Parameters, HardData]
+    training_image: TrainingImage
+    grid: Grid
+    parameters: Parameters
+    hard_data: HardData
     n_realizations: int
     seed: int
     notes: tuple[str, ...] = ()
@@ -112,9 +115,9 @@ def options_in(groups: dict[str, list[str]]) -> Callable[[Any], Any]:
     """Return a decorator that adds the options of groups of the table, by their headings."""
     options = []
     for heading, names in groups.items():
-        for row in [*_rows(*names), *(_parameter_rows() if "parameters" in names else [])]:
+        for row in [*_rows(names), *(_parameter_rows() if "parameters" in names else [])]:
             choices = {"type": click.Choice(row.kind.split("|"))}
-            how = choices if "|" in row.kind else KINDS[row.kind]
+            settings = choices if "|" in row.kind else KINDS[row.kind]
             options.append(
                 click.option(
                     *row.option.split(),
@@ -123,7 +126,7 @@ def options_in(groups: dict[str, list[str]]) -> Callable[[Any], Any]:
                     metavar=row.metavar or None,
                     help=row.help,
                     group=heading,
-                    **how,
+                    **settings,
                 )
             )
     return lambda command: reduce(lambda done, option: option(done), reversed(options), command)
@@ -147,7 +150,7 @@ def _parameter_rows() -> list[OptionRow]:
         if name in EXAMPLES:
             kind += " per axis"
             text += f"; for a volume, one number or three, such as {EXAMPLES[name]}"
-        rows.append(OptionRow("parameters", name, option, metavar, kind, text))
+        rows.append(OptionRow("parameters", name, option, metavar=metavar, kind=kind, help=text))
     return rows
 
 
@@ -160,15 +163,22 @@ def inputs_of(options: Any) -> SimulationInputs:
     if options.training_image is None:
         raise CCWSIMError("give a training image (TI), or give a project file with --project")
     image, grid = image_of(options), grid_of(options)
-    data, notes = hard_data_of(options, grid, image)
-    n = 1 if options.n_realizations is None else options.n_realizations
+    hard_data, notes = hard_data_of(options, grid, image)
     usual = Parameters()
     if not _given(options, PER_AXIS):
         from ccwsim.metrics import default_parameters  # takes long to import
 
         usual = default_parameters(image)
-    study = image, grid, parameters_of(options, usual), data
-    return SimulationInputs(study, n, options.seed or 0, notes, secondary_of(options, grid, image))
+    return SimulationInputs(
+        training_image=image,
+        grid=grid,
+        parameters=parameters_of(options, usual),
+        hard_data=hard_data,
+        n_realizations=1 if options.n_realizations is None else options.n_realizations,
+        seed=options.seed or 0,
+        notes=notes,
+        secondary=secondary_of(options, grid, image),
+    )
 
 
 def _of_project(options: Any) -> SimulationInputs:
@@ -180,11 +190,15 @@ def _of_project(options: Any) -> SimulationInputs:
         raise CCWSIMError(f"the project {options.project} contains {name}; leave this input out")
     project = read_project(options.project)
     study, n, seed = project.study, options.n_realizations, options.seed
-    parameters = parameters_of(options, study.parameters)
-    inputs = study.training_image, study.grid, parameters, study.hard_data
-    n = project.n_realizations if n is None else n
-    seed = study.seed if seed is None else seed
-    return SimulationInputs(inputs, n, seed, secondary=study.secondary)
+    return SimulationInputs(
+        training_image=study.training_image,
+        grid=study.grid,
+        parameters=parameters_of(options, study.parameters),
+        hard_data=study.hard_data,
+        n_realizations=project.n_realizations if n is None else n,
+        seed=study.seed if seed is None else seed,
+        secondary=study.secondary,
+    )
 
 
 def _given(options: Any, names: Iterable[str]) -> dict[str, Any]:
@@ -221,8 +235,10 @@ def image_of(options: Any, name: str | None = None) -> TrainingImage:
             raise refused("image_is_bundled", name=name)
         return datasets.load(name)
     if not Path(name).exists():
-        there = ", ".join(bundled)
-        raise refused("unknown_image", name=name, there=there, suggestion=suggestion(name, bundled))
+        choices = ", ".join(bundled)
+        raise refused(
+            "unknown_image", name=name, there=choices, suggestion=suggestion(name, bundled)
+        )
     if options.grid is not None and len(options.grid) == 3:
         reading["volume"] = True
     return read_training_image(name, **reading)
@@ -232,9 +248,9 @@ def grid_of(options: Any) -> Grid:
     """Return the simulation grid given in a command line."""
     from ccwsim import datasets
 
-    own = _grid_of_image(options)
-    if own is not None:
-        return own
+    image_grid = _grid_of_image(options)
+    if image_grid is not None:
+        return image_grid
     shape = options.grid or DEFAULT_SHAPE
     if options.grid is None and options.hard_data in datasets.HARD_DATA:
         shape = datasets.hard_data_grid_shape(options.hard_data)
@@ -267,8 +283,7 @@ def hard_data_of(
     from ccwsim.io import import_hard_data, import_wells
 
     name, bundled = options.hard_data, datasets.HARD_DATA
-    given = _given(options, READING_DATA)
-    reading = {READING_DATA[key]: value for key, value in given.items()}
+    reading = {READING_DATA[key]: value for key, value in _given(options, READING_DATA).items()}
     collars, surveys = options.collars, options.surveys
     if (reading or collars or surveys) and (name is None or name in bundled):
         raise CCWSIMError("options for reading hard data need a file; give a file with --hard-data")
@@ -277,15 +292,17 @@ def hard_data_of(
     if name in bundled:
         return datasets.load_hard_data(name), ()
     if not Path(name).exists():
-        there = ", ".join(bundled)
-        raise refused("unknown_data", name=name, there=there, suggestion=suggestion(name, bundled))
+        choices = ", ".join(bundled)
+        raise refused(
+            "unknown_data", name=name, there=choices, suggestion=suggestion(name, bundled)
+        )
     if collars is None and surveys is not None:
         raise CCWSIMError("--surveys needs a table of well collars; give this table with --collars")
-    for table, given in (("collars", collars), ("surveys", surveys)):
+    for table, path in (("collars", collars), ("surveys", surveys)):
         columns = [name for name in reading if name.startswith(table[:-1] + "_")]
-        if given is None and columns:
-            said = columns[0].replace("_", "-")
-            raise CCWSIMError(f"--{said} names a column of a table of {table}; give --{table}")
+        if path is None and columns:
+            option = columns[0].replace("_", "-")
+            raise CCWSIMError(f"--{option} names a column of a table of {table}; give --{table}")
     if collars is None:
         report = import_hard_data(name, grid, image, **reading)
     elif "coordinates" in reading:
@@ -303,15 +320,20 @@ def secondary_of(options: Any, grid: Grid, image: TrainingImage) -> Secondary | 
     active = None if options.active is None else read_active(options.active, grid)
     auxiliary, probabilities = [], {}
     for of_image, of_grid in options.auxiliary:
-        maps = read_values(of_image, Grid.of(image.shape)), read_values(of_grid, grid)
-        auxiliary.append(Auxiliary(*maps, weight=options.auxiliary_weight))
+        auxiliary.append(
+            Auxiliary(
+                read_values(of_image, Grid.of(image.shape)),
+                read_values(of_grid, grid),
+                weight=options.auxiliary_weight,
+            )
+        )
     for text in options.probability:
         name, _, path = ("", "", text) if Path(text).exists() else text.partition("=")
         facies = int(name) if name.isdecimal() else name or None
         probabilities |= read_probabilities(path or text, grid, facies)
 
     def field(name: str) -> Any:
-        """Return a number or, from the name of a file, a map."""
+        """Return an option as a number; if it names a file, return the map in that file."""
         text = getattr(options, name)
         if text is None:
             return None
@@ -328,12 +350,15 @@ def secondary_of(options: Any, grid: Grid, image: TrainingImage) -> Secondary | 
         weights = weights and [float(weight) for weight in weights]
     except ValueError:
         raise refused("image_weights", given=shown(options.image_weights)) from None
-    given = Secondary(
-        *(active, probabilities or None, auxiliary, options.soft_weight),
+    secondary = Secondary(
+        active=active,
+        probabilities=probabilities or None,
+        auxiliary=auxiliary,
+        soft_weight=options.soft_weight,
         images=[image_of(options, name) for name in options.other_images],
         zones=options.zones and read_values(options.zones, grid),
         weights=weights,
         **{name: field(name) for name in ("angle", "scale", "dip")},
         mirrored=options.mirrored or (),
     )
-    return None if given.is_empty else given
+    return None if secondary.is_empty else secondary

@@ -49,9 +49,9 @@ class GroupedCommand(click.Command):
                 formatter.write_dl(records)
 
 
-def suggestion(word: str, known: Iterable[str]) -> str:
-    """Return a question such as "Did you mean channels?", or "" if no known word is similar."""
-    close = get_close_matches(word.lower(), list(known), n=1)
+def suggestion(word: str, words: Iterable[str]) -> str:
+    """Return a question such as "Did you mean channels?", or "" if no allowed word is similar."""
+    close = get_close_matches(word.lower(), list(words), n=1)
     return f" Did you mean {close[0]}?" if close else ""
 
 

@@ -1,5 +1,6 @@
 """The command `paper`, which repeats the experiments of the paper and writes one report."""
 
+import os
 import sys
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import click
 from ccwsim.cli.inputs import options_in
 from ccwsim.cli.options import EPILOGS, check_writable, quiet
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.numbers import duration
 
 
 @click.command(epilog=EPILOGS["paper"])
@@ -31,10 +33,10 @@ def command(
     check_writable(output)
     from ccwsim.cli.progress import ProgressLine, stop_on_signals
     from ccwsim.paper import reproduction as paper
-    from ccwsim.paper.experiment import FULL, QUICK, inputs_in
+    from ccwsim.paper.experiment import FILES_VARIABLE, FULL, QUICK, inputs_in
     from ccwsim.report.document import write_report
 
-    inputs = inputs_in(data)
+    inputs = inputs_in(data or os.environ.get(FILES_VARIABLE) or None)
     extent = paper.with_largest_grid(QUICK if quick else FULL, largest_grid)
     n = len(paper.EXPERIMENTS)
     progress = None if quiet else ProgressLine(n, sys.stderr, "experiments")
@@ -45,18 +47,22 @@ def command(
 
     with stop_on_signals() as stopped:
         try:
-            run = inputs, extent, seed or 0, progress, stopped
-            found = paper.reproduce(*run, on_finished=report)
+            if progress:
+                expected = duration(paper.expected_seconds(inputs, extent), rough=True)
+                progress.write(f"{n} experiments, about {expected} on this machine")
+            reproduction = paper.reproduce(
+                inputs, extent, seed or 0, progress, stopped, on_finished=report
+            )
         finally:
             if progress:
                 progress.close()
-    if found.finished:
-        write_report(output, paper.document_of(found))
-    if found.stopped:
-        left = f"; written: {output}" if found.finished else "; nothing is written"
-        done = f"stopped after {len(found.finished)} of {n} experiments"
-        click.echo(f"ccwsim: {done}{left}", err=True)
+    if reproduction.finished:
+        write_report(output, paper.document_of(reproduction))
+    if reproduction.stopped:
+        output_note = f"; written: {output}" if reproduction.finished else "; nothing is written"
+        done = f"stopped after {len(reproduction.finished)} of {n} experiments"
+        click.echo(f"ccwsim: {done}{output_note}", err=True)
         return stopped.exit_code
     if not quiet:
-        click.echo(f"{paper.summary(found)}\nWritten: {output}", err=True)
+        click.echo(f"{paper.summary(reproduction)}\nWritten: {output}", err=True)
     return 0

@@ -16,7 +16,7 @@ COMMANDS = ("simulate", "flow", "dashboard", "datasets", "paper", "warm-up")
 
 OK, BAD_INPUT, STOPPED = 0, 2, 130  # exit codes, as in click (2) and in shells (130 for Ctrl-C)
 
-PROGRAM = "program"  # context of a command that runs as a program, which ends after it
+PROGRAM = "program"  # context of a command whose process ends after the command
 
 
 class Commands(click.Group):
@@ -30,8 +30,8 @@ class Commands(click.Group):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         name = args[0]
         if name not in COMMANDS and not name.startswith("-"):
-            said = suggestion(name, COMMANDS) or f" Choose one of {', '.join(COMMANDS)}."
-            ctx.fail(f"No such command '{name}'.{said}")
+            hint = suggestion(name, COMMANDS) or f" Choose one of {', '.join(COMMANDS)}."
+            ctx.fail(f"No such command '{name}'.{hint}")
         return super().resolve_command(ctx, args)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
@@ -56,10 +56,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="replace")  # some code pages lack characters
-    given = None if arguments is None else list(arguments)
+    words = None if arguments is None else list(arguments)
     try:
-        about = PROGRAM if arguments is None else None
-        return program.main(given, "ccwsim", standalone_mode=False, obj=about) or OK
+        context = PROGRAM if arguments is None else None
+        return program.main(words, "ccwsim", standalone_mode=False, obj=context) or OK
     except click.ClickException as error:
         error.show()
     except CCWSIMError as error:

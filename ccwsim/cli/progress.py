@@ -15,7 +15,7 @@ from tqdm import tqdm
 from ccwsim.cli.program import PROGRAM
 from ccwsim.model.numbers import duration
 
-SECONDS_A_LINE = 5.0  # between progress lines without a terminal, as in the log of a batch system
+SECONDS_A_LINE = 5.0  # time between progress lines if there is no terminal, as in a batch system
 STARTING = "starting …"
 BAR = "{bar:24} {percentage:3.0f} %  {desc}  {remaining} left"
 
@@ -28,7 +28,7 @@ class ProgressLine:
         self._is_terminal = stream.isatty()
         self._bar: tqdm | None = None
         self._first: tuple[float, float] | None = None
-        self._said: float | None = None
+        self._last_line: float | None = None
         self._waiting = ""  # text shown on a terminal before the work begins
 
     def __call__(self, fraction: float, n_done: int) -> None:
@@ -93,12 +93,13 @@ class ProgressLine:
     def _say_line(self, fraction: float, done: str) -> None:
         now = time.monotonic()
         compiles = fraction == 0 and starting_text() != STARTING
-        self._said = (now - SECONDS_A_LINE * compiles) if self._said is None else self._said
+        if self._last_line is None:
+            self._last_line = now - SECONDS_A_LINE * compiles
         if fraction > 0 and self._first is None:
             self._first = now, fraction
-        if now - self._said < SECONDS_A_LINE:
+        if now - self._last_line < SECONDS_A_LINE:
             return
-        self._said = now
+        self._last_line = now
         line = f"{100 * fraction:.0f} %, {done}" if self._first else starting_text()
         if self._first and fraction > self._first[1]:
             pace = (fraction - self._first[1]) / (now - self._first[0])
@@ -114,8 +115,10 @@ def starting_text() -> str:
     if progress is None:
         return STARTING
     text = f"compiling kernels, once for this machine: {progress.n_done} of {progress.n}"
-    left = progress.seconds_left
-    return f"{text}, {duration(left, rough=True)} left" if left is not None else text
+    seconds_left = progress.seconds_left
+    return (
+        f"{text}, {duration(seconds_left, rough=True)} left" if seconds_left is not None else text
+    )
 
 
 SIGNALS = {"SIGINT": 130, "SIGTERM": 143, "SIGHUP": 129}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from statistics import median
 from types import SimpleNamespace
@@ -19,7 +19,7 @@ from ccwsim.model.extras import check_installed
 if TYPE_CHECKING:
     from ccwsim.model.ensemble import Ensemble
 
-STREAMED = "npy"  # file ending of the only format that is written during the run, not after the run
+STREAMED = "npy"  # file ending of the only format that is written during the run
 
 
 @click.command(
@@ -27,7 +27,7 @@ STREAMED = "npy"  # file ending of the only format that is written during the ru
 )
 @image_and_data_options
 @quiet
-def command(**given: Any) -> int:
+def command(**values: Any) -> int:
     """Simulate realizations that resemble a training image and honour hard data.
 
     TI is a file (picture, GeoTIFF, NetCDF, SGeMS, GSLIB, GRDECL, ESRI, CSV, NumPy, MATLAB, VTK and
@@ -37,14 +37,14 @@ def command(**given: Any) -> int:
     Numbers along several axes are always in the order x, y, z: 640x480 means 640 columns along x
     and 480 rows along y, and a third number is the layers of a volume. x runs east, y north, z up.
     """
-    options = SimpleNamespace(**given)
+    options = SimpleNamespace(**values)
     for output in options.output:
         check_output(output)
     streamed = streamed_output(options.output)
     if options.scheduler is not None:
         check_installed("distributed")
     inputs = inputs_of(options)
-    _say(options, *inputs.notes)
+    _say(options, inputs.notes)
     from ccwsim.cli.progress import ProgressLine, stop_on_signals
     from ccwsim.run.simulation import simulate
 
@@ -52,9 +52,19 @@ def command(**given: Any) -> int:
     with executor_of(options) as executor, stop_on_signals() as stopped:
         ensemble, message = None, ""
         try:
-            run = inputs.n_realizations, inputs.seed, options.workers, progress, stopped
             ensemble = simulate(
-                *inputs.study, *run, executor=executor, out=streamed, secondary=inputs.secondary
+                inputs.training_image,
+                inputs.grid,
+                inputs.parameters,
+                inputs.hard_data,
+                n_realizations=inputs.n_realizations,
+                seed=inputs.seed,
+                n_workers=options.workers,
+                progress=progress,
+                cancel=stopped,
+                executor=executor,
+                out=streamed,
+                secondary=inputs.secondary,
             )
         except Cancelled as cancelled:
             ensemble, message = cancelled.ensemble, str(cancelled)
@@ -65,7 +75,7 @@ def command(**given: Any) -> int:
             click.echo(f"ccwsim: {message}", err=True)
         if ensemble is not None:
             _write([path for path in options.output if path != streamed], ensemble)
-            _say(options, summary(ensemble), *(f"Written: {path}" for path in options.output))
+            _say(options, [summary(ensemble), *(f"Written: {path}" for path in options.output)])
     return stopped.exit_code if message else 0
 
 
@@ -109,9 +119,9 @@ def summary(e: Ensemble) -> str:
 
     ti, n = e.training_image, e.hard_data.n
     milliseconds = 1e3 * median(e.cpu_seconds)
-    cells = describe_shape(e.grid.shape)
+    size = describe_shape(e.grid.shape)
     lines = [
-        f"{e.n} realization{'s' if e.n > 1 else ''} of {cells} cells "
+        f"{e.n} realization{'s' if e.n > 1 else ''} of {size} cells "
         f"({ti.name or 'training image'}, seed {e.seed}): {milliseconds:.0f} ms of CPU time each, "
         f"{e.wall_seconds:.1f} s in all."
     ]
@@ -123,7 +133,10 @@ def summary(e: Ensemble) -> str:
         tail = f"; at most {forced} of these data were forced as single cells" if forced else ""
         lines.append(f"Hard data: {n} of {n} honoured in every realization{tail}.")
     shares = zip(ti.facies_names, e.proportions.mean(axis=0), ti.proportions, strict=True)
-    parts = [f"{name} {100 * own:.1f} % ({100 * other:.1f} %)" for name, own, other in shares]
+    parts = [
+        f"{name} {100 * share:.1f} % ({100 * share_of_image:.1f} %)"
+        for name, share, share_of_image in shares
+    ]
     return "\n".join([*lines, f"Proportions (training image): {', '.join(parts)}."])
 
 
@@ -141,7 +154,7 @@ def _write(paths: Sequence[str], ensemble: Ensemble) -> None:
         raise CCWSIMError("; ".join(errors))
 
 
-def _say(options: Any, *lines: str) -> None:
+def _say(options: Any, lines: Iterable[str]) -> None:
     if not options.quiet:
         for line in lines:
             click.echo(line, err=True)

@@ -120,8 +120,8 @@ def describe(name: str) -> str:
     mortar). Good for closed shapes: stones must not break, joints must not stop.
     """
     dataset = _dataset(name)
-    cells, facies = describe_shape(dataset.shape), ", ".join(dataset.facies_names)
-    return f"{dataset.picture} ({cells} cells; {facies}). Good for {dataset.good_for}."
+    size, facies = describe_shape(dataset.shape), ", ".join(dataset.facies_names)
+    return f"{dataset.picture} ({size} cells; {facies}). Good for {dataset.good_for}."
 
 
 def hard_data_names() -> tuple[str, ...]:
@@ -181,8 +181,8 @@ def describe_hard_data(name: str) -> str:
     '60 wells, none close to another (512 × 512 cells, for the training image channels).'
     """
     survey = _survey(name)
-    cells = describe_shape(survey.grid_shape)
-    return f"{survey.picture} ({cells} cells, for the training image {survey.training_image})."
+    size = describe_shape(survey.grid_shape)
+    return f"{survey.picture} ({size} cells, for the training image {survey.training_image})."
 
 
 def load_reference_field(name: str) -> TrainingImage:

@@ -22,7 +22,7 @@ def stored_ensemble() -> Ensemble:
         indices = np.unpackbits(stored["bits"], count=int(np.prod(shape))).reshape(shape)
         data_status = stored["data_status"]
     return Ensemble(
-        study=Study(load(IMAGE), Grid(*SHAPE), hard_data=load_hard_data(HARD_DATA)),
+        study=Study(load(IMAGE), Grid.of(SHAPE), hard_data=load_hard_data(HARD_DATA)),
         indices=indices,
         cpu_seconds=np.full(N_REALIZATIONS, np.nan),
         wall_seconds=0.0,

@@ -21,7 +21,7 @@ def sample_random(field: NDArray[np.integer], n: int, seed: int = 0) -> HardData
     shape = _shape(field)
     n, n_cells = check_int("the number of data", n, 1), prod(shape)
     cells = _distinct(_random(seed), n_cells, min(n, n_cells))
-    return _read(field, *np.unravel_index(cells, shape))
+    return _read(field, np.unravel_index(cells, shape))
 
 
 def sample_wells(
@@ -38,22 +38,23 @@ def sample_wells(
     distance between data along a well, in cells.
     """
     shape = _shape(field)
-    ways = DIRECTIONS if len(shape) == 2 else (VERTICAL,)
-    way = ways[0] if direction is None else direction
-    if way not in ways:
-        allowed = " or ".join(f'"{one}"' for one in ways)
+    directions = DIRECTIONS if len(shape) == 2 else (VERTICAL,)
+    way = directions[0] if direction is None else direction
+    if way not in directions:
+        allowed = " or ".join(f'"{one}"' for one in directions)
         raise CCWSIMError(f"direction = {shown(direction)} must be {allowed}")
     n, every = check_int("the number of wells", n, 1), check_int("every", every, 1)
     *_, ny, nx = shape
     if way == VERTICAL:
         columns = _distinct(_random(seed), ny * nx, min(n, ny * nx))
-        layers, at = np.meshgrid(np.arange(0, shape[0], every), columns, indexing="ij")
-        return _read(field, layers.ravel(), *np.divmod(at.ravel(), nx))
+        layers, positions = np.meshgrid(np.arange(0, shape[0], every), columns, indexing="ij")
+        rows, columns = np.divmod(positions.ravel(), nx)
+        return _read(field, (layers.ravel(), rows, columns))
     along, across = (ny, nx) if way == "N-S" else (nx, ny)
     wells = _random(seed).choice(across, min(n, across), replace=False)
-    down, at = np.meshgrid(np.arange(0, along, min(every, along)), wells, indexing="ij")
-    rows, columns = (down, at) if way == "N-S" else (at, down)
-    return _read(field, rows.ravel(), columns.ravel())
+    down, positions = np.meshgrid(np.arange(0, along, min(every, along)), wells, indexing="ij")
+    rows, columns = (down, positions) if way == "N-S" else (positions, down)
+    return _read(field, (rows.ravel(), columns.ravel()))
 
 
 def sample_grid(field: NDArray[np.integer], every: int) -> HardData:
@@ -61,11 +62,12 @@ def sample_grid(field: NDArray[np.integer], every: int) -> HardData:
     *layers, ny, nx = _shape(field)
     every = min(check_int("every", every, 1), max(ny, nx))
     axes = [np.arange((length - 1) % every // 2, length, every) for length in (ny, nx)]
-    cells = np.meshgrid(*(np.arange(n) for n in layers), *axes, indexing="ij")
-    return _read(field, *(axis.ravel() for axis in cells))
+    cells = np.meshgrid(*[*map(np.arange, layers), *axes], indexing="ij")
+    return _read(field, tuple(axis.ravel() for axis in cells))
 
 
-def _read(field: NDArray[np.integer], *cells: NDArray) -> HardData:
+def _read(field: NDArray[np.integer], cells: tuple[NDArray, ...]) -> HardData:
+    """Return the facies of a field in cells, given by (layers,) rows and columns."""
     return HardData(np.column_stack(cells), np.asarray(field)[cells])
 
 

@@ -24,8 +24,8 @@ from ccwsim.model.secondary import Secondary
 from ccwsim.model.study import Study
 
 MAX_TURNS = 16  # maximum number of combinations of angle, scale and dip
-WIDER = 1.25  # factor of all tolerances while there are more combinations
-SCALE_TOLERANCE = 0.04  # maximum difference of ln(scale) from the map, as of angles
+WIDER = 1.25  # factor by which tolerances grow until there are at most MAX_TURNS combinations
+SCALE_TOLERANCE = 0.04  # maximum difference of ln(scale) from the map
 MAX_CELLS = 400_000_000  # maximum number of cells of all copies
 
 
@@ -33,12 +33,13 @@ class Copies(NamedTuple):
     """The stack of copies of a study, in the orientation of the grid."""
 
     indices: Bytes  # shape (nz, ny, nx); n_facies in unknown cells
-    known: Mask  # known cells of the stack
-    # number of the cell in the training images, one after the other, −1 in unknown cells
+    known_mask: Mask  # known cells of the stack
+    # number of the cell, counted through all training images; −1 in unknown cells
     origins: NDArray[np.int32]
     layers: Ints  # shape (n_kinds, 2): first layer and number of layers of a kind
     kinds: Bytes  # shape (nz, ny, nx) of the grid: the kind of each cell
-    # weights of images, whose kinds follow the kind of a cell; (1.0,) if images have no weights
+    # weight of each image, (1.0,) without weights; the kind of a cell is that of the first image,
+    # and the kinds of the other images follow
     weights: tuple[float, ...]
     proportions: Floats  # shape (n_kinds, n_facies)
     turns: Floats  # shape (n_kinds, 5): angle, scale along x, y and z, dip
@@ -48,15 +49,16 @@ class Copies(NamedTuple):
     def expected(self) -> Floats:
         """Mean proportions of the kinds in the grid, shape (n_facies,)."""
         shares = np.bincount(self.kinds.ravel(), minlength=len(self.layers)) / self.kinds.size
-        own = np.outer(shares[:: len(self.weights)], self.weights).ravel()
-        return (own if len(self.weights) > 1 else shares) @ self.proportions
+        if len(self.weights) > 1:
+            shares = np.outer(shares[:: len(self.weights)], self.weights).ravel()
+        return shares @ self.proportions
 
     def around(self) -> Ints:
         """Return `layers` for windows, which use the images of all weights."""
-        n, found = len(self.weights), self.layers.copy()
-        for k in range(0, len(found), n):
-            found[k : k + n] = found[k, 0], found[k : k + n, 1].sum()
-        return found
+        n, layers = len(self.weights), self.layers.copy()
+        for k in range(0, len(layers), n):
+            layers[k : k + n] = layers[k, 0], layers[k : k + n, 1].sum()
+        return layers
 
 
 def make_copies(study: Study) -> Copies | None:
@@ -90,37 +92,37 @@ def make_copies(study: Study) -> Copies | None:
             for flipped in _flips(secondary.mirrored):
                 origins = _turned(numbers[k], flipped, turns[turn], study.grid.cell_size, gap)
                 stack.append((_values(indices, numbers[k], origins), origins))
-                said = images[k].name.replace("_", " ") or f"image {k}"
-                names += [_named(said, turns[turn], flipped)] * len(origins)
+                name = images[k].name.replace("_", " ") or f"image {k}"
+                names += [_name_of_copy(name, turns[turn], flipped)] * len(origins)
         layers.append((first, sum(len(values) for values, _ in stack) - first))
         proportions.append(counts / counts.sum())
     shape = [max(values.shape[axis] for values, _ in stack) for axis in (1, 2)]
     indices = np.concatenate([_padded(values, shape, UNKNOWN) for values, _ in stack])
     return Copies(
-        np.minimum(indices, n_facies),
-        indices != UNKNOWN,
-        np.concatenate([_padded(origins, shape, -1) for _, origins in stack]),
-        np.array(layers, np.int64),
-        kinds.reshape(in_layers(study.grid.shape)).astype(np.uint8),
-        secondary.weights or (1.0,),
-        np.array(proportions),
-        turns[used // len(groups)],
-        names,
+        indices=np.minimum(indices, n_facies),
+        known_mask=indices != UNKNOWN,
+        origins=np.concatenate([_padded(origins, shape, -1) for _, origins in stack]),
+        layers=np.array(layers, np.int64),
+        kinds=kinds.reshape(in_layers(study.grid.shape)).astype(np.uint8),
+        weights=secondary.weights or (1.0,),
+        proportions=np.array(proportions),
+        turns=turns[used // len(groups)],
+        names=names,
     )
 
 
-def _named(image: str, turn: NDArray[np.float64], flipped: tuple[int, ...]) -> str:
+def _name_of_copy(image: str, turn: NDArray[np.float64], flipped: tuple[int, ...]) -> str:
     angle, *scale, dip = turn.tolist()
-    said = [image, *[f"turned to {angle:.0f}°"] * (angle != 0)]
+    parts = [image, *[f"turned to {angle:.0f}°"] * (angle != 0)]
     along = dict.fromkeys(f"{s:.2g}" for s in (scale if scale[2] != 1 else scale[:2]))
-    said += [f"scaled by {' × '.join(along)}"] * (scale != [1, 1, 1])
-    said += [f"with a dip of {dip:.0f}°"] * (dip != 0)
-    said += [f"mirrored along {' and '.join('zyx'[axis] for axis in flipped)}"] * bool(flipped)
-    return ", ".join(said)
+    parts += [f"scaled by {' × '.join(along)}"] * (scale != [1, 1, 1])
+    parts += [f"with a dip of {dip:.0f}°"] * (dip != 0)
+    parts += [f"mirrored along {' and '.join('zyx'[axis] for axis in flipped)}"] * bool(flipped)
+    return ", ".join(parts)
 
 
 def n_cells_of_copies(study: Study) -> int:
-    """Return about how many cells the copies of a study have; at most a little too many."""
+    """Return the number of cells of the copies of a study, or slightly more."""
     secondary = study.secondary
     if secondary is None or not secondary.has_copies:
         return study.training_image.indices.size
@@ -129,11 +131,11 @@ def n_cells_of_copies(study: Study) -> int:
 
 
 def _gap(study: Study) -> int:
-    """Return the number of which the layers of a copy of a volume are a multiple: one block."""
+    """Return the layers of a block; a copy of a volume consists of whole blocks along z."""
     return 2 ** study.parameters.along(study.grid.shape).level[0]
 
 
-@lru_cache(maxsize=16)  # the estimate of memory asks several times
+@lru_cache(maxsize=16)  # the estimate of memory calls this function several times
 def _n_cells(secondary: Secondary, shapes: tuple[Triple, ...], grid: Grid, gap: int) -> int:
     turns, _ = turns_of(secondary, in_layers(grid.shape))
     turned = [_shape_of(_forward(turn, grid.cell_size), n) for turn in turns for n in shapes]
@@ -143,32 +145,32 @@ def _n_cells(secondary: Secondary, shapes: tuple[Triple, ...], grid: Grid, gap: 
 
 
 def turns_of(secondary: Secondary, shape: tuple[int, int, int]) -> tuple[Floats, Ints]:
-    """Return the combinations of angle, scales and dip, shape (n, 5), and that of each cell."""
+    """Return the combinations of angle, scales and dip, shape (n, 5), and each cell's number."""
     scales = secondary.scale or ()
     fields = [secondary.angle, *(np.log(s) for s in scales), secondary.dip]
     values = [np.zeros(1) if field is None else np.ravel(field) for field in fields]
-    found = [np.unique(each, return_inverse=True) for each in values]
+    uniques = [np.unique(field, return_inverse=True) for field in values]
     tolerance, wider = secondary.angle_tolerance, 1.0
     tolerances = [tolerance, *[SCALE_TOLERANCE] * len(scales), tolerance]
-    where = [0, *range(1, 1 + len(scales)), 4]
+    columns = [0, *range(1, 1 + len(scales)), 4]  # columns of `turns`
     while True:
         classes = [
             classes_of(distinct, limit * wider, 360.0 if k == 0 else None)
-            for k, ((distinct, _), limit) in enumerate(zip(found, tolerances, strict=True))
+            for k, ((distinct, _), limit) in enumerate(zip(uniques, tolerances, strict=True))
         ]
         centres = [middles for middles, _ in classes]
         if max(map(len, centres)) <= MAX_TURNS:
             codes = np.zeros(1, np.int64)
-            for (_, of_value), (middles, of_distinct) in zip(found, classes, strict=True):
+            for (_, of_value), (middles, of_distinct) in zip(uniques, classes, strict=True):
                 codes = codes * len(middles) + of_distinct[of_value]
             used, of_cell = np.unique(codes, return_inverse=True)
             if len(used) <= MAX_TURNS:
                 break
         wider *= WIDER
     turns = np.zeros((len(used), 5))
-    for at, middles in zip(reversed(where), reversed(centres), strict=True):
+    for column, middles in zip(reversed(columns), reversed(centres), strict=True):
         used, k = np.divmod(used, len(middles))
-        turns[:, at] = middles[k]
+        turns[:, column] = middles[k]
     turns[:, 1:4] = np.exp(turns[:, 1:4])
     return turns, np.broadcast_to(of_cell, prod(shape)).reshape(shape)
 
@@ -178,7 +180,7 @@ def classes_of(
 ) -> tuple[Floats, Ints]:
     """Return the middles of as few classes as possible, and the class of each distinct value.
 
-    The values ascend. None differs from the middle of its class by more than `tolerance`.
+    The values ascend. No value differs from the middle of its class by more than `tolerance`.
     """
     first = 0
     if period is not None and len(distinct) > 1:  # classes begin after the largest gap
@@ -197,18 +199,18 @@ def classes_of(
 
 def _numbers(shapes: list[tuple[int, ...]]) -> list[NDArray[np.int32]]:
     """Return the numbers of the cells of images, one image after the other."""
-    found, first = [], 0
+    numbers, first = [], 0
     for shape in shapes:
         volume = in_layers(shape)
-        found.append(np.arange(first, first + prod(volume), dtype=np.int32).reshape(volume))
+        numbers.append(np.arange(first, first + prod(volume), dtype=np.int32).reshape(volume))
         first += prod(volume)
-    return found
+    return numbers
 
 
 def _flips(mirrored: Sequence[str]) -> list[tuple[int, ...]]:
     """Return the axes of each mirrored copy, beginning with the unchanged image."""
     axes = ["zyx".index(axis) for axis in dict.fromkeys(mirrored)]
-    return [some for n in range(len(axes) + 1) for some in combinations(axes, n)]
+    return [flipped for n in range(len(axes) + 1) for flipped in combinations(axes, n)]
 
 
 def _forward(turn: Floats, cell_size: tuple[float, ...]) -> Floats:
@@ -238,8 +240,8 @@ def _turned(
 ) -> NDArray[np.int32]:
     """Return the numbers of the cells of a mirrored, scaled and turned copy; −1 outside the image.
 
-    Each cell of the copy has the nearest cell of the image. All cells of the image are kept, as
-    cropping would change proportions.
+    Each cell of the copy gets the number of the nearest cell of the image. All cells of the image
+    are kept, because cropping would change proportions.
     """
     forward = _forward(turn, cell_size)
     shape, inverse = _shape_of(forward, numbers.shape), np.linalg.inv(forward)  # type: ignore[arg-type]

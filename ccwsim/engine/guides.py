@@ -18,60 +18,67 @@ N_PARTS = (2, 4, 4)
 
 
 def make_guide(
-    image: PreparedImage, template: Triple, path: RasterPath, lengths: ScaledLengths
+    prepared: PreparedImage, template: Triple, path: RasterPath, lengths: ScaledLengths
 ) -> guidance.Guide | None:
     """Return the guide of the patches of a path, or None if nothing guides the search.
 
     `template` has the lengths along the axes of the grid; `lengths` are those of the coarsest scale
     along the path.
     """
-    study, orientation, secondary = image.study, path.orientation, image.study.secondary
+    study, orientation, secondary = prepared.study, path.orientation, prepared.study.secondary
     if not study.is_guided:
         return None
     soft = secondary.probabilities if secondary else None
     auxiliary = secondary.auxiliary if secondary else ()
     located = {axis: w for axis, w in enumerate(study.parameters.location_weights) if w > 0}
-    sums = image.oriented(orientation, template).pyramid.sums
+    sums = prepared.oriented(orientation, template).pyramid.sums
     blocks = [t // b for t, b in zip(lengths.template, lengths.block, strict=True)]
     counts = [min(n, k) for n, k in zip(N_PARTS, blocks, strict=True)]
     part = [-(-k // n) for k, n in zip(blocks, counts, strict=True)]
     n_parts, key = prod(counts), (orientation, template)
 
-    def of_image() -> NDArray[np.float32]:
+    def values_of_image() -> NDArray[np.float32]:
         size, shape = np.multiply(lengths.block, lengths.cell_size), sums.shape[1:]
         axes = [np.arange(n)[:, None] * k for n, k in zip(shape, size, strict=True)]
-        found = []
-        for values, is_whole in _maps_of_image(image, [*located], template, orientation):
+        means = []
+        for values, is_whole in _maps_of_image(prepared, [*located], template, orientation):
             box = np.array(lengths.template) * lengths.cell_size if is_whole else part * size
             ends = [axis + length for axis, length in zip(axes, box, strict=True)]
-            found.append(_means_along(summed_up(values), axes, ends))
+            means.append(_means_along(summed_up(values), axes, ends))
         if located:
-            at = found[len(found) - len(located) :]
-            found.append(sum(w * a**2 for w, a in zip(located.values(), at, strict=True)))
-        return np.array(found, np.float32).reshape(-1, *shape)
+            positions = means[len(means) - len(located) :]
+            weighted = zip(located.values(), positions, strict=True)
+            means.append(sum(w * position**2 for w, position in weighted))
+        return np.array(means, np.float32).reshape((-1, *shape))
 
     def tilts(soft: Floats) -> Floats:
-        usual = image.oriented(0, template)  # one for all realizations, which must not differ
-        known = soft, usual.proportions, usual.pyramid.sums, usual.illegal
-        return guidance.tilts_of(*known, lengths.along(orientation))
+        usual = prepared.oriented(0, template)  # the same tilts for all realizations
+        return guidance.tilts_of(
+            soft,
+            usual.proportions,
+            sums=usual.pyramid.sums,
+            illegal=usual.illegal,
+            lengths=lengths.along(orientation),
+        )
 
-    def of_grid() -> Floats:
-        maps = [np.clip(_scaled(each.grid, each.image), *guidance.LIMITS) for each in auxiliary]
+    def tables_of_grid() -> Floats:
+        low, high = guidance.LIMITS
+        maps = [np.clip(_in_range_of(v.image, v.grid), low, high) for v in auxiliary]
         maps = maps if soft is None else [*tilts(soft), *maps]
         sz, sy, sx = (n + 1 for n in in_layers(study.grid.shape))
         # with a column that is not used, no view is contiguous, so that kernels have one type
-        found = np.zeros((len(maps), sz, sy, sx + 1))
-        for each, values in zip(found, maps, strict=True):
-            each[..., :sx] = summed_up(values.reshape(in_layers(values.shape)))
-        return found[:, sz == 2 :, :, :sx]
+        tables = np.zeros((len(maps), sz, sy, sx + 1))
+        for table, values in zip(tables, maps, strict=True):
+            table[..., :sx] = summed_up(values.reshape(in_layers(values.shape)))
+        return tables[:, sz == 2 :, :, :sx]
 
-    values = image.part(("maps of image", *key), of_image)
+    values = prepared.part(("maps of image", *key), values_of_image)
     mismatch = guidance.mismatch_cost(lengths, len(sums))
     n_soft = 0 if soft is None else study.training_image.n_facies - 1
     c = mismatch * guidance.NAT / USUAL_OVERLAP * (secondary.soft_weight if secondary else 0)
     tables_of, weights = [*range(n_soft)], [-c] * n_soft
-    for k, each in enumerate(auxiliary):
-        cost = mismatch * each.weight
+    for k, variable in enumerate(auxiliary):
+        cost = mismatch * variable.weight
         tables_of += [guidance.WHOLE, guidance.SMALLER, n_soft + k]
         weights += [cost, cost / n_parts, -2 * cost]
     for axis, weight in located.items():
@@ -81,65 +88,77 @@ def make_guide(
         weights.append(-2 * mismatch * weight)
     tables_of += [guidance.EVERY] * bool(located)
     weights += [mismatch] * bool(located)
-    tables = image.part(("maps of grid", template), of_grid)
+    tables = prepared.part(("maps of grid", template), tables_of_grid)
     # sums over boxes change their sign with the direction of an axis
     turned = orientation & (1 | 2 | (FROM_ABOVE if tables.shape[1] > 1 else 0))
     signs = np.where(np.array(tables_of) < 0, 1, (-1) ** turned.bit_count())
     tables = to_path(tables.swapaxes(0, 1), orientation).swapaxes(0, 1)
-    sizes = lengths.template, lengths.block, lengths.cell_size, path.offset
     n_terms, n_places = len(values) * n_parts + guidance.AT_ONCE, prod(values.shape[2:])
     spread = c * guidance.SPREAD / n_soft if n_soft and not lengths.volume else 0.0
     n_random = n_places if spread else 0
-    work = np.zeros(3, np.int64), np.zeros((3, 2), np.int64), np.zeros(n_terms, np.int64)
     return guidance.Guide(
-        *(values, tables, np.array(tables_of), signs * np.array(weights), n_soft),
-        *(tuple(counts), tuple(part)),  # type: ignore[arg-type]
-        *(*sizes, *work, np.zeros(n_terms, np.float32)),
-        np.zeros(n_places, np.float32),
-        image.part(("random costs", n_random), lambda: guidance.random_costs(n_random)),
-        spread,
+        values=values,
+        tables=tables,
+        tables_of=np.array(tables_of),
+        weights=signs * np.array(weights),
+        n_soft=n_soft,
+        counts=tuple(counts),  # type: ignore[arg-type]
+        part=tuple(part),  # type: ignore[arg-type]
+        template=lengths.template,
+        block=lengths.block,
+        cell_size=lengths.cell_size,
+        offset=path.offset,
+        start=np.zeros(3, np.int64),
+        ends=np.zeros((3, 2), np.int64),
+        offsets=np.zeros(n_terms, np.int64),
+        terms=np.zeros(n_terms, np.float32),
+        costs=np.zeros(n_places, np.float32),
+        random=prepared.part(("random costs", n_random), lambda: guidance.random_costs(n_random)),
+        spread=spread,
     )
 
 
 def _maps_of_image(
-    image: PreparedImage, located: list[int], template: Triple, orientation: int
+    prepared: PreparedImage, located: list[int], template: Triple, orientation: int
 ) -> Iterator[tuple[NDArray, bool]]:
-    """Yield the maps whose means over parts, or whole patches, are `Guide.values`.
+    """Yield the maps of `Guide.values`, and whether their means are over whole patches or parts.
 
-    The last are relative positions along the axes `located`.
+    The last maps are relative positions along the axes `located`.
     """
-    study, secondary = image.study, image.study.secondary
+    study, secondary = prepared.study, prepared.study.secondary
     if secondary is not None and secondary.probabilities is not None:
         for k in range(1, study.training_image.n_facies):
-            yield image.scaled(orientation) == k, False
+            yield prepared.scaled(orientation) == k, False
     images = (study.training_image, *(secondary.images if secondary else ()))
-    shapes = [in_layers(each.shape) for each in images]
+    shapes = [in_layers(training_image.shape) for training_image in images]
 
-    def oriented(values: NDArray) -> NDArray:  # in unknown cells of copies, any value
-        copies = image.copies
+    def oriented(values: NDArray) -> NDArray:  # unknown cells of copies get any value
+        copies = prepared.copies
         return to_path(values[copies.origins] if copies else values.reshape(shapes[0]), orientation)
 
-    for each in secondary.auxiliary if secondary else ():
-        values = oriented(_scaled(each.image, each.image).ravel())
+    for variable in secondary.auxiliary if secondary else ():
+        values = oriented(_in_range_of(variable.image, variable.image).ravel())
         yield values**2, True
         yield values**2, False
         yield values, False
     for axis in located:
         t = template[axis]
-        at = [(np.indices(n)[axis].ravel() - (t - 1) / 2) / max(n[axis] - t, 1) for n in shapes]
-        yield oriented(np.concatenate(at)), True
+        positions = [
+            (np.indices(n)[axis].ravel() - (t - 1) / 2) / max(n[axis] - t, 1) for n in shapes
+        ]
+        yield oriented(np.concatenate(positions)), True
 
 
-def _scaled(values: NDArray, reference: NDArray) -> Floats:
-    """Return values of an auxiliary variable with the range of the image as the unit."""
-    low, high = float(reference.min()), float(reference.max())
+def _in_range_of(of_image: NDArray, values: NDArray) -> Floats:
+    """Return values of an auxiliary variable as shares of the range of its values in the image."""
+    low, high = float(of_image.min()), float(of_image.max())
     return (values - low) / ((high - low) or 1.0)
 
 
 def _means_along(table: Floats, first: list[NDArray], last: list[NDArray]) -> Floats:
     """Return the means over boxes with these ends along each axis, one box per combination.
 
-    `table` comes from `summed_up`. A box outside the map takes the nearest cells.
+    `table` comes from `summed_up`. For a box outside the map, the nearest cells are used.
     """
     means = table
     for axis, (start, end) in enumerate(zip(first, last, strict=True)):

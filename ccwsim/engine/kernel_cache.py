@@ -23,7 +23,7 @@ FOLDER_VARIABLE = "_CCWSIM_KERNELS"
 """Environment variable that contains the folder of kernels, for compiling processes."""
 DECORATED = re.compile(rb"^@\w*kernel$", re.MULTILINE)
 USER_CACHES = {"darwin": "Library/Caches", "win32": "AppData/Local"}
-"""Folder for caches in the home folder, by platform; ".cache" on others."""
+"""Folder for caches in the home folder, by platform; ".cache" on other platforms."""
 UNUSED_DAYS = 7  # number of days without use after which folders of other versions are removed
 
 
@@ -63,8 +63,8 @@ def _cache_folder() -> str:
     a temporary folder, because Numba needs a writable folder. Return "" if no temporary folder can
     be created.
     """
-    if given := os.environ.get(FOLDER_VARIABLE):
-        return given
+    if folder_of_parent := os.environ.get(FOLDER_VARIABLE):
+        return folder_of_parent
     place = _user_folder()
     if place and _is_writable(place):
         return str(place)
@@ -85,8 +85,8 @@ def _cache_folder() -> str:
 def _is_writable(place: Path) -> bool:
     """Return whether a folder is writable or can be created."""
     # unlike `Path.exists`, this function raises no error if a folder is not accessible
-    there = next(folder for folder in (place, *place.parents) if os.path.exists(folder))
-    return os.access(there, os.W_OK | os.X_OK)
+    existing = next(folder for folder in (place, *place.parents) if os.path.exists(folder))
+    return os.access(existing, os.W_OK | os.X_OK)
 
 
 FOLDER = _cache_folder()  # folder of compiled kernels; an empty string if no folder is writable
@@ -104,10 +104,10 @@ def remove_unused(folder: str, days: float = UNUSED_DAYS) -> None:
     A process records the use of its folder when it starts and when it compiles. A process that runs
     longer than `days` days has its kernels in memory and recompiles missing kernels.
     """
-    own = Path(folder)
-    for other in own.parent.glob("kernels-*"):
+    current = Path(folder)
+    for other in current.parent.glob("kernels-*"):
         with suppress(OSError):
-            if other.name != own.name and time.time() - other.stat().st_mtime > 86400 * days:
+            if other.name != current.name and time.time() - other.stat().st_mtime > 86400 * days:
                 shutil.rmtree(other, ignore_errors=True)
 
 

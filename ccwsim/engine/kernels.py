@@ -85,11 +85,8 @@ class part_of_kernel:  # noqa: N801 - a decorator
         self._part = _compiled(function, "" if numba_hooks.are_known() else FOLDER, **options)
         if numba_hooks.are_known() and hasattr(self._part, "get_call_template"):
             numba_hooks.type_without_literals(self._part)
-        self.__doc__, self.__name__, self.__wrapped__ = (
-            function.__doc__,
-            function.__name__,
-            function,
-        )
+        self.__doc__, self.__name__ = function.__doc__, function.__name__
+        self.__wrapped__ = function
         self._alone: Any = None
 
     @property
@@ -132,13 +129,13 @@ def _compiled(function: Callable[..., Any], folder: str, **options: Any) -> Any:
         if folder and hasattr(dispatcher, "_cache"):  # absent if NUMBA_DISABLE_JIT is set
             numba_hooks.keep_in(folder, dispatcher)
         return _with_robust_cache(dispatcher)
-    others = getattr(config, "CACHE_DIR")  # noqa: B009 - defined at run time, unknown to type checkers
+    folder_of_others = getattr(config, "CACHE_DIR")  # noqa: B009 - defined at run time, unknown to type checkers
     # Numba reads CACHE_DIR when a function is decorated; it is reset later for other packages.
     setattr(config, "CACHE_DIR", folder)  # noqa: B010
     try:
         return _with_robust_cache(njit(nogil=True, cache=True, **options)(function))
     finally:
-        setattr(config, "CACHE_DIR", others)  # noqa: B010
+        setattr(config, "CACHE_DIR", folder_of_others)  # noqa: B010
 
 
 def _with_robust_cache(dispatcher: Any) -> Any:

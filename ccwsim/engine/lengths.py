@@ -11,7 +11,7 @@ from ccwsim.model.parameters import Parameters
 from ccwsim.model.sizes import largest_sides, legal_sizes
 
 USUAL_OVERLAP = 448
-"""Number of overlap cells of a patch with T = 32 and OR = 8, for which the weights of data hold."""
+"""Overlap cells of a patch with T = 32 and OR = 8, for which the weights of data were chosen."""
 
 
 class ScaledLengths(NamedTuple):
@@ -52,7 +52,7 @@ class ScaledLengths(NamedTuple):
 
     def along(self, orientation: int) -> ScaledLengths:
         """Return the lengths along the axes of a path."""
-        t, o, j, scales = (along_path(each, orientation) for each in self[:4])
+        t, o, j, scales = (along_path(lengths, orientation) for lengths in self[:4])
         return self._replace(template=t, overlap=o, level=j, scales=scales)
 
     def cells_of(self, coarser: ScaledLengths) -> Triple:
@@ -82,8 +82,14 @@ def lengths_of(
             tuple(n >> k for n, k in zip(lengths, scales, strict=True))
             for lengths in (template, overlap)
         ]
-        left = tuple(n - k for n, k in zip(level, scales, strict=True))
-        return ScaledLengths(*sizes, left, tuple(scales), volume, weight)  # type: ignore[arg-type]
+        return ScaledLengths(
+            template=sizes[0],  # type: ignore[arg-type]
+            overlap=sizes[1],  # type: ignore[arg-type]
+            level=tuple(n - k for n, k in zip(level, scales, strict=True)),  # type: ignore[arg-type]
+            scales=tuple(scales),  # type: ignore[arg-type]
+            volume=volume,
+            weight_of_data=weight,
+        )
 
     return tuple(at_scale(scale).along(orientation) for scale in range(p.scale + 1))
 

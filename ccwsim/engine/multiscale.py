@@ -39,26 +39,34 @@ class ScaleInputs(NamedTuple):
 
 
 def place_at_finer_scales(
-    image: PreparedImage,
+    prepared: PreparedImage,
     plan: Plan,
     simulated: Simulated,
     keep_sources: bool,
     watch: Watch,
 ) -> Simulated:
     """Place patches at each finer scale; return the grid of the finest scale."""
-    study, orientation, patches = image.study, plan.path.orientation, plan.inputs.patches
+    study, orientation, patches = prepared.study, plan.path.orientation, plan.inputs.patches
     p, n = study.parameters, len(patches)
     at_once = min(max(CELLS_PER_CALL // prod(plan.lengths[0].template), 1), MAX_PATCHES_PER_CALL)
     for scale in range(p.scale - 1, -1, -1):
         lengths, coarser = plan.lengths[scale], plan.lengths[scale + 1]
         block = lengths.cells_of(coarser)
         patches = patches * np.array([*block, *block, 1, 1, 1, 1])
-        bits, data = image.square_bits(orientation, scale), plan.data[scale]
-        known = patches, image.scaled(orientation, scale), bits, data, lengths.overlap, block
-        inputs = ScaleInputs(*known, plan.inputs.search.missed, p.refine)
+        bits, data = prepared.square_bits(orientation, scale), plan.data[scale]
+        inputs = ScaleInputs(
+            patches=patches,
+            image=prepared.scaled(orientation, scale),
+            square_bits=bits,
+            data=data,
+            overlap=lengths.overlap,
+            block=block,
+            missed=plan.inputs.search.missed,
+            refine=p.refine,
+        )
         placing = make_placing(bits, lengths.template, lengths.overlap, data)
         locations = simulated.locations
-        simulated = empty_grid(image, plan, scale, keep_sources)._replace(locations=locations)
+        simulated = empty_grid(prepared, plan, scale, keep_sources)._replace(locations=locations)
         for first in reported_calls(study, p.scale - scale, n, at_once, watch):
             last = min(first + at_once, n)
             if plan.published is None:
@@ -75,19 +83,19 @@ def refine_patches(first, last, inputs, placing, simulated):
     `simulated.locations`, shape (n, 3), contains the locations at the coarser scale and is updated.
     If `inputs.refine` is false, patches stay at the locations of the coarser scale.
     """
-    patches, image, square_bits, data, overlap, block, missed, refine = inputs
+    image, square_bits, data, block = inputs.image, inputs.square_bits, inputs.data, inputs.block
     grid, locations = simulated.grid, simulated.locations
     strips, at_stake, cut = placing
     for number in range(first, last):
-        box = box_of(patches[number], overlap)
+        box = box_of(inputs.patches[number], inputs.overlap)
         place = (
             block[0] * np.int64(locations[number, 0]),
             block[1] * np.int64(locations[number, 1]),
             block[2] * np.int64(locations[number, 2]),
         )
-        if refine:
+        if inputs.refine:
             take_strips(grid, box, square_bits, strips)
-            lost = at_stake[: data_at_stake(grid, data, box, at_stake)]
+            lost, missed = at_stake[: data_at_stake(grid, data, box, at_stake)], inputs.missed
             _, z, y, x = refine_place(image, square_bits, box, block, place, strips, lost, missed)
             place = z, y, x
         cut_and_paste(number, box, place, image, data, cut, simulated)

@@ -127,7 +127,7 @@ class _Pair(caching.IndexDataCacheFile):
 def is_whole(path: Path) -> bool:
     """Return whether a file of compiled code is complete and unchanged.
 
-    With versions of Numba that were not tested this is unknown, and the file counts as complete.
+    With untested versions of Numba, the file counts as complete, because this is unknown.
     """
     try:
         content = path.read_bytes()

@@ -65,7 +65,7 @@ class OrientedImage(NamedTuple):
 def orient_image(
     study: Study,
     image: NDArray[np.uint8],
-    known: NDArray[np.bool_] | None,
+    known_mask: NDArray[np.bool_] | None,
     copies: Copies | None,
     lengths: ScaledLengths,
     may_split: bool,
@@ -73,10 +73,11 @@ def orient_image(
 ) -> OrientedImage:
     """Return the prepared `image`, which is in path coordinates at the coarsest scale.
 
-    `known` are the known cells of the image at the finest scale, or None if all are known.
+    `known_mask` marks the known cells of the image at the finest scale; None if all are known.
     `lengths` are along the axes of the path; `may_split` is true if tiles may be split. The layers
-    of `copies` must be in the order of the path. Margins are those of an `other` orientation.
-    Raises `CCWSIMError` if no patch fits into the image, or into the copies of a kind.
+    of `copies` must be in the order of the path. Margins and gain factors are copied from `other`,
+    the image in another orientation, if given. Raises `CCWSIMError` if no patch fits into the
+    image, or into the copies of a kind.
     """
     p = study.parameters
     template, overlap, level = lengths.template, lengths.overlap, lengths.level
@@ -97,8 +98,8 @@ def orient_image(
         layers = copies.layers // (lengths.block[0] * lengths.cell_size[0])
         layers[:, 1] = np.maximum(layers[:, 1] + 1 - size[0], 0)
     illegal = np.zeros((0, 0, 0), np.uint8)
-    if known is not None:
-        illegal = illegal_places(known, lengths, places)  # type: ignore[arg-type]
+    if known_mask is not None:
+        illegal = illegal_places(known_mask, lengths, places)  # type: ignore[arg-type]
     excluded = np.append(0, np.cumsum(illegal.sum(axis=(1, 2), dtype=np.int64)))
     n_places = layers[:, 1] * places[1] * places[2]
     if illegal.size:
@@ -107,7 +108,13 @@ def orient_image(
     guided = score_bound(study, lengths, len(pyramid.sums))
     largest = largest_code(study)
     kind = similarity.score_type(
-        level, template, overlap, correlation, guided, known is not None, largest
+        level,
+        template,
+        overlap,
+        correlation,
+        guided,
+        excludes=known_mask is not None,
+        largest_code=largest,
     )
     splits = legal_splits(template, overlap, lengths.volume) if may_split else [(1, 1, 1)]
     check_stop()
@@ -126,15 +133,30 @@ def orient_image(
         shares = [
             patch_shares(
                 pyramid.sums[:, first : first + n + size[0] - 1],
-                *(size, prod(template), illegal[first : first + n]),  # type: ignore[arg-type]
+                size,  # type: ignore[arg-type]
+                n_cells=prod(template),
+                illegal=illegal[first : first + n],
             )
             for first, n in layers.tolist()
         ]
-        margin = np.stack([margin_weights(*each) for each in zip(shares, kinds, strict=True)])
+        margin = np.stack(
+            [margin_weights(share, kind) for share, kind in zip(shares, kinds, strict=True)]
+        )
         factors = gain_factors(np.concatenate(shares), proportions)
-    sums, steering = (squares, running, places), (proportions, margin, factors)
-    legal = illegal, similarity.legal_spans(illegal), layers, n_places
-    return OrientedImage(pyramid, np.array(splits), *sums, *steering, *legal)  # type: ignore[arg-type]
+    return OrientedImage(
+        pyramid=pyramid,
+        splits=np.array(splits),
+        squares=squares,
+        running=running,
+        places=places,  # type: ignore[arg-type]
+        proportions=proportions,
+        margin=margin,
+        gain_factors=factors,
+        illegal=illegal,
+        spans=similarity.legal_spans(illegal),
+        layers=layers,
+        n_places=n_places,
+    )
 
 
 def planes_of_codes(
@@ -142,8 +164,8 @@ def planes_of_codes(
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the block sums A of facies codes, and for each plane of `sums` its code times A.
 
-    B, the block sums of codes in the overlap, are the sum of code times number of cells over the
-    facies. With these planes, the terms of the numbers of cells therefore add up to A·B.
+    B, the block sums of codes in the overlap, are sums over the facies of code times number of
+    cells. With these planes, the terms of all facies therefore add up to A·B.
     """
     weights = np.asarray(codes[-len(sums) :], np.int64)[:, None, None, None]
     of_codes = (weights * sums).sum(axis=0)
@@ -151,23 +173,23 @@ def planes_of_codes(
 
 
 def illegal_places(
-    known: NDArray[np.bool_], lengths: ScaledLengths, places: Triple
+    known_mask: NDArray[np.bool_], lengths: ScaledLengths, places: Triple
 ) -> NDArray[np.uint8]:
-    """Return 1 for each location whose patch, also if shifted by refinement, has unknown cells.
+    """Return 1 for each location whose patch has unknown cells, before or after refinement.
 
-    `known` has the shape of the image at the finest scale; `places` is the shape of the result.
+    `known_mask` has the shape of the image at the finest scale; the result has the shape `places`.
     """
-    sizes = lengths.template, lengths.block, lengths.cell_size
-    each, found = list(zip(known.shape, places, *sizes, strict=True)), ~known
-    for axis in (2, 1, 0):  # last the layers, which blocks in a map do not reduce
-        n, m, t, b, s = each[axis]
+    unknown_mask = ~known_mask
+    for axis in (2, 1, 0):  # layers last, because blocks of a map do not reduce their number
+        n, m, t = known_mask.shape[axis], places[axis], lengths.template[axis]
+        b, s = lengths.block[axis], lengths.cell_size[axis]
         first = np.arange(m) * b * s
         low, high = np.maximum(first - b * s, -1), np.minimum(first + (t + b) * s, n + 1) - 2
-        counts = np.cumsum(found, axis, dtype=np.int32)
+        counts = np.cumsum(unknown_mask, axis, dtype=np.int32)
         before = np.take(counts, np.maximum(low, 0), axis)
         np.moveaxis(before, axis, 0)[low < 0] = 0
-        found = np.take(counts, high, axis) > before
-    return found.astype(np.uint8)
+        unknown_mask = np.take(counts, high, axis) > before
+    return unknown_mask.astype(np.uint8)
 
 
 def n_planes(study: Study) -> int:
@@ -178,7 +200,7 @@ def n_planes(study: Study) -> int:
 
 
 def largest_code(study: Study) -> int:
-    """Return the largest code from which scores are computed; 1 if numbers of cells are."""
+    """Return the largest code from which scores are computed; 1 for scores of numbers of cells."""
     if study.parameters.variant == "ours":
         return 1
     return max(int(study.training_image.codes[-1]), 1)
@@ -226,14 +248,21 @@ class PreparedImage:
             p, study, copies = self.study.parameters, self.study, self.copies
             lengths = lengths_of(p, study.grid.shape, template, orientation)[-1]
             may_split = p.exact_data and study.hard_data.n > self.lengths[0].max_data
-            known = None if self._known is None else to_path(self._known, orientation)
-            image = self.scaled(orientation, p.scale)
+            mask = self._known_mask
             if copies and orientation & FROM_ABOVE:
                 first, n = copies.layers.T
                 layers = np.column_stack([len(copies.indices) - first - n, n])
                 copies = copies._replace(layers=layers)
             other = self.oriented(0, template) if copies and orientation else None
-            return orient_image(study, image, known, copies, lengths, may_split, other)
+            return orient_image(
+                study,
+                self.scaled(orientation, p.scale),
+                known_mask=None if mask is None else to_path(mask, orientation),
+                copies=copies,
+                lengths=lengths,
+                may_split=may_split,
+                other=other,
+            )
 
         return self.part(("oriented", orientation, template), make)
 
@@ -253,7 +282,7 @@ class PreparedImage:
 
     @cached_property
     def copies(self) -> Copies | None:
-        """The copies in which patches are searched; None for the training image alone."""
+        """The copies in which patches are searched; None if only the training image is searched."""
         return make_copies(self.study)
 
     @cached_property
@@ -269,12 +298,12 @@ class PreparedImage:
         return nz, ny, nx
 
     @property
-    def _known(self) -> NDArray[np.bool_] | None:
+    def _known_mask(self) -> NDArray[np.bool_] | None:
         """The known cells of the image or of the stack of copies, three axes."""
         if self.copies:
-            return self.copies.known
-        known = self.study.training_image.known
-        return None if known is None else known.reshape(in_layers(known.shape))
+            return self.copies.known_mask
+        mask = self.study.training_image.known
+        return None if mask is None else mask.reshape(in_layers(mask.shape))
 
     def scaled(self, orientation: int = 0, scale: int = 0) -> NDArray[np.uint8]:
         """Return the image, or the stack of its copies, in one orientation, shape (nz, ny, nx).
@@ -300,9 +329,9 @@ class PreparedImage:
         """Return the running numbers of unknown cells of the image; empty if all are known."""
 
         def make() -> NDArray[np.int32]:
-            if self._known is None:
+            if self._known_mask is None:
                 return np.zeros((0, 0, 0), np.int32)
-            return similarity.summed_up(~to_path(self._known, orientation), np.int32)
+            return similarity.summed_up(~to_path(self._known_mask, orientation), np.int32)
 
         return self.part(("unknown", orientation), make)
 
@@ -319,9 +348,20 @@ class PreparedImage:
         """Return the inputs of seam repair, in the orientation of the grid."""
         shape, n_facies = in_layers(self.study.grid.shape), self.study.training_image.n_facies
         room = np.minimum(self.shape, shape).tolist()
-        room[0] = min(room[0], *self.copies.layers[:, 1].tolist()) if self.copies else room[0]
-        inputs = self.scaled(), template, tuple(room), n_facies, len(self.base) > 1, self.unknown()
-        return self.part(("repair", template), lambda: prepare_repair(*inputs))
+        if self.copies:
+            room[0] = min(room[0], int(self.copies.layers[:, 1].min()))
+
+        def make() -> Repair:
+            return prepare_repair(
+                self.scaled(),
+                template,
+                room=tuple(room),
+                n_facies=n_facies,
+                volume=len(self.base) > 1,
+                unknown=self.unknown(),
+            )
+
+        return self.part(("repair", template), make)
 
     def proportions_of_data(self) -> DataProportions:
         """Return the proportions of the hard data of the study."""
@@ -344,13 +384,13 @@ class PreparedImage:
 
         def make() -> Trend | None:
             secondary, copies, shape = self.study.secondary, self.copies, self.study.grid.shape
-            own = self.study.training_image.proportions
+            of_image = self.study.training_image.proportions
             if copies and secondary and secondary.zones is not None:
-                own = copies.proportions[copies.kinds.reshape(shape)]
+                of_image = copies.proportions[copies.kinds.reshape(shape)]
             soft = secondary.probabilities if secondary else None
-            if orientation == 0 and (soft is not None or own.ndim > 1):
-                unknown = np.full((own.shape[-1], *shape), np.nan)
-                return trend_of_map(unknown if soft is None else soft, own)
+            if orientation == 0 and (soft is not None or of_image.ndim > 1):
+                unknown = np.full((of_image.shape[-1], *shape), np.nan)
+                return trend_of_map(unknown if soft is None else soft, of_image)
             if orientation == 0:
                 shape, (_, ty, tx) = in_layers(self.study.grid.shape), self.lengths[0].template
                 return trend_of_data(self.proportions_of_data(), shape, min(ty, tx) / 2)
@@ -418,7 +458,7 @@ def prepared_image(study: Study) -> PreparedImage:
     return image
 
 
-def keep(image: PreparedImage) -> None:
+def keep(prepared: PreparedImage) -> None:
     """Keep an image for later runs, as far as all images fit; called when its parts are made."""
     if _keeps.get():
-        _images.put(image.key, image)
+        _images.put(prepared.key, prepared)

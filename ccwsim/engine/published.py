@@ -2,8 +2,8 @@
 
 The loop has none of our additions: no refinement, steering, random offset or correction. The stages
 are those of our loop in `tiles`; only the choice of locations (`stages.sequential`) and, in the
-authors' code, the cut are different. A tile of the paper's method that no patch honours is split in
-four; the quarters are simulated in the order of their rows, and may be split again.
+authors' code, the cut are different. In the paper's method, a tile whose data no patch honours is
+split in four; the quarters are simulated in the order of their rows, and may be split again.
 """
 
 from typing import NamedTuple
@@ -50,17 +50,25 @@ def rules_of(study: Study, oriented: OrientedImage) -> Rules:
     has_gaps = oriented.illegal.size > 0
     image, (_, uy, ux) = oriented.pyramid.image[0], oriented.pyramid.phases.shape[:3]
     if p.variant == "paper" or uy * ux == 1:
-        known = np.append(codes, -1)[image].astype(np.int16)
-        return Rules(p.variant == "code", known, (1, 1), codes, splits, has_gaps)
-    sums, _ = planes_of_codes(oriented.pyramid.sums, study.training_image.codes)
-    known = codes_read_back(sums[0], uy.bit_length() - 1)
-    return Rules(True, known, (uy, ux), codes, splits, has_gaps)
+        compared = np.append(codes, -1)[image].astype(np.int16)
+        cell_size = 1, 1
+    else:
+        sums, _ = planes_of_codes(oriented.pyramid.sums, study.training_image.codes)
+        compared, cell_size = codes_read_back(sums[0], uy.bit_length() - 1), (uy, ux)
+    return Rules(
+        is_code=p.variant == "code",
+        compared=compared,
+        cell_size=cell_size,
+        codes=codes,
+        splits=splits,
+        has_gaps=has_gaps,
+    )
 
 
 @kernel
 def simulate_published(first, last, published, inputs, work, simulated, rng):
     """Simulate tiles `first` to `last` − 1 of the raster path; `simulated` changes in place."""
-    patches, _, oriented, data, search, _, _, _, _ = inputs
+    oriented, data, search = inputs.oriented, inputs.data, inputs.search
     rules, misses = published
     grid = simulated.grid
     image, block, places = oriented.pyramid.image, search.block, work.ranking.places
@@ -69,10 +77,10 @@ def simulate_published(first, last, published, inputs, work, simulated, rng):
     illegal, energies = oriented.illegal, work.energies
     legal = (1 if illegal.size else 2) * excluded_from(scores) - 1  # largest score of a location
     for number in range(first, last):  # line 4: tiles in the order of the path
-        tile = box_of(patches[number], search.overlap)
-        depth = at = 0
+        tile = box_of(inputs.patches[number], search.overlap)
+        depth = part = 0  # number `part` of the 4^depth quarters of the tile
         while True:
-            box = quarter(tile, depth, at)
+            box = quarter(tile, depth, part)
             # Lines 8 to 10: overlap, its coefficients and the scores
             n_groups = overlap_terms(grid, box, block, oriented.running, work.terms)
             cached_overlap_energies(
@@ -92,16 +100,16 @@ def simulate_published(first, last, published, inputs, work, simulated, rng):
                 share = search.share
                 n = next_candidates(flat, missed, has_data, share, legal, may_split, rules, places)
             if n == 0:
-                depth, at = depth + 1, 4 * at
+                depth, part = depth + 1, 4 * part
                 continue
             drawn = draw_index(rng, n) if box.sides else 0
             work.choice[0], work.choice[1], work.choice[2] = n, 1, drawn
             place = place_of(places[drawn], n_places, block)
             # Lines 13, 14: the inverse DWT is the slice at the location; it is cut and pasted
             cut_and_paste(number, box, place, image, data, rules, cut, simulated)
-            at += 1
-            while depth > 0 and at % 4 == 0:
-                depth, at = depth - 1, at // 4
+            part += 1
+            while depth > 0 and part % 4 == 0:
+                depth, part = depth - 1, part // 4
             if depth == 0:
                 break
 
@@ -110,13 +118,13 @@ def simulate_published(first, last, published, inputs, work, simulated, rng):
 def place_near(first, last, rules, inputs, placing, simulated):
     """Place patches `first` to `last` − 1 at a finer scale of MS-CCSIM.
 
-    Patches without data stay at the location of the coarser scale, as in the code of MS-CCSIM;
-    others are searched around it. `inputs` are `multiscale.ScaleInputs`.
+    Patches without data stay at the location of the coarser scale, as in the code of MS-CCSIM.
+    For patches with data, the locations around it are searched. `inputs` are
+    `multiscale.ScaleInputs`.
     """
-    patches, image, _, data, overlap, block, _, _ = inputs
-    locations = simulated.locations
+    image, data, block, locations = inputs.image, inputs.data, inputs.block, simulated.locations
     for number in range(first, last):
-        box = box_of(patches[number], overlap)
+        box = box_of(inputs.patches[number], inputs.overlap)
         y = block[1] * np.int64(locations[number, 1])
         x = block[2] * np.int64(locations[number, 2])
         if data_ahead(data, box, 1):
@@ -138,16 +146,16 @@ def cut_and_paste(number, box, place, image, data, rules, cut, simulated):
 
 
 @part_of_kernel
-def quarter(tile, depth, at):
-    """Return the box of a quarter: number `at` of the 4^depth quarters of a tile.
+def quarter(tile, depth, part):
+    """Return the box of a quarter: number `part` of the 4^depth quarters of a tile.
 
-    The box begins OR cells before the quarter, at most the side of the quarter, unless the quarter
-    is at the first side of the tile. All cells that are simulated are its overlap.
+    The box begins OR cells (at most the side of the quarter) before the quarter, unless the quarter
+    is at the first side of the tile. The overlap of the box consists of its simulated cells.
     """
     size, row, column = tile.ny >> depth, 0, 0
     for bit in range(depth):
-        column |= (at >> (2 * bit) & 1) << bit
-        row |= (at >> (2 * bit + 1) & 1) << bit
+        column |= (part >> (2 * bit) & 1) << bit
+        row |= (part >> (2 * bit + 1) & 1) << bit
     first_y = row * size - (min(tile.oy, size) if row > 0 else 0)
     first_x = column * size - (min(tile.ox, size) if column > 0 else 0)
     ny, nx = (row + 1) * size - first_y, (column + 1) * size - first_x
@@ -163,9 +171,10 @@ def quarter(tile, depth, at):
 def keep_as_in_code(grid, image, place, box, codes, cut):
     """Mark in `cut.keep_mask` the cells of a box that stay old, as the authors' code does.
 
-    The costs up to each cell are those of a minimum path. But back from its end, the path moves in
-    each line towards smaller costs up to m times, so it ends in a local minimum of the line, not in
-    a neighbour of the path. Both strips are compared with the grid as it was.
+    The cost of each cell is the minimum cost of a path up to the cell. On the way back from its
+    end, however, the path moves up to m times towards smaller costs in each line. It therefore
+    reaches a local minimum of the line, which need not be a neighbour of the path. Both strips are
+    compared with the grid before the patch.
     """
     _, ty, tx = place
     cost, keep = cut.cost, cut.keep_mask[0]
@@ -186,17 +195,17 @@ def keep_as_in_code(grid, image, place, box, codes, cut):
                     for near in range(max(c - 1, 0), min(c + 2, m)):
                         least = min(least, cost[i - 1, near])
                     cost[i, c] += least
-        at = 0
+        end = 0  # cells of the line before the path
         for c in range(1, m):
-            at = c if cost[n - 1, c] < cost[n - 1, at] else at
+            end = c if cost[n - 1, c] < cost[n - 1, end] else end
         for i in range(n - 1, -1, -1):
             for _ in range(m if i < n - 1 else 0):
-                left = cost[i, at - 1] if at > 0 else cost[i, at] + 1
-                right = cost[i, at + 1] if at < m - 1 else cost[i, at] + 1
-                if left <= min(cost[i, at], right):
-                    at -= 1
-                elif right <= min(cost[i, at], left):
-                    at += 1
-            for c in range(at):
+                before = cost[i, end - 1] if end > 0 else cost[i, end] + 1
+                after = cost[i, end + 1] if end < m - 1 else cost[i, end] + 1
+                if before <= min(cost[i, end], after):
+                    end -= 1
+                elif after <= min(cost[i, end], before):
+                    end += 1
+            for c in range(end):
                 y, x = (i, c) if side == LEFT else (c, i)
                 keep[y, x] = True

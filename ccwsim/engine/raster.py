@@ -57,8 +57,8 @@ therefore larger, by a factor of up to MAX_WIDER, if all locations of a patch to
 than FEW_TEMPLATES templates."""
 N_DRAWN = 2  # number of random locations per patch without data; the best after refinement is used
 N_DRAWN_THIN, LARGE_TEMPLATE = 6, 64
-"""This number if an image has thin facies and the template is at least LARGE_TEMPLATE; the location
-that leaves the fewest unseen patterns is then used."""
+"""Value of N_DRAWN if an image has thin facies and the template is at least LARGE_TEMPLATE; the
+location that leaves the fewest unseen patterns is then used."""
 REACH = 4
 """Locations at most this number of cells (at least one block) from the verbatim continuation of a
 patch are excluded."""
@@ -111,62 +111,78 @@ class Plan(NamedTuple):
             simulate_published(first, last, self.published, self.inputs, work, simulated, rng)
 
 
-def make_plan(image: PreparedImage, template: Triple, rng: np.random.Generator) -> Plan:
+def make_plan(prepared: PreparedImage, template: Triple, rng: np.random.Generator) -> Plan:
     """Draw a random origin and direction of the path (Algorithm 1, line 3); orient all inputs.
 
     Patches have the next smaller template if none of the size `template` fits into the image.
     """
-    study, p = image.study, image.study.parameters
+    study, p = prepared.study, prepared.study.parameters
     volume = len(study.grid.shape) == 3
     drawn = int(rng.integers(48 if volume else N_ORIENTATIONS)) if p.random_path else 0
     order, orientation = divmod(drawn, 2 * FROM_ABOVE)
-    if image.copies:  # the four turns suffice, and each orientation of the copies takes long
+    if prepared.copies:  # four rotations suffice; preparing an orientation of the copies takes long
         orientation ^= orientation.bit_count() & 1
-    template, oriented = image.fitting(orientation, template)
+    template, oriented = prepared.fitting(orientation, template)
     lengths = lengths_of(p, study.grid.shape, template, orientation)
     offset = _offset(p, lengths, rng)
-    sizes = lengths[0].template, lengths[0].overlap
-    path = make_path(in_layers(study.grid.shape), orientation, *sizes, order, offset)
-    data = tuple(_data_at(image, path, lengths, k) for k in range(p.scale + 1))
-    n_places = int(oriented.n_places.min())
-    search = _search(image, lengths, n_places)
-    patches, before = _patches(image, path, lengths, oriented, n_places, data[0])
-    kinds = _kinds(image.copies, path, lengths[-1], patches, rng)
-    steering = _steering(image, path, lengths[-1], oriented, patches, kinds, rng)
-    totals = image.part(("totals",), lambda: totals_of(image))
-    patterns = image.patterns(orientation) if search.by_unseen else NO_PATTERNS
-    guide = make_guide(image, template, path, lengths[-1])
+    path = make_path(
+        in_layers(study.grid.shape),
+        orientation,
+        template=lengths[0].template,
+        overlap=lengths[0].overlap,
+        order=order,
+        offset=offset,
+    )
+    data = tuple(_data_at(prepared, path, lengths, k) for k in range(p.scale + 1))
+    search = _search(prepared, lengths, n_places=int(oriented.n_places.min()))
+    patches, before = _patches(prepared, path, lengths, oriented, data[0])
+    kinds = _kinds(prepared.copies, path, lengths[-1], patches, rng)
+    steering = _steering(
+        prepared, path, coarse=lengths[-1], oriented=oriented, patches=patches, kinds=kinds, rng=rng
+    )
+    totals = prepared.part(("totals",), lambda: totals_of(prepared))
     inputs = tiles.PatchInputs(
-        *(patches, before, oriented, data[-1], search, steering, patterns),
-        *(oriented.layers[kinds], guide),
+        patches=patches,
+        before=before,
+        oriented=oriented,
+        data=data[-1],
+        search=search,
+        steering=steering,
+        patterns=prepared.patterns(orientation) if search.by_unseen else NO_PATTERNS,
+        layers=oriented.layers[kinds],
+        guide=make_guide(prepared, template, path, lengths[-1]),
     )
     published = None
     if p.variant != "ours":
-        rules = image.part(("rules", orientation), lambda: rules_of(study, oriented))
+        rules = prepared.part(("rules", orientation), lambda: rules_of(study, oriented))
         published = Published(rules, np.zeros(oriented.places, np.int64))
-    return Plan(path, lengths, data, inputs, totals, published)
+    return Plan(
+        path=path, lengths=lengths, data=data, inputs=inputs, totals=totals, published=published
+    )
 
 
 def simulate_tiles(
-    image: PreparedImage, plan: Plan, keep_sources: bool, rng: np.random.Generator, watch: Watch
+    prepared: PreparedImage, plan: Plan, keep_sources: bool, rng: np.random.Generator, watch: Watch
 ) -> tiles.Simulated:
     """Simulate all patches of a realization, at its coarsest scale."""
     inputs, work, n = plan.inputs, plan.workspace(), len(plan.inputs.patches)
-    simulated = empty_grid(image, plan, image.study.parameters.scale, keep_sources)
+    simulated = empty_grid(prepared, plan, prepared.study.parameters.scale, keep_sources)
     at_once = _patches_per_call(inputs.oriented, inputs.search)
-    for first in reported_calls(image.study, 0, n, at_once, watch):
+    for first in reported_calls(prepared.study, 0, n, at_once, watch):
         plan.simulate_patches(first, min(first + at_once, n), work, simulated, rng)
     return simulated
 
 
-def empty_grid(image: PreparedImage, plan: Plan, scale: int, keep_sources: bool) -> tiles.Simulated:
+def empty_grid(
+    prepared: PreparedImage, plan: Plan, scale: int, keep_sources: bool
+) -> tiles.Simulated:
     """Return the grid of a scale before its first patch."""
     shape, inputs = _scaled(plan.path.full, plan.lengths[scale]), plan.inputs
     counted = inputs.search.match or inputs.steering.is_on
     return tiles.Simulated(
         np.full(shape, UNKNOWN, np.uint8),
         np.zeros(shape if keep_sources and scale == 0 else (0, 0, 0), np.int32),
-        np.zeros(image.study.training_image.n_facies if counted else 0, np.int64),
+        np.zeros(prepared.study.training_image.n_facies if counted else 0, np.int64),
         np.zeros((len(inputs.patches), 3), np.int32),
     )
 
@@ -188,49 +204,54 @@ def reported_calls(
 
 
 def _patches_per_call(oriented: OrientedImage, search: tiles.Search) -> int:
-    cells = overlap_cells(search.template, search.overlap) * len(oriented.pyramid.sums)
-    terms = max(cells // prod(search.block), 1) * int(oriented.n_places.max())
+    n_cells = overlap_cells(search.template, search.overlap) * len(oriented.pyramid.sums)
+    terms = max(n_cells // prod(search.block), 1) * int(oriented.n_places.max())
     return min(max(TERMS_PER_CALL // terms, 1), MAX_PATCHES_PER_CALL)
 
 
 def _patches(
-    image: PreparedImage,
+    prepared: PreparedImage,
     path: RasterPath,
     lengths: tuple[ScaledLengths, ...],
     oriented: OrientedImage,
-    n_places: int,
     data: conditioning.PlacedData,
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the patches in the order of the path, and the earlier neighbours of each patch.
-
-    `n_places` is the number of locations without unknown cells.
-    """
-    p, splits = image.study.parameters, oriented.splits
-    fine, coarse, active = lengths[0], lengths[-1], image.study.active
+    """Return the patches in the order of the path, and the earlier neighbours of each patch."""
+    p, splits = prepared.study.parameters, oriented.splits
+    fine, coarse, active = lengths[0], lengths[-1], prepared.study.active
 
     def make(split_of: NDArray[np.int64]) -> NDArray[np.int64]:
         return make_patches(path, coarse.step, coarse.overlap, splits, split_of)
 
     def find_before() -> NDArray[np.int64]:
-        few = n_places < FEW_LOCATIONS + 4 * p.n_candidates
+        few = oriented.n_places.min() < FEW_LOCATIONS + 4 * p.n_candidates
         if p.published_draw or few or fine.volume:
             return np.zeros((len(patches), 0), np.int64)
         return patches_before(patches, path)
 
     if len(splits) == 1:  # without splits, equal numbers of tiles give equal patches
         key = path.tiles, path.order, fine.template, fine.overlap
-        patches = image.part(("patches", *key), lambda: make(np.zeros(prod(path.tiles), np.int64)))
+        patches = prepared.part(
+            ("patches", *key), lambda: make(np.zeros(prod(path.tiles), np.int64))
+        )
         if active is None:
-            before = image.part(("before", *key), find_before)
+            before = prepared.part(("before", *key), find_before)
     else:
         legal = [(z, y, x) for z, y, x in splits.tolist()]
-        sizes = fine.template, fine.overlap
-        split_of = conditioning.split_tiles(legal, data, path, *sizes, fine.max_data, fine.volume)
+        split_of = conditioning.split_tiles(
+            legal,
+            data,
+            path,
+            template=fine.template,
+            overlap=fine.overlap,
+            max_data=fine.max_data,
+            volume=fine.volume,
+        )
         patches = make(split_of)
     if active is not None:
-        cells = to_path(active.reshape(in_layers(active.shape)), path.orientation)
-        used = image.part(("active", path.orientation), lambda: summed_up(cells))
-        patches = active_patches(patches, path, used, coarse.step, coarse.cell_size)
+        mask = to_path(active.reshape(in_layers(active.shape)), path.orientation)
+        sums = prepared.part(("active", path.orientation), lambda: summed_up(mask))
+        patches = active_patches(patches, path, sums, coarse.step, coarse.cell_size)
     if active is not None or len(splits) > 1:
         before = find_before()
     if fine.volume and p.random_path and not p.published_draw:
@@ -250,8 +271,8 @@ def _kinds(
     if copies is None:
         return np.zeros(1, np.int64)
     middle = (patches[:, :3] + patches[:, 3:6] // 2) * coarse.cell_size - path.offset
-    at = np.clip(middle, 0, np.array(path.shape) - 1)
-    kinds = to_path(copies.kinds, path.orientation)[tuple(at.T)].astype(np.int64)
+    cells = np.clip(middle, 0, np.array(path.shape) - 1)
+    kinds = to_path(copies.kinds, path.orientation)[tuple(cells.T)].astype(np.int64)
     if len(copies.weights) > 1:
         kinds += rng.choice(len(copies.weights), len(kinds), p=copies.weights)
     return kinds
@@ -267,7 +288,7 @@ def _offset(p: Parameters, lengths: tuple[ScaledLengths, ...], rng: np.random.Ge
 
 
 def _steering(
-    image: PreparedImage,
+    prepared: PreparedImage,
     path: RasterPath,
     coarse: ScaledLengths,
     oriented: OrientedImage,
@@ -276,54 +297,59 @@ def _steering(
     rng: np.random.Generator,
 ) -> Steering:
     """Return random target proportions of a realization; `kinds` come from `_kinds`."""
-    study, off = image.study, np.zeros(len(oriented.proportions))
+    study, off = prepared.study, np.zeros(len(oriented.proportions))
     margin = oriented.margin[kinds]
     unsteered = Steering(oriented.proportions[None], margin, off, False)
     if not steers(study):
         return unsteered
     secondary = study.secondary
     shape = in_layers(study.grid.shape)
-    target = draw_target(image.base, oriented.proportions, shape, rng)
+    target = draw_target(prepared.base, oriented.proportions, shape, rng)
     if shape[0] == 1:
         spread = np.where(oriented.gain_factors > 1, TARGET_SPREAD_RARE, TARGET_SPREAD)
         target = oriented.proportions + spread * (target - oriented.proportions)
     soft = secondary is not None and secondary.probabilities is not None
     zones = secondary is not None and secondary.zones is not None
-    trend = image.trend(path.orientation) if soft or zones or study.hard_data.n else None
+    trend = prepared.trend(path.orientation) if soft or zones or study.hard_data.n else None
     if soft and trend:  # the variation is smaller, because the map explains a part of it
         mean = trend.proportions.mean(axis=(0, 1))
         target = np.clip(mean + SOFT_SPREAD * (target - oriented.proportions), 0.0, 1.0)
     elif study.hard_data.n:
-        known = (trend.residual, trend.between) if trend else ()
-        data = image.proportions_of_data()
-        target = draw_between(target, oriented.proportions, data, rng, *known)
+        data = prepared.proportions_of_data()
+        of_trend = {"residual": trend.residual, "between": trend.between} if trend else {}
+        target = draw_between(target, oriented.proportions, data, rng, **of_trend)
         if target is None:
             return unsteered
     targets = target[None]
     if trend:
-        expected = rake(trend.proportions, target)
-        sizes = coarse.overlap, coarse.cell_size
-        targets = expected_before(expected, trend.pixel, patches, *sizes, path)
+        targets = expected_before(
+            rake(trend.proportions, target),
+            trend.pixel,
+            patches,
+            overlap=coarse.overlap,
+            cell_size=coarse.cell_size,
+            path=path,
+        )
     gain = GAIN * prod(coarse.cell_size) / prod(shape) * oriented.gain_factors
     return Steering(targets, margin, gain, True)
 
 
-def totals_of(image: PreparedImage) -> type[np.signedinteger]:
+def totals_of(prepared: PreparedImage) -> type[np.signedinteger]:
     """Return the integer type for scores plus the costs of data and location."""
-    study, p = image.study, image.study.parameters
-    search = _search(image, image.lengths, 1)
-    cells = prod(t * search.co_template for t in search.template)
-    missed = min(study.hard_data.n, cells) * max(
+    study, p = prepared.study, prepared.study.parameters
+    search = _search(prepared, prepared.lengths, 1)
+    n_cells = prod(t * search.co_template for t in search.template)
+    missed = min(study.hard_data.n, n_cells) * max(
         conditioning.SPARSE.missed, conditioning.DENSE.missed
     )
     overlap = prod(search.template) * prod(search.block)
-    overlap += score_bound(study, image.lengths[-1], n_planes(study))
+    overlap += score_bound(study, prepared.lengths[-1], n_planes(study))
     bound = 2 * overlap + missed * search.datum_cost
     return conditioning.total_type(bound * (1 + p.template_variation) ** 4)
 
 
 def _data_at(
-    image: PreparedImage,
+    prepared: PreparedImage,
     path: RasterPath,
     lengths: tuple[ScaledLengths, ...],
     scale: int,
@@ -333,13 +359,15 @@ def _data_at(
     If `exact_data` is off, only the coarsest scale uses data, and each datum is placed in the first
     cell of its block, except in the method of the paper, which compares cells.
     """
-    study, p, shape = image.study, image.study.parameters, _scaled(path.full, lengths[scale])
+    study, p, shape = prepared.study, prepared.study.parameters, _scaled(path.full, lengths[scale])
     in_search_only = not p.exact_data and p.variant == "ours"
     if not study.hard_data.n or (in_search_only and scale < p.scale):
-        none = np.empty((0, 3), np.int64), np.empty(0, np.uint8), shape
-        if prod(shape) > MAX_KEPT:
-            return conditioning.place_data(*none)
-        return image.part(("no data", shape), lambda: conditioning.place_data(*none))
+
+        def no_data() -> conditioning.PlacedData:
+            cells, facies = np.empty((0, 3), np.int64), np.empty(0, np.uint8)
+            return conditioning.place_data(cells, facies, shape)
+
+        return no_data() if prod(shape) > MAX_KEPT else prepared.part(("no data", shape), no_data)
     cells = in_three(cells_to_path(study.hard_data.cells, study.grid.shape, path.orientation))
     cells = cells + np.array(path.offset)
     of_cells = p.exact_data or p.variant == "paper" or p.scale > 0
@@ -351,32 +379,32 @@ def _data_at(
 
 
 def to_grid(
-    image: PreparedImage, simulated: tiles.Simulated, path: RasterPath
+    prepared: PreparedImage, simulated: tiles.Simulated, path: RasterPath
 ) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
     """Return facies and sources in grid coordinates.
 
-    Sources are flat indices in the image that is searched, of shape `image.shape`.
+    Sources are flat indices in the searched image, which has the shape `prepared.shape`.
     """
-    grid, sources, shape = simulated.grid, simulated.sources, image.shape
+    grid, sources, shape = simulated.grid, simulated.sources, prepared.shape
     if sources.size:
         numbers = np.arange(prod(shape), dtype=np.int32).reshape(shape)
         oriented = np.ascontiguousarray(to_path(numbers, path.orientation))
         sources = oriented.ravel()[sources]
 
-    def turned(cells: NDArray) -> NDArray:
+    def turned(array: NDArray) -> NDArray:
         part = tuple(slice(k, k + n) for k, n in zip(path.offset, path.shape, strict=True))
-        volume = from_path(cells[part], path.orientation)
-        return np.ascontiguousarray(volume if len(image.study.grid.shape) == 3 else volume[0])
+        volume = from_path(array[part], path.orientation)
+        return np.ascontiguousarray(volume if len(prepared.study.grid.shape) == 3 else volume[0])
 
     return turned(grid), turned(sources) if sources.size else np.zeros((0, 0), np.int32)
 
 
 def _search(
-    image: PreparedImage, lengths: tuple[ScaledLengths, ...], n_places: int
+    prepared: PreparedImage, lengths: tuple[ScaledLengths, ...], n_places: int
 ) -> tiles.Search:
     """Return the parameters of the search, with lengths in cells of the coarsest grid."""
-    p, coarse = image.study.parameters, lengths[-1]
-    planes = min(n_planes(image.study), 2)  # number of planes a wrong cell changes
+    p, coarse = prepared.study.parameters, lengths[-1]
+    planes = min(n_planes(prepared.study), 2)  # number of planes that a wrong cell changes
     # A coarse cell represents 4^scale cells, of which 2^scale cells are along a boundary. With the
     # cost of 1 cell, shapes would break. With the cost of 4^scale cells, most data would need local
     # re-simulation.
@@ -393,7 +421,7 @@ def _search(
     slack = SLACK * coarse.weight_of_data * (0.75 if coarse.volume else wider)
     draws_once = p.published_draw or p.match_proportions
     may_try = not (draws_once or coarse.volume or p.scale)
-    by_unseen = may_try and max(coarse.template) >= LARGE_TEMPLATE and image.has_thin_facies
+    by_unseen = may_try and max(coarse.template) >= LARGE_TEMPLATE and prepared.has_thin_facies
     reach = [max(1, REACH >> n) for n in lengths[0].level]
     return tiles.Search(
         template=coarse.template,

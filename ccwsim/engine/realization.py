@@ -33,8 +33,6 @@ changes, so some unseen patterns remain in such images."""
 WINDOWS_A_CELL = 0.02
 """Maximum number of repaired windows per cell of a volume; images without structure would need
 more."""
-NO_KINDS = np.zeros((0, 2), np.int64), np.zeros((0, 0, 0), np.uint8)
-"""Layers and kinds of `Target` without copies of the training image."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,34 +46,33 @@ class Realization:
 
 
 def simulate_realization(
-    image: PreparedImage, number: int, keep_sources: bool, watch: Watch
+    prepared: PreparedImage, number: int, keep_sources: bool, watch: Watch
 ) -> Realization:
     """Return realization `number` of a study: raster pass, local re-simulation, seam repair.
 
     The random numbers depend only on the seed of the study and on `number`.
     """
-    before, study = time.thread_time(), image.study
+    before, study = time.thread_time(), prepared.study
     rng = random_numbers(study.seed, number)
     template = raster.draw_template(study.parameters, study.training_image.shape, rng)
-    indices, sources = simulate_raster(image, template, keep_sources, rng, watch)
-    changed = image, template, indices, sources, rng
-    data_status = honour_data(*changed, watch)
-    repair(*changed, data_status, watch)
-    sources = finish(image, indices, sources)
+    indices, sources = simulate_raster(prepared, template, keep_sources, rng, watch)
+    data_status = honour_data(prepared, template, indices, sources, rng, watch=watch)
+    repair(prepared, template, indices, sources, rng, data_status=data_status, watch=watch)
+    sources = finish(prepared, indices, sources)
     watch.tell(1.0)
     return Realization(indices, sources, data_status, time.thread_time() - before)
 
 
 def finish(
-    image: PreparedImage, indices: NDArray[np.uint8], sources: NDArray[np.int32]
+    prepared: PreparedImage, indices: NDArray[np.uint8], sources: NDArray[np.int32]
 ) -> NDArray[np.int32]:
     """Make inactive cells unknown, in place; return sources as cells of the training images.
 
     `sources` are cells of the image or stack of copies that was searched; negative values stay.
     """
-    if image.copies and sources.size:
-        sources = np.where(sources < 0, sources, image.copies.origins.ravel()[sources])
-    active = image.study.active
+    if prepared.copies and sources.size:
+        sources = np.where(sources < 0, sources, prepared.copies.origins.ravel()[sources])
+    active = prepared.study.active
     if active is not None:
         indices[~active] = UNKNOWN
         if sources.size:
@@ -84,21 +81,21 @@ def finish(
 
 
 def simulate_raster(
-    image: PreparedImage,
+    prepared: PreparedImage,
     template: Triple,
     keep_sources: bool,
     rng: np.random.Generator,
     watch: Watch,
 ) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
     """Return a realization after the raster pass, and the sources of its cells."""
-    plan = raster.make_plan(image, template, rng)
-    simulated = raster.simulate_tiles(image, plan, keep_sources, rng, watch)
-    simulated = place_at_finer_scales(image, plan, simulated, keep_sources, watch)
-    return raster.to_grid(image, simulated, plan.path)
+    plan = raster.make_plan(prepared, template, rng)
+    simulated = raster.simulate_tiles(prepared, plan, keep_sources, rng, watch)
+    simulated = place_at_finer_scales(prepared, plan, simulated, keep_sources, watch)
+    return raster.to_grid(prepared, simulated, plan.path)
 
 
 def honour_data(
-    image: PreparedImage,
+    prepared: PreparedImage,
     template: Triple,
     indices: NDArray[np.uint8],
     sources: NDArray[np.int32],
@@ -110,13 +107,19 @@ def honour_data(
 
     If `exact_data` is off, wrong data are only marked. `resimulate` calls `on_window`.
     """
-    study, cells = image.study, image.study.hard_data.cells
+    study, cells = prepared.study, prepared.study.hard_data.cells
     if not (study.parameters.exact_data and study.hard_data.n):
         missed = indices[tuple(cells.T)] != study.facies_of_data
         return np.where(missed, WRONG, 0).astype(np.int16)
-    part = watch.part(raster.RASTER_SHARE, raster.REPAIR_SHARE)
-    target, thresholds = target_of(image, indices, sources), image.isolated_datum_thresholds
-    return resimulate(target, in_three(cells), template, rng, thresholds, part, on_window)
+    return resimulate(
+        target_of(prepared, indices, sources),
+        in_three(cells),
+        template,
+        rng,
+        isolated_below=prepared.isolated_datum_thresholds,
+        watch=watch.part(raster.RASTER_SHARE, raster.REPAIR_SHARE),
+        on_window=on_window,
+    )
 
 
 def repairs(study: Study) -> bool:
@@ -127,7 +130,7 @@ def repairs(study: Study) -> bool:
 
 
 def repair(
-    image: PreparedImage,
+    prepared: PreparedImage,
     template: Triple,
     indices: NDArray[np.uint8],
     sources: NDArray[np.int32],
@@ -141,10 +144,10 @@ def repair(
     with data have many unseen patterns; in these studies, single cells are also changed before the
     first step, so that fewer windows are re-simulated.
     """
-    study = image.study
+    study = prepared.study
     if not repairs(study):
         return
-    target = target_of(image, indices, sources)
+    target = target_of(prepared, indices, sources)
     shape, n_data = target.grid.shape, study.hard_data.n
     volume, most = shape[0] > 1, max(round(WINDOWS_A_CELL * target.grid.size), 1)
     if not volume:
@@ -157,30 +160,49 @@ def repair(
         most = max(round(most * (np.count_nonzero(study.active) / study.active.size)), 1)
     forced = in_three(study.hard_data.cells[data_status == FORCED])
     active = None if study.active is None else study.active.reshape(shape)
-    inputs, whole = image.repair(template), watch.part(raster.REPAIR_SHARE, 1.0)
-    cells = target, inputs.side_by_side, rng
+    inputs, whole = prepared.repair(template), watch.part(raster.REPAIR_SHARE, 1.0)
     n_trials = TRIALS_A_CELL_DATA if n_data else TRIALS_A_CELL
+
+    def change_cells(walks: bool, watch: Watch) -> None:
+        repair_cells(
+            target,
+            inputs.side_by_side,
+            rng,
+            walks,
+            watch=watch,
+            trials_a_cell=n_trials,
+            active=active,
+        )
+
     if volume or n_data:
-        repair_cells(*cells, False, whole.part(0.0, 0.1), n_trials, active)
-    repair_seams(target, inputs, most, forced, rng, whole.part(0.1, 0.9), active)
-    repair_cells(*cells, True, whole.part(0.9, 1.0), n_trials, active)
+        change_cells(walks=False, watch=whole.part(0.0, 0.1))
+    repair_seams(
+        target, inputs, most, forced=forced, rng=rng, watch=whole.part(0.1, 0.9), active=active
+    )
+    change_cells(walks=True, watch=whole.part(0.9, 1.0))
 
 
 def target_of(
-    image: PreparedImage, indices: NDArray[np.uint8], sources: NDArray[np.int32]
+    prepared: PreparedImage, indices: NDArray[np.uint8], sources: NDArray[np.int32]
 ) -> Target:
     """Return the target of corrections, with views of a realization and its sources as volumes."""
-    study, shape = image.study, in_layers(image.study.grid.shape)
-    data = data_grid(in_three(study.hard_data.cells), study.facies_of_data, shape)
-    sources = sources.reshape(shape if sources.size else (0, 0, 0))
-    by_chance = study.parameters.published_draw
-    known = image.scaled(), image.bits(), image.square_bits()
-    balance = np.zeros(study.training_image.n_facies, np.int64)
-    cells, volume = (data, indices.reshape(shape), sources, balance), len(image.base) > 1
-    kinds = NO_KINDS
-    if copies := image.copies:
-        kinds = image.part(("layers around",), copies.around), copies.kinds
-    return Target(*known, *cells, by_chance, image.unknown(), *kinds, volume)
+    study, shape = prepared.study, in_layers(prepared.study.grid.shape)
+    target = Target(
+        image=prepared.scaled(),
+        bits=prepared.bits(),
+        square_bits=prepared.square_bits(),
+        data=data_grid(in_three(study.hard_data.cells), study.facies_of_data, shape),
+        grid=indices.reshape(shape),
+        sources=sources.reshape(shape if sources.size else (0, 0, 0)),
+        balance=np.zeros(study.training_image.n_facies, np.int64),
+        by_chance=study.parameters.published_draw,
+        unknown=prepared.unknown(),
+        volume=len(prepared.base) > 1,
+    )
+    if copies := prepared.copies:
+        layers = prepared.part(("layers around",), copies.around)
+        target = target._replace(layers=layers, kinds=copies.kinds)
+    return target
 
 
 def random_numbers(seed: int, number: int) -> np.random.Generator:
@@ -189,40 +211,40 @@ def random_numbers(seed: int, number: int) -> np.random.Generator:
     return np.random.Generator(np.random.PCG64(sequence))
 
 
-_compiled: set[tuple[object, ...]] = set()
+_compiled_kinds: set[tuple[object, ...]] = set()
 
 
-def is_compiled(image: PreparedImage) -> bool:
+def is_compiled(prepared: PreparedImage) -> bool:
     """Return whether this process has run all kernels that a study needs."""
-    return _specialization(image) in _compiled
+    return _specialization(prepared) in _compiled_kinds
 
 
 def is_ready() -> bool:
     """Return whether this process has run the kernels of at least one study."""
-    return bool(_compiled)
+    return bool(_compiled_kinds)
 
 
-def compile_kernels(image: PreparedImage, watch: Watch, load: bool = True) -> None:
+def compile_kernels(prepared: PreparedImage, watch: Watch, load: bool = True) -> None:
     """Run all kernels of a study on a tiny grid, so that measured times exclude compilation.
 
-    If not `load`, they are only compiled, for other processes.
+    If `load` is false, the kernels are only compiled, for other processes.
     """
-    if is_compiled(image):
+    if is_compiled(prepared):
         return
-    work = partial(walk_through, image, watch)
+    work = partial(walk_through, prepared, watch)
     await_all(ask_for(work, SOON), watch.check)
     if load:
         work()
-    _compiled.add(_specialization(image))
+    _compiled_kinds.add(_specialization(prepared))
 
 
-def walk_through(image: PreparedImage, watch: Watch) -> None:
+def walk_through(prepared: PreparedImage, watch: Watch) -> None:
     """Simulate a tiny study that calls all kernels of a study, with arguments of the same types.
 
     The tiny study shares no array with the study: kernels do not check the bounds of arrays. Only
     the integer type of scores depends on sizes; it is that of the study.
     """
-    tiny, totals = PreparedImage(tiny_study(image.study)), raster.totals_of(image)
+    tiny, totals = PreparedImage(tiny_study(prepared.study)), raster.totals_of(prepared)
     tiny.part(("totals",), lambda: totals)
     simulate_realization(tiny, 0, False, watch)
 
@@ -245,15 +267,20 @@ def tiny_study(study: Study) -> Study:
     cells = np.argwhere(np.ones(grid.shape)) if study.hard_data.n else np.empty((0, n_axes), int)
     data = HardData(cells, image.codes[[0, -1]][cells.sum(axis=1) % 2])
     secondary = study.secondary and study.secondary.resized(grid.shape, image)
-    return Study(image, grid, p, data, 0, secondary)
+    return Study(image, grid, p, data, secondary=secondary)
 
 
-def _specialization(image: PreparedImage) -> tuple[object, ...]:
-    """Return the properties of a study that determine which kernels are run with which types."""
-    study, p, coarse = image.study, image.study.parameters, image.lengths[-1]
-    sizes = coarse.level, coarse.template, coarse.overlap
-    scores = score_type(*sizes, p.similarity == "correlation", largest_code=largest_code(study))
-    types = block_sum_type(coarse.block), scores, raster.totals_of(image)
+def _specialization(prepared: PreparedImage) -> tuple[object, ...]:
+    """Return the properties that determine which kernels a study runs, with which types."""
+    study, p, coarse = prepared.study, prepared.study.parameters, prepared.lengths[-1]
+    scores = score_type(
+        coarse.level,
+        coarse.template,
+        coarse.overlap,
+        correlation=p.similarity == "correlation",
+        largest_code=largest_code(study),
+    )
+    types = block_sum_type(coarse.block), scores, raster.totals_of(prepared)
     has_copies = study.secondary is not None and study.secondary.has_copies
     has_gaps = study.training_image.known is not None or has_copies
     kinds = study.hard_data.n > 0, p.exact_data, p.scale > 0, repairs(study), has_gaps, p.variant

@@ -26,9 +26,9 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
 
     Realizations change only in windows around data that they do not honour; a window is at most as
     large as the template. Removing a datum changes no cell. Use `simulate` to condition
-    realizations on all data from the beginning. If `Parameters.exact_data` is off, no window is re-
-    simulated; data that are not honoured are only marked as wrong. Raises `CCWSIMError` if data are
-    outside the grid or of an unknown facies.
+    realizations on all data from the beginning. If `Parameters.exact_data` is off, no window is
+    re-simulated; data that are not honoured are only marked as wrong. Raises `CCWSIMError` if data
+    are outside the grid or of an unknown facies.
 
     Parameters
     ----------
@@ -42,6 +42,7 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
     -------
     Ensemble
         Ensemble with unchanged seed and parameters; `cpu_seconds` includes only the re-simulation.
+
     Examples
     --------
     >>> from ccwsim import Parameters, TrainingImage, simulate
@@ -61,7 +62,7 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
     sources = None if ensemble.sources is None else ensemble.sources.copy()
     data_status = _status_before(ensemble, hard_data)
     seconds = np.zeros(ensemble.n)
-    image = PreparedImage(study)
+    prepared = PreparedImage(study)
     template = p.along(study.grid.shape).template
     cells, places = in_three(hard_data.cells), tuple(hard_data.cells.T)
 
@@ -76,13 +77,19 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
         forced = data_status[number] == FORCED
         needs_changes = forced.any() or sources is not None
         changed = np.full(study.grid.shape if needs_changes else (0, 0), UNCHANGED, np.int32)
-        target = target_of(image, indices[number], changed)
-        thresholds = image.isolated_datum_thresholds
-        status = resimulate(target, cells[wrong], template, rng, thresholds, watch)
+        target = target_of(prepared, indices[number], changed)
+        status = resimulate(
+            target,
+            cells[wrong],
+            template,
+            rng,
+            isolated_below=prepared.isolated_datum_thresholds,
+            watch=watch,
+        )
         data_status[number, wrong] = status
         if forced.any():  # windows that replace forced cells honour their data
             data_status[number, forced & (changed[places] >= 0)] = status.max(initial=0)
-        changed = finish(image, indices[number], changed)
+        changed = finish(prepared, indices[number], changed)
         if sources is not None:
             sources[number] = np.where(changed == UNCHANGED, sources[number], changed)
         seconds[number] = time.thread_time() - before

@@ -73,10 +73,10 @@ class Search(NamedTuple):
     datum_cost: float  # factor of the weights of data that are not honoured
     slack_cost: float  # factor of the slack near data
     missed: int  # cost, in refinement, of a datum not honoured, in wrong cells
-    # if False, data only condition the search by blocks, so locations chosen for data are not
-    # shifted
+    # if False, data only condition the search by blocks, and locations of patches with data are not
+    # refined
     exact: bool
-    slack: int  # maximum difference in score from the best location without data; −1: none
+    slack: int  # maximum difference in score from the best location without data; −1: no limit
     n_drawn: int  # number of random locations without data, of which the best is used
     by_unseen: bool  # whether the best location is the one that leaves the fewest unseen patterns
     reach: Triple  # number of blocks around the continuation of a patch that are excluded
@@ -142,27 +142,28 @@ class Simulated(NamedTuple):
 
 def make_workspace(inputs: PatchInputs, totals: type[np.signedinteger]) -> PatchWorkspace:
     """Return the workspace for patches; `totals` is the type for scores plus costs."""
-    _, _, oriented, data, search, _, patterns, layers, guide = inputs
-    kind, shape = oriented.squares.dtype, (int(layers[:, 1].max(initial=1)), *oriented.places[1:])
+    oriented, data, search = inputs.oriented, inputs.data, inputs.search
+    n_layers = int(inputs.layers[:, 1].max(initial=1))
+    kind, shape = oriented.squares.dtype, (n_layers, *oriented.places[1:])
     n = prod(shape)
     template, n_facies = search.template, len(oriented.proportions)
-    ranking, others = (make_ranking(n, search.n_candidates, each) for each in (kind, totals))
+    ranking, of_totals = (make_ranking(n, search.n_candidates, t) for t in (kind, totals))
     return PatchWorkspace(
         scores=np.zeros(shape, kind),
         totals=np.zeros(shape, totals),
         energies=np.zeros(oriented.places, kind),
         energies_of=np.zeros((oriented.places[0], 4), np.int64),
-        guided=np.zeros(shape if guide else (0, 0, 0), kind),
+        guided=np.zeros(shape if inputs.guide else (0, 0, 0), kind),
         terms=make_terms(oriented.running, template, search.overlap, search.block),
         ranking=ranking,
-        total_ranking=ranking._replace(minima=others.minima, values=others.values),
+        total_ranking=ranking._replace(minima=of_totals.minima, values=of_totals.values),
         choice=np.zeros(3, np.int64),
         after=np.zeros(n_facies, np.int64),
         tilt=np.zeros(n_facies),
         chances=np.zeros(search.n_candidates),
         misses=make_misses(len(data.columns), oriented.pyramid.sums.shape[1:], shape),
         placing=make_placing(oriented.pyramid.square_bits, template, search.overlap, data),
-        trial=make_trial(template, patterns, 0),
+        trial=make_trial(template, inputs.patterns, 0),
     )
 
 
@@ -186,7 +187,7 @@ def box_of(p, overlap):
 def simulate_patches(first, last, inputs, work, simulated, rng):
     """Simulate patches `first` to `last` − 1 of the raster path; `simulated` changes in place."""
     patches, before, oriented, data, search, _, patterns, layers, guide = inputs
-    image, square_bits, _, _ = oriented.pyramid
+    image, square_bits = oriented.pyramid.image, oriented.pyramid.square_bits
     grid, block, placing = simulated.grid, search.block, work.placing
     places, n_places = work.ranking.places, (oriented.places[1], oriented.places[2])
     coarse = block[0] > 1 or block[1] > 1 or block[2] > 1
@@ -277,7 +278,7 @@ def conditional_candidates(box, layer, is_split, grid, inputs, work, scores, tot
     `is_split` is true if the patch is a part of a split tile. `grid` has the shape (nz, ny, nx).
     `scores` and `totals` begin with layer `layer` of locations.
     """
-    _, _, oriented, data, search, _, _, _, _ = inputs
+    oriented, data, search = inputs.oriented, inputs.data, inputs.search
     weights = DENSE if is_split else SPARSE
     share = 1.0 if weights.everywhere else search.share
     flat, places = totals.reshape(-1), work.total_ranking.places
@@ -294,7 +295,7 @@ def conditional_candidates(box, layer, is_split, grid, inputs, work, scores, tot
 @part_of_kernel
 def draw(n, number, box, inputs, counts, work, rng):
     """Return the index of a random candidate of patch `number`, steered towards the targets."""
-    _, _, oriented, _, search, steering, _, _, _ = inputs
+    oriented, search, steering = inputs.oriented, inputs.search, inputs.steering
     block, n_places = search.block, (work.scores.shape[1], work.scores.shape[2])
     candidates = work.ranking.places[:n]
     if steering.is_on:

@@ -23,7 +23,7 @@ from ccwsim.model.training_image import TrainingImage
 from ccwsim.model.watch import Cancel, Progress, Watch
 
 MIN_SETTINGS, MAX_SETTINGS = 2, 4
-SIMULATED, CURVES_DONE = 0.7, 0.85  # finished work after the simulation, and after the curves
+SIMULATED, CURVES_DONE = 0.7, 0.85  # share of work finished after simulation, and after curves
 LOW, HIGH = 0.05, 0.95  # quantiles that bound the bands of curves of a setting
 MIN_ERRORS = 2.0  # a difference between settings counts if it exceeds these standard errors
 
@@ -52,7 +52,8 @@ def _compared_curves(
         bands, fits = [], []
         for ensemble in ensembles:
             low, high = next(ends)
-            each = curves_of(statistic, ensemble, code, way, lags, watch.part(low, high).tell)
+            part = watch.part(low, high)
+            each = curves_of(statistic, ensemble, code, way, lags, progress=part.tell)
             bands.append(band(each, LOW, HIGH))
             fits.append(fit_curve(ensemble, statistic, code, way))
         reference = curves_of(statistic, image, code, way, lags)[0]
@@ -68,7 +69,7 @@ class PairRatio:
     other: str
     between: float  # above 1 if `name` is more varied
     within: float  # above 1 if `name` is farther from the training image
-    ratio: float  # of between / within, above 1 if `name` is better
+    ratio: float  # between / within, above 1 if `name` is better
     errors: tuple[float, float, float]  # standard errors of the logarithms of the three ratios
 
     @property
@@ -138,8 +139,9 @@ class Comparison:
     def ratio_of(self, name: str, other: str) -> PairRatio:
         """Return the ratios of the setting `name` to `other`, if `anodi` is computed."""
         assert self.anodi is not None
+        between, within, ratio = self.anodi.relative(name, other)
         errors = self.anodi.relative_errors(name, other)
-        return PairRatio(name, other, *self.anodi.relative(name, other), errors)
+        return PairRatio(name, other, between, within, ratio=ratio, errors=errors)
 
 
 def compare(
@@ -163,8 +165,9 @@ def compare(
     Raises `CCWSIMError` before simulating if there are not 2 to 4 settings, a setting does not fit,
     or the training image lacks the facies.
 
-    A setting that is an ensemble with the same image and grid, from another method, is compared as
-    it is. `facies` is the code of the facies whose curves are compared; by default the last.
+    A setting can be an ensemble of another method with the same image and grid; it is compared
+    without simulation. `facies` is the code of the facies whose curves are compared; by default
+    the last.
     `on_partial` is called with the partial result after each setting, curves and patterns.
 
     Examples
@@ -191,7 +194,7 @@ def compare(
 
     report, n_done = on_partial or (lambda _: None), len(settings) * n_realizations
     watch = Watch(progress, cancel)
-    found = Comparison((), ())
+    comparison = Comparison((), ())
     ensembles = run_trials(
         trials,
         simulated,
@@ -200,14 +203,14 @@ def compare(
         n_pieces=n_realizations,
     )
     for name, ensemble in zip(settings, ensembles, strict=True):
-        found = Comparison((*found.names, name), (*found.ensembles, ensemble))
-        report(found)
+        comparison = Comparison((*comparison.names, name), (*comparison.ensembles, ensemble))
+        report(comparison)
     code = int(image.codes[-1]) if facies is None else facies
-    found = _with_curves(found, code, watch.part(SIMULATED, CURVES_DONE, n_done))
-    report(found)
-    found = _with_patterns(found, watch.part(CURVES_DONE, 1.0, n_done))
-    report(found)
-    return found
+    comparison = _with_curves(comparison, code, watch.part(SIMULATED, CURVES_DONE, n_done))
+    report(comparison)
+    comparison = _with_patterns(comparison, watch.part(CURVES_DONE, 1.0, n_done))
+    report(comparison)
+    return comparison
 
 
 def add_curves(
@@ -233,17 +236,17 @@ def _checked(base: Trial, name: str, setting: Parameters | Ensemble) -> Trial | 
     return trial
 
 
-def _with_curves(found: Comparison, facies: int, watch: Watch) -> Comparison:
-    more = _compared_curves(found.ensembles, facies, watch)
-    return replace(found, curves={**found.curves, **more})
+def _with_curves(comparison: Comparison, facies: int, watch: Watch) -> Comparison:
+    more = _compared_curves(comparison.ensembles, facies, watch)
+    return replace(comparison, curves={**comparison.curves, **more})
 
 
-def _with_patterns(found: Comparison, watch: Watch) -> Comparison:
-    stacks = dict(zip(found.names, found.ensembles, strict=True))
+def _with_patterns(comparison: Comparison, watch: Watch) -> Comparison:
+    stacks = dict(zip(comparison.names, comparison.ensembles, strict=True))
     try:
-        patterns = anodi(stacks, found.ensembles[0].training_image, progress=watch.tell)
+        patterns = anodi(stacks, comparison.ensembles[0].training_image, progress=watch.tell)
     except Cancelled:
         raise
     except CCWSIMError as error:  # images are too small for patterns; other results are valid
-        return replace(found, problem=str(error))
-    return replace(found, anodi=patterns, scaling=patterns.scaling())
+        return replace(comparison, problem=str(error))
+    return replace(comparison, anodi=patterns, scaling=patterns.scaling())

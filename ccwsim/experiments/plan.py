@@ -1,4 +1,4 @@
-"""Plan a sweep, which has all valid combinations of parameter ranges."""
+"""Plan a sweep over all valid combinations of parameter ranges."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -47,9 +47,9 @@ def plan_sweep(
 ) -> SweepPlan:
     """Return all valid combinations of parameter ranges.
 
-    `base` has the parameters without a range; `ranges` maps the others, keys of `RANGED`, to the
-    values to try. Templates larger than `image_shape` are excluded. Raises `CCWSIMError` if a name
-    is not in `RANGED`, or a range has no value.
+    `base` has the parameters without a range; `ranges` maps other parameters, by keys of `RANGED`,
+    to the values to try. Templates larger than `image_shape` are excluded. Raises `CCWSIMError` if
+    a name is not in `RANGED`, or a range has no value.
     """
     for name, values in ranges.items():
         if name not in RANGED:
@@ -75,8 +75,8 @@ def plan_sweep(
 
 def varied(parameters: Iterable[Parameters]) -> list[str]:
     """Return the names of the parameters in `RANGED` that differ between settings."""
-    found = list(parameters)
-    return [name for name in RANGED if len({value_of(p, name) for p in found}) > 1]
+    settings = list(parameters)
+    return [name for name in RANGED if len({value_of(p, name) for p in settings}) > 1]
 
 
 def label(parameters: Parameters, names: Iterable[str]) -> str:
@@ -100,21 +100,21 @@ def _canonical(p: Parameters) -> Parameters:
 def value_of(p: Parameters, name: str) -> Any:
     """Return the value of a parameter in `RANGED`, or None for a z value of a map."""
     along_z = name.endswith(ALONG_Z)
-    own = getattr(p, name.removesuffix(ALONG_Z))
+    value = getattr(p, name.removesuffix(ALONG_Z))
     if name.startswith("wavelet_level") and p.method == "ccsim":
-        own = (0, 0, 0) if isinstance(own, tuple) else 0
-    if isinstance(own, tuple):
-        return own[0 if along_z else -1]
-    return None if along_z else own
+        value = (0, 0, 0) if isinstance(value, tuple) else 0
+    if isinstance(value, tuple):
+        return value[0 if along_z else -1]
+    return None if along_z else value
 
 
 def _changed(base: Parameters, changes: Mapping[str, Any]) -> Parameters:
     """Return a copy of the parameters with new values, given by keys of `RANGED`."""
     values = dict(changes)
     for name in PER_AXIS:
-        z, own = values.pop(name + ALONG_Z, value_of(base, name + ALONG_Z)), values.get(name)
-        if z is not None and not isinstance(own, tuple):
-            x = value_of(base, name) if own is None else own
+        z, value = values.pop(name + ALONG_Z, value_of(base, name + ALONG_Z)), values.get(name)
+        if z is not None and not isinstance(value, tuple):
+            x = value_of(base, name) if value is None else value
             values[name] = z, x, x
     return replace(base, **values)
 
@@ -122,8 +122,8 @@ def _changed(base: Parameters, changes: Mapping[str, Any]) -> Parameters:
 def _check_fits(p: Parameters, image_shape: Shape | None) -> None:
     if image_shape is None:
         return
-    own = p.along(image_shape).template
-    if any(t > n for t, n in zip(own, largest_sides(image_shape), strict=True)):
-        size = per_axis(own, image_shape)
+    template = p.along(image_shape).template
+    if any(t > n for t, n in zip(template, largest_sides(image_shape), strict=True)):
+        size = per_axis(template, image_shape)
         size = describe_shape(size) if isinstance(size, tuple) else size
         raise refused("template_too_large", size=size, image=describe_shape(image_shape))

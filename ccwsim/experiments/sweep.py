@@ -25,7 +25,9 @@ from ccwsim.model.secondary import Secondary
 from ccwsim.model.training_image import TrainingImage
 from ccwsim.model.watch import Cancel, Progress, Watch
 
-_SAID: dict[str, str] = tomllib.loads(Path(__file__).with_name("sweep.toml").read_text("utf-8"))
+_SENTENCES: dict[str, str] = tomllib.loads(
+    Path(__file__).with_name("sweep.toml").read_text("utf-8")
+)
 ERRORS = {
     "patterns": lambda quality: quality.pattern_distance,
     "connection": lambda quality: quality.tau_error,
@@ -42,8 +44,8 @@ SPREADS = {
 }
 """Functions that return the standard deviation of an error over realizations."""
 TOLERANCES = {"proportions": 0.1, "patterns": 0.1, "connection": 0.03}
-"""Differences that count as equal, of patterns relative to the least, in order of comparison."""
-MAX_COPIED = 4  # largest copied piece in templates; usual are 5 to 13 for K = 1, 3 for K = 5
+"""Differences that count as equal, in order of comparison; patterns are relative to the least."""
+MAX_COPIED = 4  # largest copied piece in templates; 5 to 13 are usual for K = 1, 3 for K = 5
 MAX_NAMED = 4  # maximum number of settings that a sentence names
 DOUBT = 2.0  # two settings are different if they differ by at least these standard errors
 
@@ -89,12 +91,12 @@ class Sweep:
         """Return the settings whose error is the smallest up to `tolerance` or `DOUBT` errors."""
         n = np.array([row.quality.n for row in self.rows])
         errors, doubts = self.errors(kind), np.nan_to_num(self.spreads(kind)) / np.sqrt(n)
-        known = among[~np.isnan(errors[among])]
-        if not len(known):
+        valid = among[~np.isnan(errors[among])]
+        if not len(valid):
             return among
-        best = known[np.argmin(errors[known])]
-        apart = DOUBT * np.hypot(doubts[known], doubts[best])
-        return known[errors[known] <= errors[best] + np.maximum(tolerance, apart)]
+        best = valid[np.argmin(errors[valid])]
+        apart = DOUBT * np.hypot(doubts[valid], doubts[best])
+        return valid[errors[valid] <= errors[best] + np.maximum(tolerance, apart)]
 
 
 def sweep(
@@ -198,10 +200,10 @@ def pareto_front(times: ArrayLike, errors: ArrayLike) -> NDArray[np.int64]:
 def recommended(sweep: Sweep) -> Recommendation:
     """Return the fastest of the settings that are about as good as the best setting.
 
-    Settings are excluded in this order: those that miss more data than others; those whose template
-    is too large for the image; those that copy pieces larger than four templates; those that are
-    worse than the best by `TOLERANCES` and by two standard errors, which the spread between
-    realizations gives. Raises `CCWSIMError` if no setting is finished.
+    Settings are excluded in this order if they miss more data than others; if their template is
+    too large for the image; if they copy pieces larger than four templates; if they are worse than
+    the best by `TOLERANCES` and by two standard errors, which are computed from the spread between
+    realizations. Raises `CCWSIMError` if no setting is finished.
     """
     if not sweep.rows:
         raise CCWSIMError("no setting is finished yet: wait for the sweep")
@@ -235,7 +237,7 @@ def _without_large_templates(sweep: Sweep, among: NDArray[np.int64]) -> Narrowed
     if n in (0, len(among)):
         return among, ""
     many = "setting has a template" if n == 1 else "settings have templates"
-    return among[fits], _SAID["large"].format(n=n, many=many, fewest=MIN_ACROSS**2)
+    return among[fits], _SENTENCES["large"].format(n=n, many=many, fewest=MIN_ACROSS**2)
 
 
 def _without_copies(sweep: Sweep, among: NDArray[np.int64]) -> Narrowed:
@@ -249,22 +251,22 @@ def _without_copies(sweep: Sweep, among: NDArray[np.int64]) -> Narrowed:
     largest = f"{copied[out].max():,.0f}".replace(",", "\u202f")
     if len(out) == len(among):
         least = among[np.argmin((copied / allowed)[among])]
-        return np.array([least]), _SAID["least"].format(cells=copied[least], most=MAX_COPIED)
+        return np.array([least]), _SENTENCES["least"].format(cells=copied[least], most=MAX_COPIED)
     many = "setting copies" if len(out) == 1 else "settings copy"
-    said = _SAID["copies"].format(n=len(out), many=many, cells=largest, most=MAX_COPIED)
-    return among[~copies[among]], said
+    sentence = _SENTENCES["copies"].format(n=len(out), many=many, cells=largest, most=MAX_COPIED)
+    return among[~copies[among]], sentence
 
 
 def _left_behind(sweep: Sweep, kind: str, good: NDArray[np.int64], out: NDArray[np.int64]) -> str:
     """Return a sentence that compares the excluded settings with the best setting by one error."""
     errors = sweep.errors(kind)
     best, other = np.nanmin(errors[good]), errors[out]
-    known = other[~np.isnan(other)]
+    defined = other[~np.isnan(other)]
     n = "1 setting is" if len(out) == 1 else f"{len(out)} settings are"
-    if not len(known):
+    if not len(defined):
         return f"{n} left out, because their connectivity is undefined."
     unit = 100 if kind == "proportions" else 1  # percent
-    return _SAID[kind].format(n=n, least=unit * known.min(), best=unit * best)
+    return _SENTENCES[kind].format(n=n, least=unit * defined.min(), best=unit * best)
 
 
 def _first_reason(sweep: Sweep, alike: list[int]) -> str:
@@ -280,7 +282,7 @@ def _first_reason(sweep: Sweep, alike: list[int]) -> str:
     rows = np.array(alike)
     same = n > 1 and all(len(sweep.alike(kind, rows, 0.0)) == len(rows) for kind in TOLERANCES)
     limits = {name: 100 * TOLERANCES[name] for name in ("patterns", "proportions")}
-    alike_by = _SAID["alike"].format(tau=TOLERANCES["connection"], **limits)
+    alike_by = _SENTENCES["alike"].format(tau=TOLERANCES["connection"], **limits)
     are = f"cannot be told apart by {n} realizations each" if same else alike_by
     named, fastest = f"{'; '.join(labels[:MAX_NAMED])}{more}", duration(sweep.times[k])
     return f"These {are}: {named}. The fastest setting is {labels[0]}, {fastest}."

@@ -16,7 +16,7 @@ from ccwsim.model.arrays import Shape, check_int, frozen
 from ccwsim.model.errors import refused
 from ccwsim.model.watch import Cancel, Progress, Watch
 
-CELLS_AT_ONCE = 32_000_000  # cells of realizations in memory at a time; a cell takes one byte
+CELLS_AT_ONCE = 32_000_000  # maximum cells of realizations in memory; a cell takes one byte
 LINEAR = (0.9, 1.1)  # growth is called linear if the exponent of the cells is in this range
 
 
@@ -147,19 +147,19 @@ class Growth:
 
 def growth(timings: Sequence[TrialResult]) -> Growth:
     """Return how one setting's time grows with the number of grid cells (Fig. 13)."""
-    cells = np.array([t.trial.grid.n_cells for t in timings], float)
+    n_cells = np.array([t.trial.grid.n_cells for t in timings], float)
     seconds = np.array([max(t.seconds, 1e-9) for t in timings])
-    if len(np.unique(cells)) < 2:
+    if len(np.unique(n_cells)) < 2:
         raise CCWSIMError("growth needs CPU times for at least two grid sizes")
-    exponent = np.polyfit(np.log(cells), np.log(seconds), 1)[0]
-    rate = cells / seconds
+    exponent = np.polyfit(np.log(n_cells), np.log(seconds), 1)[0]
+    rate = n_cells / seconds
     return Growth(1e6 * float(rate.sum() / (rate**2).sum()), float(exponent))
 
 
 def expected_seconds(
     trials: Sequence[Trial], n_realizations: int = 1, measured: Sequence[TrialResult] = ()
 ) -> float:
-    """Return the expected CPU seconds of trials, at the pace of the most similar measured ones."""
+    """Return the expected CPU seconds of trials, scaled by the most similar measured trials."""
     return n_realizations * sum(typical(trial) * _slowdown(trial, measured) for trial in trials)
 
 
@@ -169,12 +169,12 @@ def _slowdown(trial: Trial, measured: Sequence[TrialResult]) -> float:
         return 1.0
 
     def unlike(result: TrialResult) -> tuple[bool, bool, bool, int, int, float]:
-        other, p, own = result.trial, result.parameters, trial.parameters
+        other, p, parameters = result.trial, result.parameters, trial.parameters
         return (
             other.grid.n_dimensions != trial.grid.n_dimensions,
-            p.method != own.method,
+            p.method != parameters.method,
             bool(other.n_data) != bool(trial.n_data),
-            abs(level_of(p) - level_of(own)),
+            abs(level_of(p) - level_of(parameters)),
             abs(other.n_data - trial.n_data),
             abs(np.log(other.grid.n_cells / trial.grid.n_cells)),
         )
@@ -184,7 +184,7 @@ def _slowdown(trial: Trial, measured: Sequence[TrialResult]) -> float:
 
 
 def typical(trial: Trial, judged: bool = False) -> float:
-    """Return about the CPU seconds to simulate, and judge, a realization of a trial."""
+    """Return the approximate CPU seconds to simulate, and judge, a realization of a trial."""
     image, grid = trial.training_image, trial.grid.shape
     return typical_seconds(
         trial.parameters, image.shape, grid, image.n_facies, trial.n_data, judged=judged
@@ -214,25 +214,25 @@ def typical_seconds(
     judged: bool = False,
     disorder: float = 0.0,
 ) -> float:
-    """Return about the CPU seconds (to a factor of three) to simulate, and judge, a realization."""
+    """Return the CPU seconds, within a factor of three, to simulate and judge a realization."""
     p = parameters
     repair = prod(grid_shape) * PER_DISORDERED_CELL * disorder if p.repair_seams else 0.0
     if len(grid_shape) == 3:
         return repair + _seconds_of_volume(p, image_shape, grid_shape, n_data, judged)
     size, overlap, level = (along_x for _, _, along_x in p.along(grid_shape))
     block_size, step = 2**level, size - overlap
-    cells, locations = grid_shape[0] * grid_shape[1], 1.0
+    n_cells, locations = grid_shape[0] * grid_shape[1], 1.0
     for side in image_shape:
         locations *= max(side - size, 0) // block_size + 1
-    tiles = max(cells / step**2, 1.0)
-    dense = n_data * size**2 / (cells * MAX_DATA)
+    tiles = max(n_cells / step**2, 1.0)
+    dense = n_data * size**2 / (n_cells * MAX_DATA)
     patches = tiles * min(max(dense, 1.0), (step // overlap) ** 2)
     planes = 1 if n_facies <= 2 else n_facies
     products = planes * (2 * size - overlap) * overlap / block_size**2
     seen = n_data * (p.co_template * size / step) ** 2 * tiles / patches
     return (
         repair
-        + cells * (PER_CELL + (PER_JUDGED_CELL if judged else 0.0))
+        + n_cells * (PER_CELL + (PER_JUDGED_CELL if judged else 0.0))
         + patches * locations * (PER_LOCATION + products * PER_PRODUCT)
         + image_shape[0] * image_shape[1] * PER_IMAGE_CELL
         + seen * locations * PER_DATUM_SEEN
@@ -244,13 +244,13 @@ def _seconds_of_volume(
     parameters: Parameters, image_shape: Shape, grid_shape: Shape, n_data: int, judged: bool
 ) -> float:
     """Return the CPU seconds of a volume; at level 0, the search takes most of the time."""
-    lengths, cells = parameters.along(grid_shape), prod(grid_shape)
+    lengths, n_cells = parameters.along(grid_shape), prod(grid_shape)
     sides = zip(image_shape, lengths.template, lengths.level, strict=True)
     locations = prod(max(side - size, 0) // 2**level + 1 for side, size, level in sides)
     steps = (t - overlap for t, overlap in zip(lengths.template, lengths.overlap, strict=True))
-    tiles = max(cells / prod(steps), 1.0)
+    tiles = max(n_cells / prod(steps), 1.0)
     return (
-        cells * (PER_CELL_OF_VOLUME + (PER_JUDGED_CELL if judged else 0.0))
+        n_cells * (PER_CELL_OF_VOLUME + (PER_JUDGED_CELL if judged else 0.0))
         + tiles * locations * PER_LOCATION_OF_VOLUME
         + n_data * PER_DATUM_OF_VOLUME
     )

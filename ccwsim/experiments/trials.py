@@ -65,16 +65,16 @@ class TrialResult:
 
 def run_trials(
     trials: Sequence[Item],
-    run: Callable[[Item, Watch], Result],
+    function: Callable[[Item, Watch], Result],
     seconds: Sequence[float],
     watch: Watch = UNWATCHED,
     n_pieces: int = 1,
 ) -> Iterator[Result]:
-    """Yield the results of run(trial, its watch) in the order of `trials`.
+    """Yield the results of function(trial, watch of the trial) in the order of `trials`.
 
     `watch` gets the finished share of the expected `seconds` of all trials, and the number of
-    finished pieces, `n_pieces` for each trial; pieces of an unfinished trial are counted if it has
-    more than one. Raises `Cancelled` before a trial if `watch` asks to stop.
+    finished pieces. Each trial has `n_pieces`; if this is more than one, pieces of an unfinished
+    trial are counted. Raises `Cancelled` before a trial if `watch` asks to stop.
 
     Examples
     --------
@@ -90,5 +90,5 @@ def run_trials(
         if watch.cancel():
             raise Cancelled(f"stopped after {k} of {len(trials)} settings")
         low, high = ends[k] / ends[-1], ends[k + 1] / ends[-1]
-        yield run(trial, watch.part(low, high, k * n_pieces, counts=n_pieces > 1))
+        yield function(trial, watch.part(low, high, k * n_pieces, counts=n_pieces > 1))
         watch.progress(high, (k + 1) * n_pieces)

@@ -1,7 +1,7 @@
-"""Two-point simulation, which shows what the variogram of an image does not contain.
+"""Two-point simulation, which shows the patterns that the variogram of an image does not contain.
 
 Facies are truncated Gaussian fields (Matheron et al. 1987) with the proportions and the indicator
-variograms of the training image; their connectivity is what follows from these.
+variograms of the training image, which determine their connectivity.
 """
 
 import time
@@ -23,10 +23,11 @@ def simulate_two_point(
 ) -> Ensemble:
     """Return unconditional realizations with only the two-point statistics of an image.
 
-    From the least to the most frequent, each facies truncates its own Gaussian field in the cells
-    that are still free; the most frequent facies fills the rest. Proportions and variograms of the
-    facies are those of the image as far as a Gaussian field allows; variograms tend to their sill
-    up to half the image. The order of facies is not reproduced. The ensemble has the default
+    Facies are simulated from the least to the most frequent. Each facies truncates its own Gaussian
+    field in the cells that are still free; the most frequent facies fills the remaining cells.
+    Proportions and variograms of the facies are those of the image as far as a Gaussian field
+    allows; variograms reach their sill within half the image. The order of facies is not
+    reproduced. The ensemble has the default
     parameters, which are not used.
 
     Examples
@@ -37,8 +38,8 @@ def simulate_two_point(
     n, start = check_int("n_realizations", n_realizations, 1), time.perf_counter()
     image, grid, seconds = TrainingImage.of(training_image), Grid.of(grid_shape), np.zeros(n)
     seed = check_int("seed", seed, 0)
-    *rare, rest = np.argsort(image.proportions, kind="stable")
-    indices = np.full((n, *grid.shape), rest, np.uint8)
+    *rare, most_frequent = np.argsort(image.proportions, kind="stable")
+    indices = np.full((n, *grid.shape), most_frequent, np.uint8)
     inner, is_free = tuple(map(slice, grid.shape)), image.indices < image.n_facies
     for k in rare:
         is_facies = image.indices == k
@@ -48,7 +49,7 @@ def simulate_two_point(
             begin = time.process_time()
             noise = np.random.default_rng([seed, r, k]).standard_normal(amplitudes.shape)
             field = np.fft.ifftn(np.fft.fftn(noise) * amplitudes).real[inner]
-            indices[r][(indices[r] == rest) & (field > threshold)] = k
+            indices[r][(indices[r] == most_frequent) & (field > threshold)] = k
             seconds[r] += time.process_time() - begin
         is_free &= ~is_facies
     return Ensemble(
@@ -88,7 +89,8 @@ def _pairs(inside: Mask) -> Floats:
 def _correlations(covariances: NDArray, threshold: float) -> Floats:
     """Return the correlations of a Gaussian field from covariances of the truncated field.
 
-    Those are ∫ exp(−t² / (1 + sin θ)) / 2π from 0 to arcsin of the correlation, with threshold t.
+    A covariance is ∫ exp(−t² / (1 + sin θ)) / 2π dθ from 0 to arcsin of the correlation, with
+    threshold t.
     """
     angles = np.linspace(-np.pi / 2, np.pi / 2, 4001)
     middles = (angles[1:] + angles[:-1]) / 2

@@ -29,12 +29,12 @@ def usual_work() -> dict[str, Callable[[], None]]:
     """Return named computations that call all kernels of usual studies and of first screens."""
     return {
         "statistics of the first screen": _measure,
-        **{name: _simulation(*kind) for name, kind in STUDIES.items()},
+        **{name: _simulation(shape, p) for name, (shape, p) in STUDIES.items()},
     }
 
 
 def compile_in_background() -> None:
-    """Compile the kernels of `usual_work` in a thread, beginning with those of the first screen."""
+    """Compile the kernels of `usual_work` in a thread; kernels of the first screen are first."""
 
     def ask() -> None:
         for k, work in enumerate(usual_work().values()):
@@ -48,8 +48,8 @@ def _simulation(shape: tuple[int, ...], parameters: Parameters) -> Callable[[], 
     rng = np.random.default_rng(0)
     image, grid = TrainingImage(rng.integers(0, 2, shape)), Grid.of(shape)
     cells = np.argwhere(rng.random(shape) < 0.05)
-    data = HardData(cells, rng.integers(0, 2, len(cells)))
-    study = Study(image, grid, parameters, data)
+    hard_data = HardData(cells, rng.integers(0, 2, len(cells)))
+    study = Study(image, grid, parameters, hard_data)
     return lambda: walk_through(PreparedImage(study), Watch())
 
 

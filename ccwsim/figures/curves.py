@@ -74,7 +74,7 @@ def curves_chart(
 
     The chart of one ensemble has grey realizations, a grey band and a dark median. The chart of up
     to four named settings has a band and a median for each setting. Charts to be compared need the
-    same `y_range`. `judged` has the lags and the means of crops and of pieces, which a verdict
+    same `y_range`. `judged` contains lags, and means of crops and of pieces, which a verdict
     compares; both means are dotted.
     """
     if isinstance(bundles, Bundle):
@@ -96,10 +96,12 @@ def curves_chart(
     )
     traces.append(image)
     if judged is not None:
-        at, *means = judged
+        judged_lags, *means = judged
         marked = ("crops of the TI", theme.reference), ("pieces", theme.ink)
         for (name, colour), values in zip(marked, means, strict=True):
-            traces.append(line(name, at, values, colour, 1.5, dash="dot", hovertemplate="%{y:.3g}"))
+            traces.append(
+                line(name, judged_lags, values, colour, 1.5, dash="dot", hovertemplate="%{y:.3g}")
+            )
     return blank_chart(
         theme,
         height=height,
@@ -122,20 +124,20 @@ def lines_chart(
 ) -> go.Figure:
     """Return a chart of lines with the colour, dash and points of each line."""
     chart = blank_chart(theme, height=height, x_title=x_title, y_title=y_title)
-    for one in lines:
-        alone = one.dash == "none"
+    for curve in lines:
+        only_points = curve.dash == "none"
         drawn = line(
-            one.name,
-            one.x,
-            one.y,
-            one.colour,
+            curve.name,
+            curve.x,
+            curve.y,
+            curve.colour,
             1.8,
-            mode="markers" if alone else "lines+markers" if one.points else "lines",
-            dash="solid" if alone else one.dash,
-            hovertemplate=f"{written(one.name)}: %{{y:.3g}}<extra></extra>",
+            mode="markers" if only_points else "lines+markers" if curve.points else "lines",
+            dash="solid" if only_points else curve.dash,
+            hovertemplate=f"{written(curve.name)}: %{{y:.3g}}<extra></extra>",
         )
-        symbol = "diamond" if alone else "circle"
-        drawn.update(marker={"color": one.colour, "size": 8, "symbol": symbol})
+        symbol = "diamond" if only_points else "circle"
+        drawn.update(marker={"color": curve.colour, "size": 8, "symbol": symbol})
         chart.add_trace(drawn)
     return chart.update_yaxes(range=y_range)
 
@@ -147,7 +149,7 @@ def transiogram_chart(
     names: Sequence[str],
     theme: Theme,
 ) -> go.Figure:
-    """Return transiograms P(head at x + h | tail at x), by (tail, head), a row per tail."""
+    """Return a chart of transiograms P(head at x + h | tail at x), with a row for each tail."""
     names = as_written(names)
     titles = [f"{names[tail]} → {names[head]}" for tail in tails for head in heads]
     rows = len(tails)
@@ -198,27 +200,31 @@ def vertical_proportions_chart(
     """
     chart = blank_chart(theme, height=height, x_title=x_title, y_title=y_title)
     shares = ("reference", "each", "low", "median", "high")
-    own = replace(bundle, **{name: 100 * getattr(bundle, name) for name in shares})
-    said = f"{written(y_title)} %{{y:.4g}}: %{{x:.1f}} %"
-    median = _median(own, "median", theme.ink, 1.5)
-    traces = [_band(own, "5–95 %", theme.band), _threads(own, theme), median]
+    percent = replace(bundle, **{name: 100 * getattr(bundle, name) for name in shares})
+    position = f"{written(y_title)} %{{y:.4g}}: %{{x:.1f}} %"
+    median = _median(percent, "median", theme.ink, 1.5)
+    traces = [_band(percent, "5–95 %", theme.band), _threads(percent, theme), median]
     for trace in traces:
         trace.update(x=trace.y, y=trace.x)
-    median.update(hovertemplate=f"median, {said}<extra></extra>")
-    at = bundle.lags if reference_at is None else reference_at
-    hover = {"hovertemplate": f"training image, {said}<extra></extra>"}
-    traces.append(line("training image", own.reference, at, theme.reference, 2, **hover))
+    median.update(hovertemplate=f"median, {position}<extra></extra>")
+    elevations = bundle.lags if reference_at is None else reference_at
+    hover = f"training image, {position}<extra></extra>"
+    traces.append(
+        line(
+            "training image", percent.reference, elevations, theme.reference, 2, hovertemplate=hover
+        )
+    )
     if data is not None and len(data.at):
         sizes = MAX_DISC * np.sqrt(data.count / data.count.max())
         marks = dots("hard data", 100 * data.share, data.at, theme.paper, sizes)
         marks.update(marker={"line": {"width": 1.2, "color": theme.ink}}, customdata=data.count)
-        hover = f"%{{customdata}} hard data, {said}<extra></extra>"
+        hover = f"%{{customdata}} hard data, {position}<extra></extra>"
         traces.append(marks.update(hovertemplate=hover, cliponaxis=False))
     chart.add_traces(traces)
     step = float(bundle.lags[1] - bundle.lags[0]) if len(bundle.lags) > 1 else 1.0
     chart.update_yaxes(range=[bundle.lags[0] - step / 2, bundle.lags[-1] + step / 2])
-    ends = [own.each, own.reference, 100 * data.share if data is not None else 0.0]
-    largest = max(float(np.max(some, initial=0.0)) for some in ends)
+    ends = [percent.each, percent.reference, 100 * data.share if data is not None else 0.0]
+    largest = max(float(np.max(values, initial=0.0)) for values in ends)
     chart.update_xaxes(range=[0, min(1.08 * largest, 100.0) or 100.0], nticks=5)
     return chart.update_layout(hovermode="closest")
 
@@ -245,7 +251,7 @@ def repetition_chart(
 ) -> go.Figure:
     """Return a chart of the autocorrelation of a training image, with marked lengths.
 
-    The correlation is 1 at lag 0, about 0 for independent cells, and has a peak at the distance
+    The correlation is 1 at lag 0, about 0 for independent cells, and peaks at the distance
     between repeated features. `marks` maps names to lengths in cells, such as {"T 32": 32}.
     """
     chart = blank_chart(theme, height=height, x_title="lag (cells)", y_title="correlation")
@@ -260,7 +266,8 @@ def repetition_chart(
         chart.add_vline(x=length, line=style, annotation=label)
     low = min(float(np.min(east_west)), float(np.min(north_south)), 0.0)
     chart.update_yaxes(range=[1.1 * low - 0.05, 1.05])
-    chart.update_xaxes(range=[0, max(float(lags[-1]), *(float(v) * 1.08 for v in marks.values()))])
+    farthest = max([float(lags[-1]), *(1.08 * float(length) for length in marks.values())])
+    chart.update_xaxes(range=[0, farthest])
     return chart
 
 
@@ -285,8 +292,8 @@ def _polyline(curve: np.ndarray, top: float, stroke: str) -> str:
     room = SIDE - 2 * MARGIN
     x = MARGIN + room * np.arange(len(curve)) / max(len(curve) - 1, 1)
     y = SIDE - MARGIN - room * curve / top
-    known = np.isfinite(y)
-    points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x[known], y[known], strict=True))
+    finite = np.isfinite(y)
+    points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x[finite], y[finite], strict=True))
     return f'<polyline points="{points}" {stroke}/>'
 
 

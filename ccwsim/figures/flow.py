@@ -16,7 +16,7 @@ def conductivity_chart(
 ) -> go.Figure:
     """Return a histogram of the effective conductivity of realizations, on a logarithmic axis.
 
-    `marks` has a value and a colour for each vertical line, such as a bound or the image.
+    `marks` maps the name of each vertical line, such as a bound, to its value and colour.
 
     Examples
     --------
@@ -56,10 +56,10 @@ def conductivity_chart(
 def breakthrough_chart(
     days: Floats, shown: int, theme: Theme, *, height: int, accent: str
 ) -> go.Figure:
-    """Return the share of particles that arrived against the time in days, by realization.
+    """Return a chart of the share of arrived particles against time, by realization.
 
-    `days` has sorted travel times, shape (n, m), inf for particles that do not arrive. The curve
-    of realization `shown` has the colour `accent`.
+    `days` are sorted travel times, shape (n, m), inf for particles that do not arrive. The curve
+    of realization `shown` is drawn in the colour `accent`.
 
     Examples
     --------
@@ -71,14 +71,14 @@ def breakthrough_chart(
     """
     chart = blank_chart(theme, height=height, x_title="travel time (days)", y_title="arrived (%)")
     shares = 100 * (np.arange(days.shape[1]) + 0.5) / days.shape[1]
-    known = np.where(np.isfinite(days), days, np.nan)
-    x = np.hstack([known, np.full((len(days), 1), np.nan)]).ravel()
+    arrivals = np.where(np.isfinite(days), days, np.nan)
+    x = np.hstack([arrivals, np.full((len(days), 1), np.nan)]).ravel()
     y = np.tile([*shares, np.nan], len(days))
     chart.add_trace(line("realizations", x, y, theme.each, 1))
     if 0 <= shown < len(days):
         hover = "%{x:.3g} days: %{y:.0f} % arrived<extra></extra>"
         name = f"realization {shown + 1}"
-        chart.add_trace(line(name, known[shown], shares, accent, 2, hovertemplate=hover))
+        chart.add_trace(line(name, arrivals[shown], shares, accent, 2, hovertemplate=hover))
     chart.update_xaxes(type="log", exponentformat="power")
     chart.update_yaxes(range=[0, 100])
     return chart.update_layout(hovermode="closest")

@@ -103,7 +103,8 @@ def placement_svg(
     """Return an SVG sketch of hard data inside and outside the outline of a grid.
 
     `cells`, shape (n, 2), may be outside the grid. A datum without a colour is drawn as a ring.
-    `wells` has the indices of each named well's data, from the top down, which a line joins.
+    `wells` maps the name of each well to the indices of its data, from the top down, which a line
+    joins.
     """
     ny, nx = shape
     places = as_integers(cells, "cells").reshape(-1, 2) + 0.5
@@ -113,21 +114,21 @@ def placement_svg(
     radius = max(2.5, min(7.0, _SVG_SIDE / 12 / max(len(places), 1) ** 0.5))
     pad = radius + 4
 
-    def at(row: float, column: float) -> tuple[float, float]:
+    def position_of(row: float, column: float) -> tuple[float, float]:
         return pad + (column - low[1]) * scale, pad + (high[0] - row) * scale
 
     width, height = np.maximum((high - low)[::-1] * scale, _SVG_SIDE / 2) + 2 * pad
-    left, top = at(ny, 0)
+    left, top = position_of(ny, 0)
     sides = max(nx * scale, 3.0), max(ny * scale, 3.0)  # keep the grid visible
     frame = f'x="{left:.2f}" y="{top:.2f}" width="{sides[0]:.2f}" height="{sides[1]:.2f}"'
     parts = [f'<rect {frame} fill="#8881" stroke="#777" stroke-width="1"/>']
     for (row, column), colour in zip(places.tolist(), colours, strict=True):
-        x, y = at(row, column)
+        x, y = position_of(row, column)
         look = f'fill="{colour}" stroke="#fff"' if colour else 'fill="none" stroke="#B3402A"'
         circle = f'cx="{x:.2f}" cy="{y:.2f}" r="{radius:.2f}"'
         parts.append(f'<circle {circle} {look} stroke-width="1.5"/>')
     for name, path in (wells or {}).items():
-        ends = [at(*places[k]) for k in path]
+        ends = [position_of(row, column) for row, column in places[list(path)]]
         line = " ".join(f"{x:.2f},{y:.2f}" for x, y in ends)
         parts.append(f'<polyline points="{line}" fill="none" stroke="#777" stroke-width="2"/>')
         place = f'x="{ends[0][0]:.2f}" y="{max(ends[0][1] - radius - 3, 11):.2f}"'
@@ -203,9 +204,9 @@ def _as_bytes(indices: NDArray[np.integer], n: int) -> Bytes:
 
 def png_of(picture: Image.Image, **options: Any) -> bytes:
     """Return a picture as the bytes of a PNG file; `options` are passed to Pillow."""
-    written = BytesIO()
-    picture.save(written, "PNG", **options)
-    return written.getvalue()
+    stream = BytesIO()
+    picture.save(stream, "PNG", **options)
+    return stream.getvalue()
 
 
 class VolumeSlice(NamedTuple):
@@ -232,13 +233,17 @@ def slices_of(
     if len(cell) != len(AXES) or not all(0 <= k < n for k, n in zip(cell, shape, strict=True)):
         raise CCWSIMError(f"cell {tuple(cell)} must lie in a volume of shape {shape}")
     cells, wrong = np.empty((0, len(AXES)), np.int64), np.empty(0, bool)
-    data = Dots(cells, [], wrong) if dots is None else dots
+    all_dots = Dots(cells, [], wrong) if dots is None else dots
     slices = []
     for axis, (name, k, n) in enumerate(zip(AXES, cell, shape, strict=True)):
-        here = np.flatnonzero(data.cells[:, axis] == k)
-        flat = np.delete(data.cells[here], axis, axis=1)
-        own = Dots(flat, [data.colours[d] for d in here.tolist()], data.wrong[here])
-        slices.append(VolumeSlice(np.take(indices, k, axis), f"{name} {k} (0 to {n - 1})", own))
+        in_slice = np.flatnonzero(all_dots.cells[:, axis] == k)
+        flat = np.delete(all_dots.cells[in_slice], axis, axis=1)
+        dots_in_slice = Dots(
+            flat, [all_dots.colours[d] for d in in_slice.tolist()], all_dots.wrong[in_slice]
+        )
+        slices.append(
+            VolumeSlice(np.take(indices, k, axis), f"{name} {k} (0 to {n - 1})", dots_in_slice)
+        )
     return slices
 
 
@@ -252,29 +257,30 @@ def slices_png(
 ) -> bytes:
     """Return a PNG, `longest` pixels wide, of labelled slices of a volume, side by side."""
     slices = slices_of(indices, at, dots)
-    scale = max(1, round((longest - 2 * GAP) / sum(one.indices.shape[1] for one in slices)))
+    scale = max(1, round((longest - 2 * GAP) / sum(section.indices.shape[1] for section in slices)))
     layer, *sections = slices
     maps = [data_map(layer.indices, colours, layer.dots, scale)]
-    maps += [_with_wells(one, colours, scale) for one in sections]
+    maps += [_with_wells(section, colours, scale) for section in sections]
     font = ImageFont.load_default(TEXT)
     widths = [
-        max(shown.width, int(font.getlength(one.label)) + 1)
-        for one, shown in zip(slices, maps, strict=True)
+        max(slice_picture.width, int(font.getlength(section.label)) + 1)
+        for section, slice_picture in zip(slices, maps, strict=True)
     ]
-    size = sum(widths) + GAP * (len(maps) - 1), LABEL + max(shown.height for shown in maps)
-    picture = Image.new("RGBA", size)
+    width = sum(widths) + GAP * (len(maps) - 1)
+    height = LABEL + max(slice_picture.height for slice_picture in maps)
+    picture = Image.new("RGBA", (width, height))
     pen, left = ImageDraw.Draw(picture), 0
-    for one, shown, width in zip(slices, maps, widths, strict=True):
-        pen.text((left, 2), one.label, fill=GREY, font=font)
-        picture.paste(shown, (left, LABEL))
+    for section, slice_picture, width in zip(slices, maps, widths, strict=True):
+        pen.text((left, 2), section.label, fill=GREY, font=font)
+        picture.paste(slice_picture, (left, LABEL))
         left += width + GAP
     return png_of(picture, optimize=True)
 
 
 def _with_wells(section: VolumeSlice, colours: Sequence[str], scale: int) -> Image.Image:
     """Return a section with hard data as framed cells, because discs along a well would overlap."""
-    nobody = Dots(np.empty((0, 2), np.int64), [], np.empty(0, bool))
-    picture = data_map(section.indices, colours, nobody, scale)
+    no_dots = Dots(np.empty((0, 2), np.int64), [], np.empty(0, bool))
+    picture = data_map(section.indices, colours, no_dots, scale)
     pen, dots = ImageDraw.Draw(picture), section.dots
     frames = ["#FFFFFF"] * len(dots.cells)
     edges = [WRONG if wrong else INK for wrong in dots.wrong.tolist()]

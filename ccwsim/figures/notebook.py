@@ -1,4 +1,4 @@
-"""Pictures with captions and zoomable charts for notebooks; of volumes, the middle layer."""
+"""Pictures with captions and zoomable charts for notebooks; volumes show their middle layer."""
 
 from base64 import b64encode
 from collections.abc import Sequence
@@ -23,9 +23,9 @@ def image_html(image: TrainingImage) -> str:
     """Return a picture of a training image with a caption; north is at the top."""
     name, shares = image.name or "Training image", _facies(image, image.proportions)
     layer, words = _middle(image.shape)
-    said = f"{name}: {describe_shape(image.shape)} cells{words}, {shares}"
+    caption = f"{name}: {describe_shape(image.shape)} cells{words}, {shares}"
     colours = facies_colours(image)
-    return _html(contact_sheet(image.indices[layer][None], colours, longest=THUMB)[0], said)
+    return _html(contact_sheet(image.indices[layer][None], colours, longest=THUMB)[0], caption)
 
 
 def ensemble_html(ensemble: Ensemble) -> str:
@@ -37,13 +37,13 @@ def ensemble_html(ensemble: Ensemble) -> str:
     indices = ensemble.indices[(slice(shown), *layer)]
     longest = THUMB if shown <= FEW else THUMB // 2
     sheet, _ = contact_sheet(indices, colours, longest=longest)
-    said = (
+    caption = (
         f"{n} {'realization' if n == 1 else 'realizations'} of "
         f"{describe_shape(ensemble.grid.shape)} cells{words}"
         f"{f', the first {shown} shown' if shown < n else ''}, {ensemble.hard_data.n} hard data, "
         f"seed {ensemble.seed}: {_facies(image, ensemble.proportions.mean(axis=0))}"
     )
-    return _html(sheet, said)
+    return _html(sheet, caption)
 
 
 def data_html(data: HardData) -> str:
@@ -55,9 +55,9 @@ def data_html(data: HardData) -> str:
     shape = tuple((high - low + 1).tolist())[-2:]
     colours = facies_colours(TrainingImage(codes[None]))
     longest = min(THUMB, 8 * max(shape))
-    shown, words = _middle_of_data(data)
-    cells = (data.cells - low)[shown, -2:]
-    picture = data_png(cells, facies[shown], shape, colours, longest=longest)
+    drawn_mask, words = _middle_of_data(data)
+    drawn_cells = (data.cells - low)[drawn_mask, -2:]
+    picture = data_png(drawn_cells, facies[drawn_mask], shape, colours, longest=longest)
     counts = ", ".join(
         f"{n} of facies {c}" for c, n in zip(codes, np.bincount(facies), strict=True)
     )
@@ -91,10 +91,10 @@ def data_chart(data: HardData) -> go.Figure:
     """Return a chart of hard data as points at their columns and rows."""
     codes = np.unique(data.facies)
     colours = facies_colours(TrainingImage(codes[None])) if data.n else []
-    shown, words = _middle_of_data(data)
+    drawn_mask, words = _middle_of_data(data)
     chart = go.Figure()
     for code, colour in zip(codes.tolist(), colours, strict=True):
-        rows, columns = data.cells[shown & (data.facies == code), -2:].T
+        rows, columns = data.cells[drawn_mask & (data.facies == code), -2:].T
         marker = {"color": colour, "line": {"color": "#FFFFFF", "width": 0.5}}
         chart.add_scatter(x=columns, y=rows, mode="markers", marker=marker, name=f"facies {code}")
     chart.update_xaxes(title="column")
@@ -149,8 +149,12 @@ def _maps(
         chart.add_trace(heatmap, 1, column)
         if data is not None and data.n:
             x, y = grid.centers_of(data.cells).T
-            own = [colours[k] for k in np.searchsorted(image.codes, data.facies)]
-            marker = {"color": own, "size": 5, "line": {"color": "#FFFFFF", "width": 0.8}}
+            colours_of_data = [colours[k] for k in np.searchsorted(image.codes, data.facies)]
+            marker = {
+                "color": colours_of_data,
+                "size": 5,
+                "line": {"color": "#FFFFFF", "width": 0.8},
+            }
             points = go.Scatter(
                 x=x, y=y, mode="markers", marker=marker, name="hard data", showlegend=False
             )
@@ -165,7 +169,7 @@ def _facies(image: TrainingImage, shares: Floats) -> str:
     return ", ".join(f"{name} {100 * share:.1f} %" for name, share in pairs)
 
 
-def _html(picture: bytes, said: str) -> str:
+def _html(picture: bytes, caption: str) -> str:
     source = f"data:image/png;base64,{b64encode(picture).decode()}"
-    tag = f'<img src="{source}" alt="{escape(said)}" style="image-rendering: pixelated">'
-    return f"<figure>{tag if picture else ''}<figcaption>{escape(said)}</figcaption></figure>"
+    tag = f'<img src="{source}" alt="{escape(caption)}" style="image-rendering: pixelated">'
+    return f"<figure>{tag if picture else ''}<figcaption>{escape(caption)}</figcaption></figure>"

@@ -21,10 +21,10 @@ def proportions_chart(
 ) -> go.Figure:
     """Return a chart with a row for each facies: dots for realizations, a red stroke for the image.
 
-    Shares of cells are from 0 to 1. `reference`, shape (n_facies,), has the training image's
-    shares; `each`, shape (n, n_facies), has the shares of each realization.
+    Shares of cells are from 0 to 1. `reference`, shape (n_facies,), are the training image's
+    shares; `each`, shape (n, n_facies), are the shares of each realization.
     """
-    traces, fixed = [], {"cliponaxis": False}
+    traces = []
     edge = {"opacity": 0.75, "line": {"width": 0.8, "color": theme.quiet}}
     for k, name in enumerate(as_written(names)):
         traces.append(
@@ -36,7 +36,7 @@ def proportions_chart(
                 11,
                 hovertemplate=f"{name}: %{{x:.1f}} %<extra></extra>",
                 marker=edge,
-                **fixed,
+                cliponaxis=False,
             )
         )
     stroke = {"symbol": "line-ns", "line": {"width": 2.5, "color": theme.reference}}
@@ -50,7 +50,7 @@ def proportions_chart(
             20,
             hovertemplate="training image: %{x:.1f} %<extra></extra>",
             marker=stroke,
-            **fixed,
+            cliponaxis=False,
         )
     )
     largest = 100 * min(1.0, 1.15 * float(max(reference.max(), each.max())))
@@ -70,7 +70,7 @@ def proportions_chart(
 def compared_proportions_chart(
     names: Sequence[str], reference: Floats, settings: Mapping[str, Floats], theme: Theme
 ) -> go.Figure:
-    """Return a chart with a block for each facies; each block has a line of dots for each setting.
+    """Return a chart with a block for each facies, and in it a line of dots for each setting.
 
     Dots show differences from the training image, and the red stroke at 0 is the training image.
     `settings` maps the name of each setting to its realizations' shares, shape (n, n_facies).
@@ -94,6 +94,6 @@ def compared_proportions_chart(
     middle = starts + (len(settings) - 1) / 2
     chart.update_yaxes(**rows_axis(theme, labels, (n * block - 1, -1), middle))
     off = [float(np.abs(shares - reference).max()) for shares in settings.values()]
-    reach = 115 * max(*off, 0.002)
+    reach = 115 * max([*off, 0.002])
     chart.update_xaxes(range=[-reach, reach], nticks=5)
     return chart.update_layout(hovermode="closest")

@@ -29,7 +29,7 @@ ENTROPY = ("#F3EEF8", "#C9B4DE", "#8E6BB5", "#5B3788", "#33145C")
 FONT = '"Source Sans", "Source Sans 3", "Source Sans Pro", "Segoe UI", sans-serif'
 CLEAR = "rgba(0,0,0,0)"
 DASHES = ("solid", "dash", "dot", "dashdot")
-SYMBOLS = ("circle", "square", "triangle-up", "cross")  # with `DASHES`: four compared settings
+SYMBOLS = ("circle", "square", "triangle-up", "cross")  # like `DASHES`, of four compared settings
 
 
 @dataclass(frozen=True)
@@ -99,9 +99,9 @@ def ramp(steps: Sequence[str], n: int) -> list[str]:
     rgb = bytes_of(steps)
     colours = []
     for k in range(n):
-        at = k / max(n - 1, 1) * (len(rgb) - 1)
-        low = min(int(at), len(rgb) - 2)
-        share = at - low
+        position = k / max(n - 1, 1) * (len(rgb) - 1)
+        low = min(int(position), len(rgb) - 2)
+        share = position - low
         mixed = [round(a + share * (b - a)) for a, b in zip(rgb[low], rgb[low + 1], strict=True)]
         colours.append("#" + "".join(f"{c:02X}" for c in mixed))
     return colours
@@ -128,7 +128,7 @@ def blank_chart(
     y: Mapping[str, Any] = MappingProxyType({}),
     **more: Any,
 ) -> go.Figure:
-    """Return a chart with a transparent background; titles are shown as written.
+    """Return a chart with a transparent background; HTML tags in titles are escaped.
 
     `traces`, options `x` and `y` of the axes and `more` of the layout are not validated.
     """
@@ -152,7 +152,7 @@ def blank_chart(
 
 
 def line(name: str, x: ArrayLike, y: ArrayLike, colour: str, width: float, **more: Any) -> Any:
-    """Return a plotly line with an escaped name, without hover text; `more` goes to plotly."""
+    """Return a plotly line with an escaped name, without hover text; `more` is passed to plotly."""
     more = {"mode": "lines", "hoverinfo": "skip", **more}
     if "hovertemplate" in more:
         del more["hoverinfo"]
@@ -178,11 +178,11 @@ def _scatter(**options: Any) -> Any:
 
 
 def rows_axis(
-    theme: Theme, names: Sequence[str], ends: tuple[float, float], at: Any = None
+    theme: Theme, names: Sequence[str], ends: tuple[float, float], positions: Any = None
 ) -> dict[str, Any]:
     """Return the options of a y axis with the names of rows, without an axis line."""
     return {
-        "tickvals": list(range(len(names))) if at is None else at,
+        "tickvals": list(range(len(names))) if positions is None else positions,
         "ticktext": list(names),
         "range": list(ends),
         "showline": False,

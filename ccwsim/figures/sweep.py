@@ -44,8 +44,8 @@ def sweep_chart(
 
     CPU times, errors and spreads have shape (n,); NaN values are not drawn. A spread, drawn as a
     bar, is the variation of an error between realizations. Labels are beside the dots if there is
-    room. `front` has the indices of the settings on the front, fastest first. The setting
-    `selected` has a ring, and the setting `recommended` is a diamond.
+    room. `front` are the indices of the settings on the front, fastest first. The setting
+    `selected` is ringed, and the setting `recommended` is a diamond.
     """
     on_front = [int(k) for k in front]
     x_title = "CPU time of a realization (ms)"
@@ -93,20 +93,20 @@ def sweep_chart(
 
 def _axis(values: NDArray[np.float64], margin: float) -> dict[str, Any]:
     """Return a logarithmic axis if values differ by a large factor, otherwise a linear axis."""
-    known = values[np.isfinite(values)]
-    low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
+    finite = values[np.isfinite(values)]
+    low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
     if low <= 0 or high / low < SPREAD:
         return {"range": (0.0, (1 + margin) * high or 1.0), "exponentformat": "none"}
     a, b = np.log10([low, high])
     ends = float(a - margin * (b - a)), float(b + margin * (b - a))
     ticks = [m * 10.0**e for e in range(-9, 9) for m in (1, 2, 5)]
-    shown = [t for t in ticks if ends[0] <= np.log10(t) <= ends[1]]
-    names = [f"{t:.6g}" for t in shown]
-    return {"type": "log", "range": ends, "tickvals": shown, "ticktext": names}
+    ticks_shown = [t for t in ticks if ends[0] <= np.log10(t) <= ends[1]]
+    names = [f"{t:.6g}" for t in ticks_shown]
+    return {"type": "log", "range": ends, "tickvals": ticks_shown, "ticktext": names}
 
 
 def _steps(corners: NDArray[np.float64]) -> list[Box]:
-    """Return the lines of the front as boxes; from each point, a line goes right and then down."""
+    """Return the lines of the front as boxes; from each point, a line runs right and then down."""
     boxes: list[Box] = []
     for (x, y), (right, below) in pairwise(corners.tolist()):
         boxes += [(x, y - 1, right, y + 1), (right - 1, y, right + 1, below)]
@@ -138,9 +138,10 @@ def label_sides(
         for side, (right, down) in SIDES.items():
             box = _box(x, y, len(texts[k]) * WIDTH, right, down)
             inside = box[0] >= 0 and box[1] >= 0 and box[2] <= room[0] and box[3] <= room[1]
-            others = (other for other in taken if other is not taken[k])
+            other_boxes = (other for other in taken if other is not taken[k])
             if inside and not any(
-                box[0] < b[2] and b[0] < box[2] and box[1] < b[3] and b[1] < box[3] for b in others
+                box[0] < b[2] and b[0] < box[2] and box[1] < b[3] and b[1] < box[3]
+                for b in other_boxes
             ):
                 sides[k] = side
                 taken.append(box)

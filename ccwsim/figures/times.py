@@ -151,21 +151,29 @@ def _label_lines(
     """Write the name of each line at its end; move a name down if it overlaps another name."""
     lowest = np.inf
     for series in sorted(measured, key=lambda series: -series.values[-1]):
-        own = float(np.log10(series.values[-1])) * pixels
-        at = min(own, lowest - LABEL_GAP)
-        lowest = at
-        _label(chart, series, series.name, theme.ink, xanchor="left", xshift=9, yshift=at - own)
+        end = float(np.log10(series.values[-1])) * pixels
+        label_height = min(end, lowest - LABEL_GAP)
+        lowest = label_height
+        _label(
+            chart,
+            series,
+            series.name,
+            theme.ink,
+            xanchor="left",
+            xshift=9,
+            yshift=label_height - end,
+        )
 
 
 def _label_published(chart: go.Figure, published: Sequence[TimeSeries], theme: style.Theme) -> None:
     """Label the slowest marker from above; give the other, nearly equal markers one label below."""
     top, *others = sorted(published, key=lambda series: -series.values[-1])
-    place = {"xanchor": "right", "xshift": 24}
-    _label(chart, top, top.name, theme.reference, yshift=16, **place)
+    colour = theme.reference
+    _label(chart, top, top.name, colour, xanchor="right", xshift=24, yshift=16)
     if others:
         named = ", ".join(str(level) for level in sorted(series.level for series in others))
         text = f"level{'s' if len(others) > 1 else ''} {named}"
-        _label(chart, others[-1], text, theme.reference, yshift=-16, **place)
+        _label(chart, others[-1], text, colour, xanchor="right", xshift=24, yshift=-16)
 
 
 def _label(chart: go.Figure, series: TimeSeries, text: str, colour: str, **place: object) -> None:

@@ -43,8 +43,8 @@ def strip_chart(strip: Strip, theme: Theme, *, colour: str, height: int = 116) -
     each.update(marker={"opacity": 0.75, "line": {"width": 0.8, "color": theme.quiet}})
     each.update(text=[f"realization {k + 1}" for k in range(n)])
     chart.add_trace(each.update(hovertemplate="%{text}: %{x:.3g}<extra></extra>"))
-    known = not np.isnan(strip.reference)
-    x, y = ([strip.reference] * 2, [-0.8, 0.8]) if known else ([], [])
+    has_reference = not np.isnan(strip.reference)
+    x, y = ([strip.reference] * 2, [-0.8, 0.8]) if has_reference else ([], [])
     hover = "training image: %{x:.3g}<extra></extra>"
     chart.add_trace(line("training image", x, y, theme.reference, 3, hovertemplate=hover))
     chart.update_yaxes(range=[-1, 1], showline=False, ticks="", showticklabels=False)
@@ -58,15 +58,15 @@ def calibration_chart(
     count: NDArray[np.integer],
     theme: Theme,
     *,
-    given: bool = False,
+    guided: bool = False,
     height: int = 320,
 ) -> go.Figure:
-    """Return observed shares against predictions by bin; larger dots have more cells.
+    """Return a chart of observed shares against predictions; larger dots have more cells.
 
-    With `given`, the predictions are probabilities that guided the realizations.
+    With `guided`, the predictions are probabilities that guided the realizations.
     """
     x_title, y_title = "probability in the realizations", "came true"
-    if given:
+    if guided:
         x_title, y_title = "given probability", "share in the realizations"
     chart = blank_chart(theme, height=height, x_title=f"{x_title} (%)", y_title=f"{y_title} (%)")
     chart.add_trace(line("perfect", [0, 100], [0, 100], theme.reference, 2))
@@ -89,7 +89,7 @@ def data_status_chart(
     """Return a bar chart of the mean share of hard data by data status.
 
     Examples of `names` are "raster" and "re-simulated, 8 cells"; the bar of the last name has a
-    warning colour. `shares`, shape (n_realizations, n_names), has values from 0 to 1.
+    warning colour. `shares`, shape (n_realizations, n_names), are from 0 to 1.
     """
     chart = blank_chart(theme, height=height, x_title="share of the data (%)", y_title="")
     rows, means = as_written(names), 100 * shares.mean(axis=0)
@@ -114,7 +114,7 @@ def data_status_chart(
 def divergence_chart(
     factors: Sequence[int], between: Floats, within: Floats, theme: Theme, *, height: int = 230
 ) -> go.Figure:
-    """Return ANODI divergences (bits) "between" and "within" by resolution 1 / factor."""
+    """Return a chart of the ANODI divergences (bits) at each resolution 1 / factor."""
     x_title = "Jensen–Shannon divergence (bits)"
     chart = blank_chart(theme, height=height, x_title=x_title, y_title="")
     rows = list(range(len(factors)))
@@ -183,7 +183,7 @@ def convergence_chart(
     *,
     height: int = 230,
 ) -> go.Figure:
-    """Return standard errors (percent) against realizations up to `n_asked`, log-log."""
+    """Return a log-log chart of standard errors (percent) against up to `n_asked` realizations."""
     y_title = "error of a probability (%)"
     chart = blank_chart(theme, height=height, x_title="realizations", y_title=y_title)
     hover = "± %{y:.2g} %"
@@ -197,10 +197,10 @@ def convergence_chart(
 
 def _around(values: Sequence[float]) -> list[float]:
     """Return an axis range that contains all values, with a margin that does not reach below 0."""
-    there = [v for v in values if not np.isnan(v)] or [0.0]
-    room = 0.12 * (max(there) - min(there)) or max(abs(there[0]) * 0.1, 0.5)
-    low = min(there) - room
-    return [max(low, 0.0) if min(there) >= 0 else low, max(there) + room]
+    defined = [v for v in values if not np.isnan(v)] or [0.0]
+    room = 0.12 * (max(defined) - min(defined)) or max(abs(defined[0]) * 0.1, 0.5)
+    low = min(defined) - room
+    return [max(low, 0.0) if min(defined) >= 0 else low, max(defined) + room]
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,7 +218,7 @@ class Group:
 def label_side(place: Floats, others: Floats) -> str:
     """Return the side of a point on which its name fits into a plot with axes from −1 to 1.
 
-    Of above and below, the side with fewer of the `others`, shape (n, 2), is used.
+    The name is above or below the point, where fewer of the `others`, shape (n, 2), are.
     """
     x, y = place.tolist()
     across = "left" if x > EDGE else "right" if x < -EDGE else "center"

@@ -1,4 +1,4 @@
-"""From realizations to an answer: flow, tracks of particles, and what follows from them.
+"""Flow through realizations, tracks of particles, and results computed from them.
 
 Arguments shared by several functions are explained only here:
 

@@ -1,4 +1,4 @@
-"""What an ensemble answers: effective conductivity, travel times, capture, representatives."""
+"""Flow results of ensembles: effective conductivity, travel times, capture, representatives."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.flow.darcy import Ends, Floats, Flow, _cell, array_axis, checked_cell, darcy
-from ccwsim.flow.tracks import IN_WELL, LEFT, MAX_PARTICLES, starts_at_inflow, tracks
+from ccwsim.flow.tracks import IN_WELL, LEFT, MAX_PARTICLES, cells_at, starts_at_inflow, tracks
 from ccwsim.jobs.workers import run_all
 from ccwsim.model.arrays import (
     Shape,
@@ -60,8 +60,8 @@ class EffectiveK:
         head = ["realization", "effective_k", "harmonic_mean", "arithmetic_mean"]
         rows = zip(self.each, self.harmonic, self.arithmetic, strict=True)
         lines = [[r + 1, *(f"{v:.9g}" for v in row)] for r, row in enumerate(rows)]
-        own = (self.image, self.image_harmonic, self.image_arithmetic)
-        return head, [*lines, ["training_image", *(f"{v:.9g}" for v in own)]]
+        of_image = (self.image, self.image_harmonic, self.image_arithmetic)
+        return head, [*lines, ["training_image", *(f"{v:.9g}" for v in of_image)]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,20 +78,21 @@ class Capture:
         return self.captured.mean(axis=0).reshape(self.shape)
 
     def brier(self, truth: NDArray[np.bool_] | None = None) -> tuple[float, float]:
-        """Return the Brier score of the probability, and that of one constant probability.
+        """Return the Brier scores of the probability and of one constant probability.
 
-        Scores are those of `truth`, shape (m,), or means over realizations, each predicted by all
-        others. A probability is worth its price only if its score is clearly the smaller.
+        Scores are computed for `truth`, shape (m,); without it, they are means over realizations,
+        each predicted by all others. A probability is useful only if its score is clearly smaller.
         """
         n, total = len(self.captured), self.captured.sum(axis=0)
         if truth is None and n < 2:
             raise CCWSIMError("a Brier score needs at least two realizations, or the truth")
-        known = self.captured if truth is None else as_array(truth, "truth")
-        if truth is not None and (known.dtype != np.bool_ or known.shape != total.shape):
+        outcomes = self.captured if truth is None else as_array(truth, "truth")
+        if truth is not None and (outcomes.dtype != np.bool_ or outcomes.shape != total.shape):
             raise CCWSIMError(f"truth must be an array of True and False, shape {total.shape}")
         predicted = (total - self.captured) / (n - 1) if truth is None else total / n
         constant = predicted.mean(axis=-1, keepdims=True)
-        return float(np.mean((predicted - known) ** 2)), float(np.mean((constant - known) ** 2))
+        score, of_constant = (np.mean((p - outcomes) ** 2) for p in (predicted, constant))
+        return float(score), float(of_constant)
 
 
 def effective_k(
@@ -111,8 +112,8 @@ def effective_k(
     --------
     >>> from ccwsim import simulate
     >>> e = simulate(np.tile([[0], [0], [1], [1]], (16, 64)), (40, 50), n_realizations=2)
-    >>> found = effective_k(e, {0: 1e-6, 1: 1e-4})
-    >>> bool((found.each <= found.arithmetic * 1.000001).all())
+    >>> effective = effective_k(e, {0: 1e-6, 1: 1e-4})
+    >>> bool((effective.each <= effective.arithmetic * 1.000001).all())
     True
     """
     k = _values(ensemble, values, axis)
@@ -124,12 +125,12 @@ def effective_k(
 def with_bounds(
     ensemble: Ensemble, k: Floats, axis: str, each: Floats, anisotropy: float = 1.0
 ) -> EffectiveK:
-    """Return the effective conductivities `each` with their bounds and those of the image."""
-    image, own = ensemble.training_image, k * (anisotropy if axis == "z" else 1.0)
+    """Return the effective conductivities `each`, their bounds, and the values of the image."""
+    image, k_along = ensemble.training_image, k * (anisotropy if axis == "z" else 1.0)
     grid = replace(Grid.of(image.shape), cell_size=ensemble.grid.cell_size)
     number = array_axis(axis, grid)
-    lower, upper = np.array([_bounds(cell_values(own, i), number) for i in ensemble.indices]).T
-    least, most = _bounds(cell_values(own, image.indices), number)
+    lower, upper = np.array([_bounds(cell_values(k_along, i), number) for i in ensemble.indices]).T
+    least, most = _bounds(cell_values(k_along, image.indices), number)
     of_image = _k_of(image.indices, k, grid, axis, anisotropy)
     return EffectiveK(each, lower, upper, of_image, image_harmonic=least, image_arithmetic=most)
 
@@ -137,8 +138,8 @@ def with_bounds(
 def _bounds(k: Floats, axis: int) -> tuple[float, float]:
     """Return bounds of the effective conductivity along an axis; k is NaN in inactive cells.
 
-    The flow is at least that with the same flow in all lines of cells along the axis that have no
-    inactive cell, and none between them; it is at most that of heads that fall evenly.
+    The lower bound assumes equal flow in all lines of cells along the axis without inactive cells,
+    and no flow between lines. The upper bound assumes heads that fall evenly.
     """
     active = k[np.isfinite(k)]
     lines = np.moveaxis(k, axis, 0)[:, np.isfinite(k).all(axis=axis)]
@@ -151,9 +152,11 @@ def _k_of(indices: NDArray[np.uint8], k: Floats, grid: Grid, axis: str, anisotro
     return _along(axis, cell_values(k, indices), grid, anisotropy=anisotropy).effective_k
 
 
-def _along(axis: str, k: Floats, grid: Grid | None = None, heads: Any = (1, 0), **how: Any) -> Flow:
+def _along(
+    axis: str, k: Floats, grid: Grid | None = None, heads: Any = (1, 0), **options: Any
+) -> Flow:
     """Return the flow between two heads at the ends of an axis."""
-    return darcy(k, grid, **{HEADS_ALONG[axis]: heads}, **how)
+    return darcy(k, grid, **{HEADS_ALONG[axis]: heads}, **options)
 
 
 def flow_efficiency(inside: NDArray[np.bool_], axis: int, contrast: float = CONTRAST) -> float:
@@ -187,8 +190,8 @@ def travel_times(
 ) -> Floats:
     """Return the breakthrough of each realization: sorted travel times, shape (n, n_particles).
 
-    Particles start on the inflow side, each with the same share of the inflow. Those that do not
-    arrive have the time inf.
+    Particles start on the inflow side, each with the same share of the inflow. Particles that do
+    not arrive have the time inf.
 
     Examples
     --------
@@ -214,8 +217,8 @@ def porosities(ensemble: Ensemble, porosity: FaciesValues | float) -> Floats:
 
 def breakthrough(flow: Flow, porosity: Floats | float, axis: str, n: int) -> Floats:
     """Return sorted travel times of n particles from the inflow side; inf if they end inside."""
-    found = tracks(flow, starts_at_inflow(flow, n, axis), porosity=porosity, keep_paths=False)
-    return np.sort(np.where(found.status == LEFT, found.times, np.inf))
+    particles = tracks(flow, starts_at_inflow(flow, n, axis), porosity=porosity, keep_paths=False)
+    return np.sort(np.where(particles.status == LEFT, particles.times, np.inf))
 
 
 def _times_of(
@@ -247,8 +250,8 @@ def capture_probability(
     --------
     >>> from ccwsim import simulate
     >>> e = simulate(np.tile([[0], [0], [1], [1]], (16, 64)), (40, 50), n_realizations=2)
-    >>> found = capture_probability(e, {0: 1, 1: 1}, (20, 25), 1.0, west_east=(1.0, 0.0))
-    >>> found.probability.shape, found.probability.max()
+    >>> capture = capture_probability(e, {0: 1, 1: 1}, (20, 25), 1.0, west_east=(1.0, 0.0))
+    >>> capture.probability.shape, capture.probability.max()
     ((10, 12), np.float64(1.0))
     """
     k, step = _values(ensemble, values, "x"), check_int("step", step, 1)
@@ -287,9 +290,9 @@ def captured_by_wells(
     flow: Flow, starts: Floats, porosity: Floats, within: float = np.inf
 ) -> NDArray[np.bool_]:
     """Return which particles reach a well in time; none does from an inactive cell."""
-    captured = ~np.isnan(flow.heads[tuple(flow.grid.cells_of(*starts.T).T)])
-    found = tracks(flow, starts[captured], porosity=porosity, keep_paths=False)
-    captured[captured] = (found.status == IN_WELL) & (found.times <= within)
+    captured = ~np.isnan(flow.heads[tuple(cells_at(starts, flow.grid).T)])
+    particles = tracks(flow, starts[captured], porosity=porosity, keep_paths=False)
+    captured[captured] = (particles.status == IN_WELL) & (particles.times <= within)
     return captured
 
 
@@ -332,9 +335,9 @@ def _coarse_k(indices: NDArray[np.uint8], k: Floats, grid: Grid, axis: str, fact
     """Return the effective conductivity on a coarser grid; remaining rows and columns are cut."""
     logs = cell_values(np.log(k), indices)
     for number, n in enumerate(indices.shape):
-        own = min(factor, n)
-        logs = np.moveaxis(logs, number, -1)[..., : n // own * own]
-        active = np.ma.masked_invalid(logs.reshape(*logs.shape[:-1], -1, own))
+        side = min(factor, n)
+        logs = np.moveaxis(logs, number, -1)[..., : n // side * side]
+        active = np.ma.masked_invalid(logs.reshape((*logs.shape[:-1], -1, side)))
         logs = np.moveaxis(active.mean(axis=-1).filled(np.nan), -1, number)
     sizes = np.array(_cell(grid))[: grid.n_dimensions] * factor
     nz = logs.shape[0] if logs.ndim == 3 else None
@@ -375,16 +378,18 @@ def over(
     check_callable("cancel", cancel)
     if executor is not None and not hasattr(executor, "submit"):
         raise refused("executor", given=shown(executor))
-    found: list[Any] = [None] * ensemble.n
+    results: list[Any] = [None] * ensemble.n
 
     def task(r: int, watch: Watch) -> None:
         watch.check()
-        own = np.asarray(ensemble.indices[r])
-        found[r] = function(own) if executor is None else executor.submit(function, own).result()
+        indices = np.asarray(ensemble.indices[r])
+        results[r] = (
+            function(indices) if executor is None else executor.submit(function, indices).result()
+        )
         watch.tell(1.0)
 
     workers = n_cores() if n_workers is None else check_int("n_workers", n_workers, 1)
     done = run_all(task, ensemble.n, workers, Watch(progress, cancel))
     if len(done) < ensemble.n:
         raise Cancelled(f"stopped after {len(done)} of {ensemble.n} realizations")
-    return found
+    return results

@@ -30,7 +30,7 @@ from ccwsim.model.grid import Grid
 SIDES = {"x": ("west", "east"), "y": ("south", "north"), "z": ("bottom", "top")}
 """Sides of the grid at both ends of each axis."""
 TOLERANCE = 3e-7  # default sum of the residuals of all cells, relative to the flows
-MAX_ITERATIONS = 300  # maximum number of iterations; usual are 10 to 30
+MAX_ITERATIONS = 300  # maximum number of iterations; 10 to 30 are usual
 Floats = NDArray[np.float64]
 Ends = tuple[ArrayLike | None, ArrayLike | None]
 """Heads at the low and at the high end of an axis: a number, an array over the side, or None."""
@@ -112,10 +112,10 @@ def darcy(
 
     Sides without fixed heads are no-flow. A fixed head acts on the outer face of a cell. The solver
     is conjugate gradients with an algebraic multigrid preconditioner (PyAMG; Bell et al. 2023), or
-    sparse elimination if it does not converge. Raises `CCWSIMError` if
-    conductivity, heads or wells do not fit the grid, a well is in an inactive cell or cut off from
-    all fixed heads, or no path connects two sides with heads. The datum of the heads does not
-    matter: only differences of heads are computed.
+    sparse elimination if it does not converge. The datum of the heads does not matter, because only
+    differences of heads are computed. Raises `CCWSIMError` if conductivity, heads or wells do not
+    fit the grid, a well is in an inactive cell or cut off from all fixed heads, or no path connects
+    two sides with heads.
 
     `conductivity`, shape of the grid, has positive numbers, such as m/s, and NaN in inactive cells,
     through which nothing flows; `active` can mask cells, too. Cell sizes have the same unit of
@@ -132,11 +132,11 @@ def darcy(
     k, grid = _checked_k(conductivity, grid, active)
     anisotropy = check_number("anisotropy", anisotropy, 1 / MAX_CONTRAST, MAX_CONTRAST)
     tolerance = check_number("tolerance", tolerance, 1e-15, 0.1)
-    given = {"x": west_east, "y": south_north, "z": bottom_top}
+    heads = {"x": west_east, "y": south_north, "z": bottom_top}
     names = "xyz"[: grid.n_dimensions][::-1]
     if grid.nz is None and bottom_top is not None:
         raise CCWSIMError("bottom_top: a map has no layers; give west_east or south_north")
-    ends = [_heads(given[name], name, np.delete(k.shape, axis)) for axis, name in enumerate(names)]
+    ends = [_heads(heads[name], name, np.delete(k.shape, axis)) for axis, name in enumerate(names)]
     mask = np.isfinite(k)
     labels: NDArray[np.int32] = ndimage.label(mask)[0]  # type: ignore[index]
     datum = _datum(labels, ends)
@@ -154,17 +154,17 @@ def darcy(
     faces, sides = [], []
     for axis, name in enumerate(names):
         size = sizes["xyz".index(name)]
-        own = (anisotropy if name == "z" else 1.0) * np.where(mask, k, 0.0)
-        own *= np.prod(sizes) / size**2  # area of a face / distance of centres
-        low, high = (np.delete(own, end, axis) for end in (-1, 0))
+        k_along = (anisotropy if name == "z" else 1.0) * np.where(mask, k, 0.0)
+        k_along *= np.prod(sizes) / size**2  # area of a face / distance of centres
+        low, high = (np.delete(k_along, end, axis) for end in (-1, 0))
         with np.errstate(invalid="ignore", divide="ignore"):
             faces.append(np.nan_to_num(2 * low * high / (low + high)))
         for end, head in zip((0, -1), ends[axis], strict=True):
-            at = (*[slice(None)] * axis, end)
-            conductance = np.where(np.isnan(head), 0.0, 2 * own[at])
-            above = np.nan_to_num(head - datum[at])
-            outer[at] += conductance
-            rhs[at] += conductance * above
+            face_cells = (*[slice(None)] * axis, end)
+            conductance = np.where(np.isnan(head), 0.0, 2 * k_along[face_cells])
+            above = np.nan_to_num(head - datum[face_cells])
+            outer[face_cells] += conductance
+            rhs[face_cells] += conductance * above
             sides.append((conductance, above))
     for cell, rate in rates.items():
         rhs[cell] += rate
@@ -185,7 +185,15 @@ def darcy(
     above = np.zeros(k.shape)  # heads above the datum, whose differences lose no digits
     above[held], iterations = _solve(matrix, rhs[held], outer[held], tolerance)
     fluxes, n_active = _fluxes(above, faces, sides), int(np.count_nonzero(mask))
-    return Flow(grid, readonly(datum + above), fluxes, rates, fixed, n_active, iterations)
+    return Flow(
+        grid=grid,
+        heads=readonly(datum + above),
+        fluxes=fluxes,
+        wells=rates,
+        fixed=fixed,
+        n_active=n_active,
+        iterations=iterations,
+    )
 
 
 def _cell(grid: Grid) -> tuple[float, ...]:
@@ -208,11 +216,11 @@ def _checked_k(
         if mask.shape != k.shape or mask.dtype != np.bool_:
             raise CCWSIMError(f"active must be an array of True and False of shape {k.shape}")
         k = np.where(mask, k, np.nan)
-    known = k[~np.isnan(k)]
-    if not known.size:
+    values = k[~np.isnan(k)]
+    if not values.size:
         raise CCWSIMError("conductivity: no cell is active; NaN is for some inactive cells only")
     check_magnitudes(
-        "conductivity", known, ", NaN in inactive cells, and a small value where little flows"
+        "conductivity", values, ", NaN in inactive cells, and a small value where little flows"
     )
     return k, grid
 
@@ -223,18 +231,18 @@ def _heads(ends: Ends | None, name: str, shape: NDArray) -> list[Floats]:
     ends = (None, None) if ends is None else ends
     if not isinstance(ends, Sequence) or len(ends) != 2:
         raise CCWSIMError(f"heads of {sides} = {shown(ends)} must be a pair of heads")
-    found = []
+    heads = []
     for head in ends:
         values = np.array(np.nan) if head is None else as_floats(head, f"heads of {sides}")
         right = (np.abs(values) <= MAX_MAGNITUDE).all() and values.shape in ((), tuple(shape))
         if head is not None and not right:
             raise refused("heads", sides=sides, most=MAX_MAGNITUDE, shape=shape)
-        found.append(values)
-    return found
+        heads.append(values)
+    return heads
 
 
 def _datum(labels: NDArray, ends: Sequence[Sequence[Floats]]) -> Floats:
-    """Return the middle of the fixed heads of each body of connected cells; NaN without heads."""
+    """Return the middle of the fixed heads of each connected set of cells; NaN without heads."""
     low, high = np.full((2, labels.max() + 1), np.nan)
     for axis, heads in enumerate(ends):
         for end, head in zip((0, -1), heads, strict=True):
@@ -297,31 +305,31 @@ def _solve(
     from pyamg import ruge_stuben_solver  # slow to import
 
     x, residual = np.zeros(len(rhs)), rhs.copy()
-    at = np.flatnonzero((outer > 0) | (rhs != 0))  # cells beside fixed heads, and with wells
-    sources, outer = rhs[at], outer[at]
+    beside = np.flatnonzero((outer > 0) | (rhs != 0))  # cells beside fixed heads, and with wells
+    sources, outer = rhs[beside], outer[beside]
     with suppress(ZeroDivisionError):
         # a sweep forward and one backward keep the cycle symmetric at half the default's work
         before, after = (("gauss_seidel", {"sweep": s}) for s in ("forward", "backward"))
         multigrid = ruge_stuben_solver(
             matrix, interpolation="direct", presmoother=before, postsmoother=after
         )
-        way, last = np.zeros(len(rhs)), 1.0
+        direction, last = np.zeros(len(rhs)), 1.0
         for iteration in range(MAX_ITERATIONS + 1):
             check_stop()
-            if np.abs(residual).sum() <= tolerance * np.abs(sources - outer * x[at]).sum():
+            if np.abs(residual).sum() <= tolerance * np.abs(sources - outer * x[beside]).sum():
                 return x, iteration
             better = _cycle(multigrid, residual, 0)
             product = _product(residual, better)
-            way, last = better + product / last * way, product
-            image = matrix @ way
-            length = product / _product(way, image)
-            x += length * way
-            residual -= length * image
+            direction, last = better + product / last * direction, product
+            applied = matrix @ direction
+            length = product / _product(direction, applied)
+            x += length * direction
+            residual -= length * applied
     return np.asarray(spsolve(matrix.tocsc(), rhs, "MMD_AT_PLUS_A")), 0
 
 
 def _product(a: Floats, b: Floats) -> float:
-    """Return the inner product without BLAS, whose threads cost more than they gain here."""
+    """Return the inner product without BLAS, whose threads would slow it down here."""
     return float(np.einsum("i,i->", a, b))
 
 

@@ -9,6 +9,7 @@ from ccwsim.flow.darcy import Floats, Flow, _cell, array_axis
 from ccwsim.jobs.workers import check_stop
 from ccwsim.model.arrays import as_floats, check_int, check_type
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.grid import Grid
 
 LEFT, IN_WELL, STUCK = 0, 1, 2
 """End of a track: it left the grid, entered the cell of a well, or stopped in a cell."""
@@ -49,8 +50,8 @@ def tracks(
     Examples
     --------
     >>> from ccwsim.flow import darcy
-    >>> found = tracks(darcy([[1.0, 1.0]], west_east=(2.0, 0.0)), [[0.5, 0.5]], porosity=0.5)
-    >>> found.times, found.paths[0].round(6).tolist()
+    >>> paths = tracks(darcy([[1.0, 1.0]], west_east=(2.0, 0.0)), [[0.5, 0.5]], porosity=0.5)
+    >>> paths.times, paths.paths[0].round(6).tolist()
     (array([0.75]), [[0.0, 0.5, 0.5], [0.25, 1.0, 0.5], [0.75, 2.0, 0.5]])
     """
     check_type("flow", flow, Flow)
@@ -66,7 +67,7 @@ def tracks(
         or not (((shares > 0) & (shares <= 1)) | np.isnan(flow.heads)).all()
     ):
         raise CCWSIMError("porosity must be above 0 and at most 1: a number, or one for each cell")
-    cells = grid.cells_of(*points.T)
+    cells = cells_at(points, grid)
     if not grid.holds(cells).all() or np.isnan(flow.heads[tuple(cells.T)]).any():
         raise CCWSIMError("a start is outside the grid or in an inactive cell; move it")
     shares = np.broadcast_to(shares, grid.shape)
@@ -77,19 +78,19 @@ def tracks(
         sinks[cell] = sign * rate < 0
     n, shape = len(points), np.array(grid.shape)
     corner = np.array(grid.origin[:n_axes][::-1])
-    at = (points[:, ::-1] - corner) / size - cells  # position in the cell, from 0 to 1
+    position = (points[:, ::-1] - corner) / size - cells  # position in the cell, from 0 to 1
     times, status = np.zeros(n), np.full(n, STUCK, np.int8)
     who = np.arange(n)
-    log = [(who, times.copy(), cells + at)] if keep_paths else []
+    log = [(who, times.copy(), cells + position)] if keep_paths else []
     for step in range(MAX_CROSSINGS * int(shape.sum())):
         inside = sinks[tuple(cells.T)]
         status[who[inside]] = IN_WELL
-        who, cells, at = who[~inside], cells[~inside], at[~inside]
+        who, cells, position = who[~inside], cells[~inside], position[~inside]
         if not len(who):
             break
         if step % STEPS_BETWEEN_CHECKS == 0:
             check_stop()
-        v0, v1 = np.empty(at.shape), np.empty(at.shape)
+        v0, v1 = np.empty(position.shape), np.empty(position.shape)
         for axis, flux in enumerate(flow.fluxes):
             v0[:, axis] = flux[tuple(cells.T)]
             ahead = cells.copy()
@@ -98,8 +99,8 @@ def tracks(
         scale = sign / (volume * shares[tuple(cells.T)])[:, None]  # cells per time
         v0, v1 = v0 * scale, v1 * scale
         slope = v1 - v0
-        v = v0 + slope * at
-        exit_v, way = np.where(v > 0, v1, v0), np.where(v > 0, 1.0 - at, -at)
+        v = v0 + slope * position
+        exit_v, way = np.where(v > 0, v1, v0), np.where(v > 0, 1.0 - position, -position)
         with np.errstate(all="ignore"):
             even = np.abs(slope) < 1e-9 * np.maximum(np.abs(v0), np.abs(v1))
             dt = np.where(even, way / v, np.log(exit_v / v) / slope)
@@ -109,26 +110,33 @@ def tracks(
             dt = dt[row, axis]
             moves = np.isfinite(dt)
             grown = slope * dt[:, None]
-            at = at + np.where(np.abs(grown) < 1e-9, v * dt[:, None], v * np.expm1(grown) / slope)
-        at = np.clip(at, 0.0, 1.0)
+            position = position + np.where(
+                np.abs(grown) < 1e-9, v * dt[:, None], v * np.expm1(grown) / slope
+            )
+        position = np.clip(position, 0.0, 1.0)
         upward = v[row, axis] > 0
-        at[row, axis] = np.where(upward, 0.0, 1.0)
+        position[row, axis] = np.where(upward, 0.0, 1.0)
         cells[row, axis] += np.where(upward, 1, -1)
-        who, cells, at, dt = who[moves], cells[moves], at[moves], dt[moves]
+        who, cells, position, dt = who[moves], cells[moves], position[moves], dt[moves]
         times[who] += dt
         if keep_paths:
-            log.append((who, times[who], cells + at))
+            log.append((who, times[who], cells + position))
         out = ((cells < 0) | (cells >= shape)).any(axis=1)
         status[who[out]] = LEFT
-        who, cells, at = who[~out], cells[~out], at[~out]
+        who, cells, position = who[~out], cells[~out], position[~out]
     return Tracks(times, status, _paths(log, n, corner, size))
+
+
+def cells_at(points: Floats, grid: Grid) -> NDArray[np.int64]:
+    """Return the (layer,) row and column of points with the columns x, y (and z)."""
+    return grid.cells_of(*points.T)
 
 
 def _paths(log: list, n: int, corner: Floats, size: Floats) -> list[Floats]:
     """Return the points of each track, in world units."""
     if not log:
         return []
-    who, times, cells = (np.concatenate(parts) for parts in zip(*log, strict=True))
+    who, times, cells = (np.concatenate([entry[k] for entry in log]) for k in range(3))
     points = np.column_stack([times, (cells * size + corner)[:, ::-1]])
     order = np.argsort(who, kind="stable")
     return np.split(points[order], np.cumsum(np.bincount(who, minlength=n))[:-1])

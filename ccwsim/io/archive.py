@@ -42,6 +42,8 @@ class Archive:
 def opened_archive(content: bytes, name: str) -> Iterator[Archive]:
     """Yield the members of a zip file; raise an error if the file is broken."""
     check(name, members=content.count(_ENTRY))  # opening a zip creates an object for each entry
-    said = broken(f"{name}: the zip file is broken", remedy="get the file again")
-    with said, zipfile.ZipFile(BytesIO(content)) as archive:
+    with (
+        broken(f"{name}: the zip file is broken", remedy="get the file again"),
+        zipfile.ZipFile(BytesIO(content)) as archive,
+    ):
         yield Archive(archive, name)

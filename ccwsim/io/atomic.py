@@ -36,8 +36,8 @@ def format_of(path_or_file: Any, format: str | None, allowed: Collection[str]) -
     ending = Path(path_or_file).suffix if is_path else ""
     kind = (format or ending).lower().removeprefix(".")
     if kind not in allowed:
-        there = ", ".join(sorted(allowed))
-        raise CCWSIMError(f"format {kind or 'none'!r} cannot be written; choose one of {there}")
+        choices = ", ".join(sorted(allowed))
+        raise CCWSIMError(f"format {kind or 'none'!r} cannot be written; choose one of {choices}")
     if kind in WRITERS:
         check_installed(WRITERS[kind])
     return kind

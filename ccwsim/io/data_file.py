@@ -88,16 +88,18 @@ class DataFile:
         liked = [name for name in names if name.lower() in preferred]
         if len(names) == 1 or len(liked) == 1:
             return (liked or names)[0]
-        said = f"{self.name} has {len(names)} variables: {listed(names)}"
-        raise CCWSIMError(f"{said}; pick one ({argument}=)")
+        problem = f"{self.name} has {len(names)} variables: {listed(names)}"
+        raise CCWSIMError(f"{problem}; pick one ({argument}=)")
 
     def column(self, name: str, among: Sequence[str] = ()) -> str:
         """Find a column or variable; return its name as written in the file."""
-        names, said = among or self.names, name if isinstance(name, str) else shown(name)
-        same = [n for n in names if n == said] or [n for n in names if n.lower() == said.lower()]
+        names, wanted = among or self.names, name if isinstance(name, str) else shown(name)
+        same = [n for n in names if n == wanted] or [
+            n for n in names if n.lower() == wanted.lower()
+        ]
         if len(same) != 1:
-            there = listed(names)
-            raise CCWSIMError(f"{self.name} has no variable {shown(name)}; choose from {there}")
+            choices = listed(names)
+            raise CCWSIMError(f"{self.name} has no variable {shown(name)}; choose from {choices}")
         return same[0]
 
     def grid_of(self, variable: str, shape: tuple[int, ...] | None) -> NDArray:
@@ -105,8 +107,8 @@ class DataFile:
         values = self.variables[variable]
         if not self.is_table:
             if shape is not None and tuple(shape) not in (values.shape, values.shape[-2:]):
-                said = " × ".join(map(str, values.shape))
-                raise refused("other_shape_in_file", name=self.name, said=said, shape=tuple(shape))
+                sides = " × ".join(map(str, values.shape))
+                raise refused("other_shape_in_file", name=self.name, said=sides, shape=tuple(shape))
             return values
         if shape is None:
             raise refused("file_without_size", name=self.name, n=len(values))
@@ -142,8 +144,8 @@ class DataFile:
         if slice_index is None and (n == 1 or 1 in grid.shape[1:]):
             return grid[0] if n == 1 else grid.reshape(n, -1)
         if not is_whole(slice_index) or not 0 <= slice_index < n:
-            given = "" if slice_index is None else f", not {shown(slice_index)}"
-            raise refused("file_of_slices", name=self.name, n=n, last=n - 1, given=given)
+            instead = "" if slice_index is None else f", not {shown(slice_index)}"
+            raise refused("file_of_slices", name=self.name, n=n, last=n - 1, given=instead)
         return grid[slice_index]
 
     def known(self, values: NDArray) -> NDArray[np.bool_]:
@@ -179,24 +181,27 @@ def named_lines(counted: str, lines: NDArray[np.integer]) -> str:
 def _full_shape(name: str, shape: tuple[int, ...], n: int) -> tuple[int, int, int]:
     if len(shape) not in (2, 3) or not all(map(is_whole, shape)):
         raise CCWSIMError(f"{name}: shape = {shown(shape)} must be (rows, columns)")
-    cells = check_cells(name, tuple(int(s) for s in shape))
-    if n != cells and (len(shape) == 3 or n % cells):
-        said = " × ".join(map(str, shape))
-        raise CCWSIMError(f"{name} has {n} values, which do not fill {said} cells; correct shape")
-    return n // cells if len(shape) == 2 else int(shape[0]), int(shape[-2]), int(shape[-1])
+    n_cells = check_cells(name, tuple(int(s) for s in shape))
+    if n != n_cells and (len(shape) == 3 or n % n_cells):
+        sides = " × ".join(map(str, shape))
+        raise CCWSIMError(f"{name} has {n} values, which do not fill {sides} cells; correct shape")
+    return n // n_cells if len(shape) == 2 else int(shape[0]), int(shape[-2]), int(shape[-1])
 
 
 @contextmanager
-def broken(message: str, *kinds: type[Exception], remedy: str = "") -> Iterator[None]:
-    """Convert errors of a library on a broken file; with a `remedy`, its reason is told."""
-    kinds = kinds or (Exception,)
+def broken(
+    message: str,
+    kinds: type[Exception] | tuple[type[Exception], ...] = Exception,
+    remedy: str = "",
+) -> Iterator[None]:
+    """Convert errors of a library on a broken file; with a `remedy`, state the library's reason."""
     try:
         yield
     except (CCWSIMError, MemoryError):
         raise
     except kinds as error:
-        said = getattr(error, "strerror", None) or str(error)
-        reason = printable(" ".join(said.split()), 100)
+        text = getattr(error, "strerror", None) or str(error)
+        reason = printable(" ".join(text.split()), 100)
         raise CCWSIMError(f"{message} ({reason}); {remedy}" if remedy else message) from error
 
 

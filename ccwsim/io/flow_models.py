@@ -125,8 +125,8 @@ def to_flopy(
     Layer 1 is at the top and row 1 in the north. A head on a side is a general-head boundary half a
     cell away from the centre of a cell. The program `mf6` is not needed; flopy's `get-modflow`
     installs it, and `simulation.run_simulation()` runs the model. Other arguments are those of
-    `ccwsim.flow.darcy`, which gives the same heads. Raises `CCWSIMError` if flopy is not installed,
-    a facies has no value, or the heads and wells do not suit.
+    `ccwsim.flow.darcy`, which computes the same heads. Raises `CCWSIMError` if flopy is not
+    installed, a facies has no value, or the heads and wells do not suit.
 
     `values` has the hydraulic conductivity of each facies, by name or code, in the `unit` "m/s" or
     "m/d", which is also the unit of time of wells. The model is in days, because the solver of
@@ -147,25 +147,27 @@ def to_flopy(
     check_choice("unit", unit, PER_DAY)
     r = check_int("realization", realization, 0, ensemble.n - 1)
     k, grid = ensemble.property(values)[r], ensemble.grid
-    # the solution checks heads and wells, and gives the heads from which MODFLOW starts
-    found = darcy(
+    # our solution checks heads and wells; MODFLOW starts from its heads
+    solution = darcy(
         k, grid, west_east=west_east, south_north=south_north, wells=wells, anisotropy=anisotropy
     )
     volume = (lambda a: a) if grid.nz is not None else (lambda a: a[None])
-    k, heads = volume(k) * PER_DAY[unit], np.nan_to_num(volume(found.heads))
+    k, heads = volume(k) * PER_DAY[unit], np.nan_to_num(volume(solution.heads))
     active, k = ~np.isnan(k), np.nan_to_num(k, nan=1.0)
     nz, ny, nx = k.shape
     dx, dy, dz = (*grid.cell_size, 1.0)[:3]
     bottom = (*grid.origin, 0.0)[2]
     rows: list[list[Any]] = []
-    cells = np.argwhere(active)
+    active_cells = np.argwhere(active)
     for axis, ends, factor in ((2, west_east, dy * dz / dx), (1, south_north, dx * dz / dy)):
         for end, head in zip((0, k.shape[axis] - 1), ends or (None, None), strict=True):
             if head is not None:
-                side = cells[cells[:, axis] == end]
+                side = active_cells[active_cells[:, axis] == end]
                 each = np.broadcast_to(np.asarray(head, float), np.delete(k.shape, axis))
-                for (z, y, x), at in zip(side.tolist(), np.delete(side, axis, 1), strict=True):
-                    numbers = float(each[tuple(at)]), float(2 * factor * k[z, y, x])
+                for (z, y, x), position in zip(
+                    side.tolist(), np.delete(side, axis, 1), strict=True
+                ):
+                    numbers = float(each[tuple(position)]), float(2 * factor * k[z, y, x])
                     rows.append([(nz - 1 - z, ny - 1 - y, x), *numbers])
     simulation = mf6.MFSimulation(sim_name=MODEL, sim_ws=os.fspath(workspace), verbosity_level=0)
     mf6.ModflowTdis(simulation, time_units="days")
@@ -184,9 +186,9 @@ def to_flopy(
     flipped = k[::-1, ::-1]
     mf6.ModflowGwfnpf(model, k=flipped, k33=anisotropy * flipped, icelltype=0)
     mf6.ModflowGwfghb(model, stress_period_data=rows, maxbound=len(rows))
-    if found.wells:
-        cells = [((0, *cell)[-3:], rate * PER_DAY[unit]) for cell, rate in found.wells.items()]
-        pumped = [[(nz - 1 - z, ny - 1 - y, x), rate] for (z, y, x), rate in cells]
+    if solution.wells:
+        rates = [((0, *cell)[-3:], rate * PER_DAY[unit]) for cell, rate in solution.wells.items()]
+        pumped = [[(nz - 1 - z, ny - 1 - y, x), rate] for (z, y, x), rate in rates]
         mf6.ModflowGwfwel(model, stress_period_data=pumped)
     saved: Any = [("HEAD", "ALL"), ("BUDGET", "ALL")]
     mf6.ModflowGwfoc(
@@ -199,11 +201,11 @@ def to_flopy(
 
 def _zipped(files: dict[str, bytes]) -> bytes:
     """Return files, by name, as one zip file."""
-    content = BytesIO()
-    with ZipFile(content, "w", ZIP_DEFLATED) as archive:
-        for name, data in files.items():
-            archive.writestr(name, data)
-    return content.getvalue()
+    buffer = BytesIO()
+    with ZipFile(buffer, "w", ZIP_DEFLATED) as archive:
+        for name, content in files.items():
+            archive.writestr(name, content)
+    return buffer.getvalue()
 
 
 def grdecl_as_zip(name: str, ensemble: Ensemble, values: FaciesValues, **options: Any) -> bytes:

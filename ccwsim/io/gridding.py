@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from math import ceil, prod, sqrt
 from operator import add, le
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,12 +33,12 @@ class FilePart:
 
     def __post_init__(self) -> None:
         for name, words in _NUMBERS.items():
-            given = getattr(self, name)
+            value = getattr(self, name)
             n = words.count(",") + 1
-            if given is not None and not (
-                isinstance(given, (tuple, list)) and len(given) == n and all(map(is_whole, given))
+            if value is not None and not (
+                isinstance(value, (tuple, list)) and len(value) == n and all(map(is_whole, value))
             ):
-                raise CCWSIMError(f"{name} = {shown(given)} must be {words}, whole numbers")
+                raise CCWSIMError(f"{name} = {shown(value)} must be {words}, whole numbers")
         check_int("every", self.every, 1, 10**6)
 
     @classmethod
@@ -59,8 +59,10 @@ class FilePart:
         first, last = (layer, row, column), (layer + nz, row + ny, column + nx)
         inside = all(map(le, last, (1, *shape)[-3:])) and min(first) >= 0
         if not inside or min(ny, nx) < self.every or nz < 1:
-            said = ", ".join(f"{k} = {shown(getattr(self, k))}" for k in _ARGUMENTS)
-            raise refused("piece_outside", name=name, said=said, shape=" × ".join(map(str, shape)))
+            arguments = ", ".join(f"{k} = {shown(getattr(self, k))}" for k in _ARGUMENTS)
+            raise refused(
+                "piece_outside", name=name, said=arguments, shape=" × ".join(map(str, shape))
+            )
         k, n = self.every, len(shape)
         return first[-n:], (nz, ny - ny % k, nx - nx % k)[-n:]
 
@@ -73,22 +75,22 @@ class FilePart:
 
 _ARGUMENTS = ("crop", "every", "layers")
 _NUMBERS = {"crop": "(row, column, rows, columns)", "layers": "(first layer, number of layers)"}
-"""Arguments of several numbers, and what the numbers are."""
+"""Arguments that have several numbers, and the meaning of the numbers."""
 
 
 def thinning(shape: tuple[int, ...], copies: float = 1.0) -> int:
     """Return the smallest `every` with which `copies` of a grid are within the limit of cells."""
-    cells = prod(shape) * copies
-    return min(max(1, ceil(sqrt(cells / limits().cells))), *shape[-2:])
+    n_cells = prod(shape) * copies
+    return min(max(1, ceil(sqrt(n_cells / limits().cells))), min(shape[-2:]))
 
 
-def largest_without_gaps(known: NDArray[np.bool_]) -> tuple[int, int, int, int]:
+def largest_without_gaps(filled: NDArray[np.bool_]) -> tuple[int, int, int, int]:
     """Return first row, first column, rows and columns of the largest known rectangle."""
-    ny, nx = known.shape
+    ny, nx = filled.shape
     heights = np.zeros(nx + 1, np.int64)  # the extra column of height 0 ends the last rectangle
     best, rectangle = 0, (0, 0, 0, 0)
     for row in range(ny):
-        heights[:nx] = np.where(known[row], heights[:nx] + 1, 0)
+        heights[:nx] = np.where(filled[row], heights[:nx] + 1, 0)
         if best >= nx * heights.max():
             continue
         ends = heights.tolist()
@@ -105,14 +107,17 @@ def largest_without_gaps(known: NDArray[np.bool_]) -> tuple[int, int, int, int]:
     return rectangle
 
 
-MIN_FILLED = 0.5  # share of the cells of a grid with a row; a table with fewer rows has points
-MIN_ROWS = 16  # minimum number of rows of a table that is taken for a grid
+MIN_FILLED = 0.5  # minimum share of cells with a row; a table with fewer rows contains points
+MIN_ROWS = 16  # minimum number of rows of a table that is read as a grid
 MAX_STEPS = 2**31  # maximum number of cells along an axis
 TOLERANCE = 1e-3  # maximum deviation of a coordinate from the centre of its cell, in cells
 
 
 def as_grid(file: DataFile, shape: tuple[int, ...] | None = None) -> DataFile:
-    """Return a table with one row per cell as a grid, NaN without a row; other files unchanged."""
+    """Return a table with one row per cell as a grid; return other files unchanged.
+
+    Cells without a row are NaN.
+    """
     if shape is None and not file.is_table:
         return _of_rows(file)
     if shape is not None or not of_data.is_points(list(file.names)):
@@ -122,27 +127,27 @@ def as_grid(file: DataFile, shape: tuple[int, ...] | None = None) -> DataFile:
     if {*file.names} == {x, y, height}:  # the third number is the value
         height = ""
     axes = [name for name in (height, y, x) if name in file.variables]
-    along = [_cells(file.variables[name]) for name in axes] if len(axes) > 1 else []
-    sides = tuple(n for _, n, _, _ in along)
+    grid_axes = [_axis(file.variables[name]) for name in axes] if len(axes) > 1 else []
+    sides = tuple(axis.n for axis in grid_axes)
     n_rows = len(next(iter(file.variables.values())))
     few = n_rows < MIN_ROWS or not {x, y} <= file.variables.keys()
-    if few or not along or 0 in sides or prod(sides) > min(n_rows / MIN_FILLED, limits().whole):
+    if few or not grid_axes or 0 in sides or prod(sides) > min(n_rows / MIN_FILLED, limits().whole):
         raise CCWSIMError(f"{file.name} contains points, not an image; use it as hard data")
-    at = np.ravel_multi_index(tuple(cells for cells, *_ in along), sides)
-    if len(np.unique(at)) < n_rows:
+    cell_indices = np.ravel_multi_index(tuple(axis.indices for axis in grid_axes), sides)
+    if len(np.unique(cell_indices)) < n_rows:
         raise CCWSIMError(f"{file.name}: several rows have the same coordinates; keep one of them")
     columns, labels = _columns(file, axes)
     grids = {}
     for name, values in columns.items():
         flat = np.full(prod(sides), np.nan)
-        flat[at] = values
+        flat[cell_indices] = values
         grids[name] = flat.reshape((1, *sides)[-3:])
-    made = replace(file, variables=grids, is_table=False, lines=None, words={}, columns=())
-    made = replace(made, labels=labels, south_first=True)
-    if not world or of_data.counts_from_one(x, y):
-        return made
-    _, _, sizes, starts = zip(*along[::-1], strict=True)
-    return made.at(sizes, starts)
+    gridded = replace(file, variables=grids, is_table=False, lines=None, words={}, columns=())
+    gridded = replace(gridded, labels=labels, south_first=True)
+    if not world or of_data.counts_from_one((x, y)):
+        return gridded
+    along = grid_axes[::-1]
+    return gridded.at([axis.size for axis in along], [axis.start for axis in along])
 
 
 def part_of_grid(
@@ -156,18 +161,18 @@ def part_of_grid(
     """Return a file with a part of its grids; a grid one cell wide becomes a vertical section."""
     south_first = file.south_first if up is None else up
     rights = ((-2, south_first), (-3, z_up is not False))
-    turned = tuple(axis for axis, right in rights if not right)
+    flipped = tuple(axis for axis, right in rights if not right)
     grids = {key: file.grid_of(key, shape) for key in file.variables}
     if section := all(len(grid) > 1 and 1 in grid.shape[1:] for grid in grids.values()):
         grids = {key: grid.reshape(1, len(grid), -1) for key, grid in grids.items()}
     for key, grid in grids.items():
-        piece = part.of(file.name, np.flip(grid, turned))
-        grids[key] = np.ascontiguousarray(np.flip(piece, turned))  # a view would keep the grid
-    made = replace(file, variables=grids, is_table=False, lines=None, words={}, columns=())
+        piece = part.of(file.name, np.flip(grid, flipped))
+        grids[key] = np.ascontiguousarray(np.flip(piece, flipped))  # a view would keep the grid
+    cut = replace(file, variables=grids, is_table=False, lines=None, words={}, columns=())
     if not file.geometry.cell_size or section:
-        return replace(made, geometry=Geometry(crs=file.geometry.crs))
+        return replace(cut, geometry=Geometry(crs=file.geometry.crs))
     first, _ = part.box(file.name, grid.shape)
-    return replace(made, geometry=file.geometry.part(first, part.every))
+    return replace(cut, geometry=file.geometry.part(first, part.every))
 
 
 def _of_rows(file: DataFile) -> DataFile:
@@ -181,21 +186,30 @@ def _of_rows(file: DataFile) -> DataFile:
     return file
 
 
-def _cells(places: NDArray[np.float64]) -> tuple[NDArray[np.int64], int, float, float]:
-    """Return cells, their number (0 if not equally spaced), their size and the first corner."""
+class _Axis(NamedTuple):
+    """The cells of a grid along one axis."""
+
+    indices: NDArray[np.int64]  # index of the cell of each row of a table
+    n: int  # number of cells; 0 if the coordinates are not equally spaced
+    size: float
+    start: float  # outer side of the first cell
+
+
+def _axis(places: NDArray[np.float64]) -> _Axis:
+    """Return the cells along an axis whose centres are the coordinates of a table."""
     different = np.unique(places)
     if not np.isfinite(different).all():
-        return np.empty(0, np.int64), 0, 1.0, 0.0
+        return _Axis(np.empty(0, np.int64), 0, 1.0, 0.0)
     size = float(np.diff(different).min()) if len(different) > 1 else 1.0
     span = (different[-1] - different[0]) / size
     n_steps = round(span) if span < MAX_STEPS else 0
     size = float(f"{(different[-1] - different[0]) / n_steps:.12g}") if n_steps else size
-    cells = (places - different[0]) / size
-    nearest = np.rint(cells)
-    regular = span < MAX_STEPS and np.abs(cells - nearest).max() <= TOLERANCE
+    steps = (places - different[0]) / size
+    nearest = np.rint(steps)
+    regular = span < MAX_STEPS and np.abs(steps - nearest).max() <= TOLERANCE
     n = n_steps + 1 if regular else 0
-    cells = nearest.astype(np.int64) if n else np.empty(0, np.int64)
-    return cells, n, size, float(f"{different[0] - size / 2:.12g}")
+    indices = nearest.astype(np.int64) if n else np.empty(0, np.int64)
+    return _Axis(indices, n, size, float(f"{different[0] - size / 2:.12g}"))
 
 
 def _columns(

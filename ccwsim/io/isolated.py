@@ -111,7 +111,7 @@ def _read_apart(request: _Request) -> Any:
                 process.send(request)
                 return pickle.load(process.answers)
         except LOST:
-            if process is None:  # the system starts no process
+            if process is None:  # the system could not start a process
                 raise
             if time.monotonic() - start >= wall_seconds:  # not kept: the file may be innocent
                 raise CCWSIMError(
@@ -138,7 +138,7 @@ def _start_process() -> ChildProcess:
 
 
 def _refusal(request: _Request, code: int = 0) -> CCWSIMError:
-    """Return the error for a request during which the process ended with an exit code."""
+    """Return the error for a request during which the process ended with this exit code."""
     name, limits = printable(request.name), request.limits
     if -code == getattr(signal, "SIGXCPU", None):
         problem = f"takes longer than {limits.seconds:g} s to read"

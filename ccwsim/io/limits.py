@@ -5,7 +5,7 @@ manager `limited` sets the limits of all readers that are called inside it.
 """
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass, replace
@@ -92,8 +92,13 @@ class TooManyCells(CCWSIMError):
         return shape, n / prod(shape)
 
 
-def check_cells(name: str, *shapes: tuple[float, ...]) -> int:
-    """Return the number of values of arrays; refuse too many, and impossible sizes."""
+def check_cells(name: str, shape: tuple[float, ...]) -> int:
+    """Return the number of values of an array; raise an error if it is impossible or too large."""
+    return check_arrays(name, [shape])
+
+
+def check_arrays(name: str, shapes: Sequence[tuple[float, ...]]) -> int:
+    """Return the number of values of arrays; raise an error for impossible or too large arrays."""
     for shape in shapes:
         if min(shape, default=0) < 1 or any(side % 1 != 0 for side in shape):
             raise refused("impossible_grid", name=name, shape=_sides(shape))
@@ -155,14 +160,14 @@ def upload_limits(environment: Mapping[str, str] | None = None) -> FileLimits:
     >>> upload_limits({"CCWSIM_MAX_UPLOAD_CELLS": "1000000"}).cells
     1000000
     """
-    given = os.environ if environment is None else environment
+    settings = os.environ if environment is None else environment
     changed: dict[str, Any] = {}
     for name, variable in VARIABLES.items():
-        if said := given.get(variable, "").strip():
+        if text := settings.get(variable, "").strip():
             kind = type(getattr(UPLOAD_LIMITS, name))
             with suppress(ValueError, OverflowError):
-                changed[name] = kind(float(said))  # accept 4e6 for integers, too
+                changed[name] = kind(float(text))  # accept 4e6 for integers, too
             if not changed.get(name, 0) > 0:
-                message = f"{variable} = {shown(said)} must be a number above 0; correct it"
+                message = f"{variable} = {shown(text)} must be a number above 0; correct it"
                 raise CCWSIMError(message)
     return replace(UPLOAD_LIMITS, **changed)

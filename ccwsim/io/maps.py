@@ -59,7 +59,12 @@ def maps_as_bytes(maps: Mapping[str, ArrayLike], grid: Grid, format: str) -> byt
     checked = {name: _map(name, values, grid) for name, values in maps.items()}
     if not checked:
         raise CCWSIMError("there are no maps to write; give at least one")
-    writers = {"npz": _npz, "vti": vti_as_bytes, "tif": geotiff_as_bytes, "nc": netcdf_as_bytes}
+    writers = {
+        "npz": _maps_npz,
+        "vti": vti_as_bytes,
+        "tif": geotiff_as_bytes,
+        "nc": netcdf_as_bytes,
+    }
     if kind in writers:
         return writers[kind](checked, grid)
     rounded = {
@@ -86,7 +91,7 @@ def _map(name: str, values: ArrayLike, grid: Grid) -> NDArray:
     return array.astype(np.float32) if array.dtype == np.float16 else array
 
 
-def _npz(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
+def _maps_npz(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
     content = BytesIO()
     place = place_arrays(grid)
     if place.keys() & maps.keys():

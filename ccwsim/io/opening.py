@@ -28,7 +28,7 @@ from ccwsim.io.formats.text_tables import read_delimited
 from ccwsim.io.formats.vti import is_vti, read_vti
 from ccwsim.io.gridding import FilePart, as_grid, part_of_grid
 from ccwsim.io.isolated import IsolatedFile
-from ccwsim.io.limits import check, check_cells, limited, limits
+from ccwsim.io.limits import check, check_arrays, limited, limits
 from ccwsim.model.arrays import is_table
 from ccwsim.model.classes import are_codes
 from ccwsim.model.errors import CCWSIMError, refused
@@ -92,7 +92,7 @@ def kind_of(content: bytes) -> str:
 
 
 def _of_path(path: Path) -> tuple[bytes, str]:
-    with broken(f"{path} cannot be read", OSError, ValueError, remedy="check the path"):
+    with broken(f"{path} cannot be read", (OSError, ValueError), remedy="check the path"):
         if not S_ISREG(path.stat().st_mode):
             raise CCWSIMError(f"{path} is not a file")
         check(path.name, bytes=path.stat().st_size)
@@ -106,7 +106,7 @@ def _of_object(file: Any) -> tuple[bytes, str]:
     name = getattr(file, "name", None)
     base = name.replace("\\", "/").rsplit("/", 1)[-1] if isinstance(name, str) else ""
     name = printable(base) or "file"  # used only in messages
-    with broken(f"{name} cannot be read", OSError, ValueError, remedy="open it again"):
+    with broken(f"{name} cannot be read", (OSError, ValueError), remedy="open it again"):
         if hasattr(file, "seek"):
             file.seek(0)
         content = file.read(limits().bytes + 1)
@@ -143,33 +143,37 @@ _TEXTS |= {"grdecl": is_grdecl, "gslib": is_gslib}
 
 
 def open_file(
-    path_or_file: PathOrFile, part: FilePart | None = None, **how: Any
+    path_or_file: PathOrFile, part: FilePart | None = None, **options: Any
 ) -> DataFile | pictures.PictureFile:
-    """Return variables, colours or columns of a file, or of a part, to which the limit applies."""
-    options: tuple[Any, ...] = () if part is None else (part, tuple(how.items()))
+    """Return variables, colours or columns of a file or of a part; the limit is that of the part.
+
+    Options are keywords of `part_of_grid`; they have no effect without a part.
+    """
+    pairs = () if part is None else tuple(options.items())
     if isinstance(path_or_file, IsolatedFile):
-        return path_or_file.read_with(_open_file, *options)
-    return _open_file(path_or_file, *options)
+        return path_or_file.read_with(_open_file, part, pairs)
+    return _open_file(path_or_file, part, pairs)
 
 
 def _open_file(
-    path_or_file: PathOrFile, part: FilePart | None = None, how: tuple[tuple[str, Any], ...] = ()
+    path_or_file: PathOrFile, part: FilePart | None, pairs: tuple[tuple[str, Any], ...]
 ) -> DataFile | pictures.PictureFile:
-    known = dict(how)
+    options = dict(pairs)
     now = limits()  # a part may be of a file with more cells
     with limited(now if part is None else replace(now, cells=now.whole)):
         if is_table(path_or_file):
             file = read_memory_table(path_or_file)
         else:
-            file = open_content(*read_bytes(path_or_file), part, up=known.get("up"))
+            content, name = read_bytes(path_or_file)
+            file = open_content(content, name, part, up=options.get("up"))
         if part is None:
             return file
         if isinstance(file, DataFile) and file.kind != pictures.PICTURE_OF_NUMBERS:
-            file = part_of_grid(as_grid(file, known.get("shape")), part, **known)
+            file = part_of_grid(as_grid(file, options.get("shape")), part, **options)
     arrays = (
         [file.rgb[..., 0]] if isinstance(file, pictures.PictureFile) else file.variables.values()
     )
-    check_cells(file.name, *(array.shape for array in arrays))
+    check_arrays(file.name, [array.shape for array in arrays])
     return file
 
 
@@ -178,8 +182,8 @@ def open_content(
 ) -> DataFile | pictures.PictureFile:
     """Return the variables or the colours in the content of a file."""
     kind, content = _recognized(content, name)
-    if kind in _LAST and (said := refusal(content)):
-        raise CCWSIMError(f"{name} is {said}")
+    if kind in _LAST and (format_name := refusal(content)):
+        raise CCWSIMError(f"{name} is {format_name}")
     if kind in READERS:
         options = {"part": part, "up": up} if kind == "picture" else {}
         return READERS[kind](content, name, **options)
@@ -248,7 +252,7 @@ class FileSummary:
     """Name of the format."""
     name: str
     variables: tuple[VariableSummary, ...]
-    """All variables; of a picture "grey", `continuous` if the picture has too many colours."""
+    """All variables; a picture has only "grey", `continuous` if it has too many colours."""
     is_table: bool
     """Whether the file is a table: points, or a grid that needs `shape`."""
     is_picture: bool
@@ -282,28 +286,55 @@ def inspect(path_or_file: PathOrFile, part: FilePart | None = None) -> FileSumma
     if isinstance(file, pictures.PictureFile):
         return _of_picture(file)
     variables = tuple(_variable(file, key) for key in file.variables)
-    place = file.geometry.cell_size[:2] or None, file.geometry.origin[:2] or None
-    return FileSummary(file.kind, file.name, variables, file.is_table, False, file.asks_up, *place)
+    return FileSummary(
+        kind=file.kind,
+        name=file.name,
+        variables=variables,
+        is_table=file.is_table,
+        is_picture=False,
+        asks_up=file.asks_up,
+        cell_size=file.geometry.cell_size[:2] or None,
+        origin=file.geometry.origin[:2] or None,
+    )
 
 
 def _of_picture(picture: pictures.PictureFile) -> FileSummary:
     colours, _ = pictures.distinct_colours(picture.rgb)
     n, grey = len(colours), pictures.grey_of(colours)
     ny, nx, _ = picture.rgb.shape
-    counts = ny * nx, min(n, MAX_COUNTED)
-    continuous = n > pictures.MAX_COLOURS and not picture.says_codes
-    bounds = float(grey.min()), float(grey.max())
-    variable = VariableSummary("grey", (1, ny, nx), *counts, *bounds, continuous)
-    return FileSummary("picture", picture.name, (variable,), False, True, False, None, None)
+    variable = VariableSummary(
+        name="grey",
+        shape=(1, ny, nx),
+        n_known=ny * nx,
+        n_distinct=min(n, MAX_COUNTED),
+        minimum=float(grey.min()),
+        maximum=float(grey.max()),
+        continuous=n > pictures.MAX_COLOURS and not picture.says_codes,
+    )
+    return FileSummary(
+        kind="picture",
+        name=picture.name,
+        variables=(variable,),
+        is_table=False,
+        is_picture=True,
+        asks_up=False,
+        cell_size=None,
+        origin=None,
+    )
 
 
 def _variable(file: DataFile, key: str) -> VariableSummary:
     values = file.variables[key]
-    known = values[file.known(values)]
-    bounds = (float(known.min()), float(known.max())) if known.size else (np.nan, np.nan)
-    continuous = known.size > 0 and not are_codes(known)
-    counts = known.size, _n_distinct(known)
-    return VariableSummary(key, values.shape, *counts, *bounds, continuous)
+    present = values[file.known(values)]
+    return VariableSummary(
+        name=key,
+        shape=values.shape,
+        n_known=present.size,
+        n_distinct=_n_distinct(present),
+        minimum=float(present.min()) if present.size else np.nan,
+        maximum=float(present.max()) if present.size else np.nan,
+        continuous=present.size > 0 and not are_codes(present),
+    )
 
 
 def _n_distinct(values: NDArray) -> int:

@@ -74,7 +74,7 @@ def realizations_as_bytes(
     if not ensemble.n:
         raise CCWSIMError("there are no realizations to write; simulate some first")
     if kind == "npz":
-        return _npz(ensemble)
+        return _ensemble_npz(ensemble)
     if kind == "png":
         if ensemble.grid.nz is not None:
             raise CCWSIMError("a PNG can show maps, not volumes; write npz, vti or gslib")
@@ -129,8 +129,8 @@ def read_realizations(
             return _of_grids(read_npy(content, name, stacked=True), image)
         return _of_grids(open_content(content, name), image)
     except CCWSIMError as error:
-        said = str(error)
-        raise CCWSIMError(said if said.startswith(name) else f"{name}: {said}") from error
+        message = str(error)
+        raise CCWSIMError(message if message.startswith(name) else f"{name}: {message}") from error
 
 
 def _of_npz(members: Mapping[str, NDArray], image: TrainingImage | None) -> Ensemble:
@@ -149,12 +149,12 @@ def _of_npz(members: Mapping[str, NDArray], image: TrainingImage | None) -> Ense
         image = _stand_in(members["codes"], len(shape))
     place = {key: members[key].tolist() for key in ("cell_size", "origin") if key in members}
     place["crs"] = str(one_value(members, "crs", ""))
-    data = HardData(members.get("hard_cells", ()), members.get("hard_facies", ()))
+    hard_data = HardData(members.get("hard_cells", ()), members.get("hard_facies", ()))
     ensemble = _ensemble(stack, replace(Grid.of(shape), **place), image)
-    data.check(ensemble.grid, ensemble.training_image)
+    hard_data.check(ensemble.grid, ensemble.training_image)
     study = replace(
         ensemble.study,
-        hard_data=data,
+        hard_data=hard_data,
         parameters=parameters_from_json(str(one_value(members, "parameters", "{}"))),
         seed=arrays.check_int("seed", one_value(members, "seed", 0), 0),
         secondary=secondary_of_arrays(members, ensemble.grid, ensemble.training_image),
@@ -164,7 +164,7 @@ def _of_npz(members: Mapping[str, NDArray], image: TrainingImage | None) -> Ense
         study=study,
         cpu_seconds=_of_shape(members, "cpu_seconds", ensemble.cpu_seconds),
         wall_seconds=float(one_value(members, "wall_seconds", np.nan)),
-        data_status=_of_shape(members, "met_by", np.zeros((n, data.n), np.int16)),
+        data_status=_of_shape(members, "met_by", np.zeros((n, hard_data.n), np.int16)),
         numbers=_of_shape(members, "numbers", ensemble.numbers),
         revised=bool(one_value(members, "revised", "seed" not in members)),
     )
@@ -181,12 +181,12 @@ def _of_grids(file: DataFile | PictureFile, image: TrainingImage | None) -> Ense
     if len({layer.shape for layer in layers}) > 1:
         raise CCWSIMError("variables differ in size; realizations must have equal sizes")
     codes = () if image is None else image.codes  # −99, for example, may be a facies
-    known = [file.known(layer) | np.isin(layer, codes) for layer in layers]
-    cells = [
-        layer if k.all() else np.where(k, layer, np.nan)
-        for k, layer in zip(known, layers, strict=True)
+    valid_masks = [file.known(layer) | np.isin(layer, codes) for layer in layers]
+    maps = [
+        layer if valid.all() else np.where(valid, layer, np.nan)
+        for valid, layer in zip(valid_masks, layers, strict=True)
     ]
-    stack = np.stack(cells)[..., :: 1 if file.south_first else -1, :]
+    stack = np.stack(maps)[..., :: 1 if file.south_first else -1, :]
     return _ensemble(stack, file.geometry.grid(stack.shape[1:]), image)
 
 
@@ -198,14 +198,18 @@ def _ensemble(stack: NDArray, grid: Grid, image: TrainingImage | None) -> Ensemb
         if not active.any() or any((np.isnan(one) == active).any() for one in stack):
             raise refused("facies_missing_in_some")
         active = None if active.all() else active
-    cells = [one if active is None else one[active] for one in stack]
-    integers = [arrays.as_integers(one, "realizations") for one in cells]
-    there = {int(code) for one in integers for code in arrays.codes_of(one)}
-    image = image or _stand_in(np.array(sorted(there)), grid.n_dimensions)
+    active_values = [one if active is None else one[active] for one in stack]
+    integers = [arrays.as_integers(one, "realizations") for one in active_values]
+    present_codes = {int(code) for one in integers for code in arrays.codes_of(one)}
+    image = image or _stand_in(np.array(sorted(present_codes)), grid.n_dimensions)
     if image.n_dimensions != grid.n_dimensions:
-        held, given = ("volumes", "a map") if grid.nz is not None else ("maps", "a volume")
-        raise CCWSIMError(f"the file contains {held}, but the training image is {given}")
-    missing = sorted(there - set(image.codes.tolist()))
+        contents, image_contents = (
+            ("volumes", "a map") if grid.nz is not None else ("maps", "a volume")
+        )
+        raise CCWSIMError(
+            f"the file contains {contents}, but the training image is {image_contents}"
+        )
+    missing = sorted(present_codes - set(image.codes.tolist()))
     if missing:
         codes = ", ".join(map(str, image.codes))
         raise refused("facies_not_in_image", code=missing[0], codes=codes)
@@ -230,7 +234,7 @@ def _ensemble(stack: NDArray, grid: Grid, image: TrainingImage | None) -> Ensemb
 
 def _stand_in(codes: NDArray, n_dimensions: int) -> TrainingImage:
     """Return an image with one cell per code, as a substitute for an unknown training image."""
-    return TrainingImage(codes.reshape(*[1] * (n_dimensions - 1), -1))
+    return TrainingImage(codes.reshape([1] * (n_dimensions - 1) + [-1]))
 
 
 def _of_shape(members: Mapping[str, NDArray], key: str, default: NDArray) -> NDArray:
@@ -244,7 +248,7 @@ def _of_shape(members: Mapping[str, NDArray], key: str, default: NDArray) -> NDA
     return arrays.readonly(values.astype(default.dtype))
 
 
-def _npz(ensemble: Ensemble) -> bytes:
+def _ensemble_npz(ensemble: Ensemble) -> bytes:
     content, image = BytesIO(), ensemble.training_image
     np.savez_compressed(
         content,
@@ -312,13 +316,13 @@ def parameters_from_json(text: str | bytes) -> Parameters:
     if len(text) > MAX_LENGTH:
         raise CCWSIMError(f"parameters: {len(text)} characters exceed the limit")
     try:
-        given = json.loads(text)
+        values = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise CCWSIMError(f"parameters are not JSON ({error}); save them again") from error
-    if not isinstance(given, dict):
+    if not isinstance(values, dict):
         raise CCWSIMError('parameters: a JSON object is needed, such as {"template_size": 32}')
-    known = [f.name for f in fields(Parameters)]
-    unknown = [name for name in given if name not in known]
+    names = [f.name for f in fields(Parameters)]
+    unknown = [name for name in values if name not in names]
     if unknown:
-        raise refused("unknown_parameter", unknown=shown(unknown[0]), known=", ".join(known))
-    return Parameters(**given)
+        raise refused("unknown_parameter", unknown=shown(unknown[0]), known=", ".join(names))
+    return Parameters(**values)

@@ -23,7 +23,7 @@ from ccwsim.model.errors import refused, shown
 from ccwsim.model.numbers import plural
 from ccwsim.model.secondary import Auxiliary, Secondary, cells_in_polygon
 
-PREFIX = "p_"  # begin, in lower case, of variables with probabilities, such as `P_sand`
+PREFIX = "p_"  # start, in lower case, of the names of probabilities, such as `P_sand`
 HEIGHTS = ("z", "layer")  # first columns of a vertical curve, which has one row for each layer
 KINDS_OF_ARRAYS = {
     "active": "b",
@@ -123,13 +123,13 @@ def read_lines(path_or_file: PathOrFile) -> list[NDArray[np.float64]] | None:
 def angles_along(
     lines: Sequence[ArrayLike], grid: Grid, azimuth: float = 0.0
 ) -> NDArray[np.float64]:
-    """Return angles for `Secondary(angle=...)` with which a direction of the image follows lines.
+    """Return angles for `Secondary(angle=...)` that turn a direction of the image along lines.
 
     `azimuth`, in degrees clockwise from north, is the direction of the image, such as that of its
-    bodies. It is turned to the direction in which the lines, points (x, y) of shape (n, 2), are
-    drawn. Between lines, directions are averaged as unit vectors; their weights fall with the
-    fourth power of the distance. Raises `CCWSIMError` if no line has a length, or if points are not
-    finite or farther than 1e15.
+    geobodies. Each line has points (x, y), shape (n, 2), in the order of its direction. Between
+    lines, directions are averaged as unit vectors; their weights fall with the fourth power of the
+    distance. Raises `CCWSIMError` if no line has a length, or if points are not finite or farther
+    than 1e15.
 
     Examples
     --------
@@ -144,40 +144,49 @@ def angles_along(
             raise CCWSIMError(f"line {shown(line)}: points (x, y) within ±{FARTHEST:g} are needed")
     ends = np.concatenate([np.empty((0, 4)), *(np.hstack([p[:-1], p[1:]]) for p in points)])
     steps = ends[:, 2:] - ends[:, :2]
-    reached = np.cumsum(lengths := np.hypot(*steps.T))
+    reached = np.cumsum(lengths := np.hypot(steps[:, 0], steps[:, 1]))
     if not lengths.any():
         raise CCWSIMError("angles along lines need a line between two different points")
-    at = (np.arange(N_SAMPLES) + 0.5) / N_SAMPLES * reached[-1]
-    of = np.searchsorted(reached, at)
-    x, y = (ends[of, 2:] + ((at - reached[of]) / lengths[of])[:, None] * steps[of]).T
-    ways = steps[of] @ [1j, 1] / lengths[of]  # north is 1, east is i
+    distances = (np.arange(N_SAMPLES) + 0.5) / N_SAMPLES * reached[-1]
+    segments = np.searchsorted(reached, distances)
+    x, y = (
+        ends[segments, 2:]
+        + ((distances - reached[segments]) / lengths[segments])[:, None] * steps[segments]
+    ).T
+    directions = steps[segments] @ [1j, 1] / lengths[segments]  # north is 1, east is i
     columns, rows = (np.linspace(k[0], k[-1], min(len(k), N_KNOTS)) for k in grid.axes[:2])
     far = (rows[:, None, None] - y) ** 2 + (columns[:, None] - x) ** 2
     close = 1 / (far + min(grid.cell_size[:2]) ** 2 / 4) ** 2
-    mean, factors = close @ ways / close.sum(axis=-1), np.divide(grid.shape[-2:], far.shape[:2])
+    mean, factors = (
+        close @ directions / close.sum(axis=-1),
+        np.divide(grid.shape[-2:], far.shape[:2]),
+    )
     turned = np.degrees(np.angle(np.asarray(zoom(mean, factors, order=1)))) - azimuth
     return np.broadcast_to(turned % 360, grid.shape).copy()
 
 
-def arrays_of_secondary(given: Secondary | None) -> dict[str, NDArray]:
+def arrays_of_secondary(secondary: Secondary | None) -> dict[str, NDArray]:
     """Return the arrays that describe fitted secondary information, for projects and npz files."""
-    if given is None:
+    if secondary is None:
         return {}
-    several = given.auxiliary
+    several = secondary.auxiliary
     arrays = {
-        "active": given.active,
-        "probabilities": given.probabilities,
+        "active": secondary.active,
+        "probabilities": secondary.probabilities,
         "auxiliary_of_image": [each.image for each in several] or None,
         "auxiliary_of_grid": [each.grid for each in several] or None,
         "auxiliary_weights": [each.weight for each in several] or None,
-        "soft_weight": given.soft_weight,
-        **{name: getattr(given, name) for name in ("zones", "weights", "angle", "dip")},
-        **{f"scale_{axis}": own for axis, own in zip("xyz", given.scale or (), strict=False)},
-        **{f"image_{k}": image.array for k, image in enumerate(given.images, 1)},
+        "soft_weight": secondary.soft_weight,
+        **{name: getattr(secondary, name) for name in ("zones", "weights", "angle", "dip")},
+        **{f"scale_{axis}": k for axis, k in zip("xyz", secondary.scale or (), strict=False)},
+        **{f"image_{k}": image.array for k, image in enumerate(secondary.images, 1)},
     }
-    if given.has_copies:
-        arrays |= {"mirrored": "".join(given.mirrored), "angle_tolerance": given.angle_tolerance}
-    return {name: np.asarray(own) for name, own in arrays.items() if own is not None}
+    if secondary.has_copies:
+        arrays |= {
+            "mirrored": "".join(secondary.mirrored),
+            "angle_tolerance": secondary.angle_tolerance,
+        }
+    return {name: np.asarray(array) for name, array in arrays.items() if array is not None}
 
 
 def secondary_of_arrays(
@@ -187,9 +196,9 @@ def secondary_of_arrays(
 
     Raises `CCWSIMError` if arrays do not fit together; return None if there is no information.
     """
-    maps = arrays.get("auxiliary_of_image", ()), arrays.get("auxiliary_of_grid", ())
+    images, grids = arrays.get("auxiliary_of_image", ()), arrays.get("auxiliary_of_grid", ())
     weights = arrays.get("auxiliary_weights", np.empty(0)).ravel().tolist()
-    if not len(maps[0]) == len(maps[1]) == len(weights):
+    if not len(images) == len(grids) == len(weights):
         raise CCWSIMError("auxiliary variables need maps of image and grid, and weights")
     soft = arrays.get("probabilities")
     if soft is not None and len(soft) != image.n_facies:
@@ -198,17 +207,23 @@ def secondary_of_arrays(
     fitted = Secondary(
         arrays.get("active"),
         None if soft is None else dict(zip(image.codes.tolist(), soft, strict=True)),
-        [Auxiliary(*each) for each in zip(*maps, weights, strict=True)],
+        [
+            Auxiliary(of_image, of_grid, weight)
+            for of_image, of_grid, weight in zip(images, grids, weights, strict=True)
+        ],
         float(one_value(arrays, "soft_weight", 1.0)),
         images=[arrays[k] for k in KINDS_OF_ARRAYS if k.startswith("image_") and k in arrays],
         **cast(Any, {name: arrays.get(name) for name in ("zones", "weights", "angle", "dip")}),
-        scale=tuple(own for axis in "xyz" if (own := arrays.get(f"scale_{axis}")) is not None)
-        or None,
+        scale=tuple(arrays[k] for k in ("scale_x", "scale_y", "scale_z") if k in arrays) or None,
         mirrored=str(one_value(arrays, "mirrored", "")),
         angle_tolerance=float(one_value(arrays, "angle_tolerance", 2.0)),
     ).fitted(grid, image)
-    own = fitted.probabilities
-    if soft is not None and own is not None and np.allclose(soft, own, 0, 1e-12, equal_nan=True):
+    normalized = fitted.probabilities
+    if (
+        soft is not None
+        and normalized is not None
+        and np.allclose(soft, normalized, 0, 1e-12, equal_nan=True)
+    ):
         fitted = replace(fitted, probabilities=frozen(soft))  # the saved values, to the last digit
     return None if fitted.is_empty else fitted
 
@@ -237,8 +252,8 @@ def _maps(path_or_file: PathOrFile, grid: Grid) -> tuple[DataFile, dict[str, NDA
                     f"{file.name} has {describe_shape(values.shape)} cells, but "
                     f"{describe_shape(grid.shape)} are needed; give one value for each cell"
                 )
-    known = {name: np.where(file.known(v), v, np.nan) for name, v in maps.items()}
-    return file, {name: values.astype(np.float64) for name, values in known.items()}
+    filled = {name: np.where(file.known(v), v, np.nan) for name, v in maps.items()}
+    return file, {name: values.astype(np.float64) for name, values in filled.items()}
 
 
 def _check_geometry(file: DataFile, grid: Grid) -> None:
@@ -248,11 +263,11 @@ def _check_geometry(file: DataFile, grid: Grid) -> None:
     if is_usual or not file.geometry.cell_size:
         return
     both = file.geometry.grid(grid.shape), grid
-    given, own = (np.array([one.cell_size[:2], one.origin[:2]]) for one in both)
-    if (np.abs(given - own) > 0.01 * own[0]).any():
+    stated, expected = (np.array([one.cell_size[:2], one.origin[:2]]) for one in both)
+    if (np.abs(stated - expected) > 0.01 * expected[0]).any():
         raise CCWSIMError(
-            f"{file.name} has cells of {_pair(given[0])} from {_pair(given[1])}, but the grid has "
-            f"cells of {_pair(own[0])} from {_pair(own[1])}; give a map of this grid"
+            f"{file.name} has cells of {_pair(stated[0])} from {_pair(stated[1])}, but the grid "
+            f"has cells of {_pair(expected[0])} from {_pair(expected[1])}; give a map of this grid"
         )
 
 
@@ -269,33 +284,37 @@ def _shapes(path_or_file: PathOrFile, kind: str) -> list[list[NDArray[np.float64
         return None
     what, least = ("polygon", 3) if kind == "Polygon" else ("line", 2)
     try:
-        given = [*_geometries(json.loads(content.decode()), kind, MAX_DEPTH)]
-        given = given if kind == "Polygon" else [[line] for line in given]
-        shapes = [[as_floats(own, what)[:, :2] for own in parts] for parts in given]
+        coordinates = [*_geometries(json.loads(content.decode()), kind, MAX_DEPTH)]
+        coordinates = coordinates if kind == "Polygon" else [[line] for line in coordinates]
+        shapes = [[as_floats(points, what)[:, :2] for points in parts] for parts in coordinates]
     except (CCWSIMError, ValueError, TypeError, AttributeError, LookupError, RecursionError):
         raise CCWSIMError(f"{name} is not valid GeoJSON; save the {what}s again") from None
     shapes = [parts for parts in shapes if parts]
     if not shapes:
         raise CCWSIMError(f"{name} has no {what}; give a {kind} or Multi{kind}")
-    n = sum(len(own) for parts in shapes for own in parts)
+    n = sum(len(points) for parts in shapes for points in parts)
     if n > limits().points or len(shapes) > MAX_SHAPES:
         raise CCWSIMError(
             f"{name} has {plural(len(shapes), what)} with {n} points; {MAX_SHAPES} with "
             f"{limits().points} points are allowed: simplify them, or give a grid"
         )
-    if not all(len(own) >= least and np.isfinite(own).all() for parts in shapes for own in parts):
+    if not all(
+        len(points) >= least and np.isfinite(points).all() for parts in shapes for points in parts
+    ):
         raise CCWSIMError(f"{name}: a {what} needs at least {least} points with finite coordinates")
     return shapes
 
 
-def _geometries(given: dict[str, Any], kind: str, depth: int) -> Iterator[list[Any]]:
+def _geometries(collection: dict[str, Any], kind: str, depth: int) -> Iterator[list[Any]]:
     """Yield the coordinates of each shape of a kind in GeoJSON."""
     if not depth:
         raise ValueError("collections are nested too deeply")
-    if given.get("type") == kind:
-        yield given["coordinates"]
-    elif given.get("type") == f"Multi{kind}":
-        yield from given["coordinates"]
-    parts = given.get("features") or given.get("geometries") or [given.get("geometry")]
+    if collection.get("type") == kind:
+        yield collection["coordinates"]
+    elif collection.get("type") == f"Multi{kind}":
+        yield from collection["coordinates"]
+    parts = (
+        collection.get("features") or collection.get("geometries") or [collection.get("geometry")]
+    )
     for part in filter(None, parts):
         yield from _geometries(part, kind, depth - 1)

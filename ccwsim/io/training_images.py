@@ -1,4 +1,4 @@
-"""Read and write training images, and guess what a file leaves open."""
+"""Read and write training images, and guess the arguments that a file leaves open."""
 
 import warnings
 from collections.abc import Mapping, Sequence
@@ -101,24 +101,28 @@ def read_training_image(
     if isinstance(file, pictures.PictureFile):
         if volume:
             raise CCWSIMError(f"{file.name} is a picture with one layer; leave out volume=")
-        note, known = file.unknown_note(), file.known
+        note, known_mask = file.unknown_note(), file.opaque
         codes = pictures.picture_facies(file, threshold=threshold, classes=classes)
         if not up:
-            codes, known = codes[::-1], None if known is None else known[::-1]
+            codes, known_mask = codes[::-1], None if known_mask is None else known_mask[::-1]
         names = None
     else:
-        note, known, what = file.unknown_note(values), file.known(values), f"{file.name}, {key}"
-        if not known.any():
+        note, known_mask, what = (
+            file.unknown_note(values),
+            file.known(values),
+            f"{file.name}, {key}",
+        )
+        if not known_mask.any():
             raise CCWSIMError(f"{what}: no cell has a value; choose another variable or file")
-        some = values if known.all() else values[known]
-        some = classify(some, threshold=threshold, classes=classes, what=what)
-        names, codes = file.labels.get(key), np.full(known.shape, some.flat[0])
-        codes[known] = some.ravel()
+        valid_values = values if known_mask.all() else values[known_mask]
+        valid_values = classify(valid_values, threshold=threshold, classes=classes, what=what)
+        names, codes = file.labels.get(key), np.full(known_mask.shape, valid_values.flat[0])
+        codes[known_mask] = valid_values.ravel()
     if note:
         warnings.warn(f"{file.name}: {note}", stacklevel=2)
     codes = merge_facies(codes, merge) if merge else codes
     names = [names[code] for code in np.unique(codes)] if names else None
-    codes = codes if known is None or known.all() else np.where(known, codes, np.nan)
+    codes = codes if known_mask is None or known_mask.all() else np.where(known_mask, codes, np.nan)
     codes = np.swapaxes(codes, -1, -2) if transpose else codes
     return TrainingImage(codes, name=name or Path(file.name).stem, facies_names=names)
 
@@ -137,15 +141,15 @@ def read_colours(path_or_file: PathOrFile, **answers: Any) -> dict[int, str]:
     file = open_file(path_or_file, FilePart.answered(answers), up=answers.get("up"))
     if not isinstance(file, pictures.PictureFile) or pictures.is_grey(file.rgb):
         return {}
-    how = {name: answers.get(name) for name in ("threshold", "classes")}
-    codes = pictures.picture_facies(file, **how)
+    conversion = {name: answers.get(name) for name in ("threshold", "classes")}
+    codes = pictures.picture_facies(file, **conversion)
     return dict(
         zip(np.unique(codes).tolist(), pictures.facies_colours_of(file, codes), strict=True)
     )
 
 
 def read_geometry(path_or_file: PathOrFile, **answers: Any) -> Grid | None:
-    """Return the grid of a training image in world coordinates; None if the file does not have it.
+    """Return the grid of a training image in world coordinates; None if the file does not state it.
 
     The grid has the shape, cell size, origin and coordinate system of the image that
     `read_training_image` returns with these answers. It is None for pictures, vertical sections and
@@ -173,15 +177,15 @@ def _read(
 ) -> tuple[DataFile | pictures.PictureFile, str, NDArray]:
     """Return a file, and name and values of the variable; of a picture, only the file."""
     part, shape = FilePart.answered(answers), answers.get("shape")
-    how: dict[str, Any] = {name: answers.get(name) for name in ("up", "z_up")}
-    file = open_file(path_or_file, part, shape=shape, **how)
+    orientation: dict[str, Any] = {name: answers.get(name) for name in ("up", "z_up")}
+    file = open_file(path_or_file, part, shape=shape, **orientation)
     if isinstance(file, pictures.PictureFile):
         return file, "", np.empty(0)
     shape = shape if part is None else None  # a part is a grid already
     file = as_grid(file, shape)
     key = file.chosen(answers.get("variable"), PREFERRED)
-    how |= {name: answers.get(name) for name in ("slice_index", "volume")}
-    return file, key, file.oriented(file.grid_of(key, shape), **how)
+    orientation |= {name: answers.get(name) for name in ("slice_index", "volume")}
+    return file, key, file.oriented(file.grid_of(key, shape), **orientation)
 
 
 def read_grid(path_or_file: PathOrFile, **answers: Any) -> NDArray[np.float64]:
@@ -198,7 +202,7 @@ def read_grid(path_or_file: PathOrFile, **answers: Any) -> NDArray[np.float64]:
     file, _, values = _read(path_or_file, answers)
     if isinstance(file, pictures.PictureFile):
         grey = pictures.grey_of(file.rgb)
-        grey = grey if file.known is None else np.where(file.known, grey, np.nan)
+        grey = grey if file.opaque is None else np.where(file.opaque, grey, np.nan)
         return grey if answers.get("up") else grey[::-1]
     return np.where(file.known(values), values, np.nan).astype(np.float64)
 
@@ -276,7 +280,7 @@ def guess_answers(
 ) -> tuple[dict[str, Any], tuple[str, ...]]:
     """Guess the arguments needed to read a file as a training image, and list open questions.
 
-    `answers` has known arguments of `read_training_image`, which are returned unchanged, with
+    `answers` contains known arguments of `read_training_image`. They are returned unchanged, with
     guesses for open questions: the first variable with codes, all layers of a volume (with
     `volume=False` the middle slice), the shape nearest to a square, the largest rectangle without
     gaps, the smallest `every` that keeps a picture within the limit, the threshold of Otsu (1979)
@@ -290,88 +294,98 @@ def guess_answers(
     >>> guess_answers(BytesIO(b"2 2 1\\n1\\nporosity\\n0.1\\n0.12\\n0.3\\n0.31\\n"))
     ({'threshold': 0.21}, ('values',))
     """
-    known, asked = dict(answers or {}), []
+    guesses, asked = dict(answers or {}), []
     try:
         file, part = open_file(path_or_file), None
     except TooManyCells as error:
         asked.append("part")
         shape, copies = error.grid()
-        if "every" not in known:  # the smallest with which the part is within the limit of cells
-            _, sides = FilePart.of_answers(known).box("the grid", shape)
-            known["every"] = thinning(sides, copies)
-        part = FilePart.of_answers(known)
-        how = {name: known.get(name) for name in ("shape", "up", "z_up")}
-        file = open_file(path_or_file, part, **how)
+        if (
+            "every" not in guesses
+        ):  # the smallest value that keeps the part within the limit of cells
+            _, sides = FilePart.of_answers(guesses).box("the grid", shape)
+            guesses["every"] = thinning(sides, copies)
+        part = FilePart.of_answers(guesses)
+        reading = {name: guesses.get(name) for name in ("shape", "up", "z_up")}
+        file = open_file(path_or_file, part, **reading)
     if isinstance(file, pictures.PictureFile):
-        if file.known is not None and "part" not in asked:
-            _ask_gaps(file.name, file.known if known.get("up") else file.known[::-1], known, asked)
-            file = open_file(path_or_file, FilePart.answered(known), up=known.get("up"))
+        if file.opaque is not None and "part" not in asked:
+            opaque = file.opaque if guesses.get("up") else file.opaque[::-1]
+            _ask_gaps(file.name, opaque, guesses, asked)
+            file = open_file(path_or_file, FilePart.answered(guesses), up=guesses.get("up"))
             assert isinstance(file, pictures.PictureFile)
         if (
             not file.says_codes
             and len(pictures.distinct_colours(file.rgb)[0]) > pictures.MAX_COLOURS
         ):
             asked.append("values")
-            if not {"threshold", "classes"} & set(known):
+            if not {"threshold", "classes"} & set(guesses):
                 if pictures.is_grey(file.rgb, percent=99.0):
-                    known["threshold"] = otsu(pictures.grey_of(file.rgb))
+                    guesses["threshold"] = otsu(pictures.grey_of(file.rgb))
                 else:
-                    known["classes"] = max(2, len(pictures.main_colours(file.rgb)))
-        return known, tuple(asked)
-    file = file if part else as_grid(file, known.get("shape"))
-    values = _layer(file, known, asked)
+                    guesses["classes"] = max(2, len(pictures.main_colours(file.rgb)))
+        return guesses, tuple(asked)
+    file = file if part else as_grid(file, guesses.get("shape"))
+    values = _layer(file, guesses, asked)
     asked += ["up"] if file.asks_up else []
-    _ask_gaps(file.name, file.known(values), known, asked)
-    taken = values if part else FilePart(known.get("crop")).of(file.name, values)
+    _ask_gaps(file.name, file.known(values), guesses, asked)
+    taken = values if part else FilePart(guesses.get("crop")).of(file.name, values)
     taken = taken[file.known(taken)]
     if taken.size and not are_codes(taken):
         asked.append("values")
-        if not {"threshold", "classes"} & set(known):
-            known["threshold"] = otsu(taken)
-    return known, tuple(asked)
+        if not {"threshold", "classes"} & set(guesses):
+            guesses["threshold"] = otsu(taken)
+    return guesses, tuple(asked)
 
 
-def _layer(file: DataFile, known: dict[str, Any], asked: list[str]) -> NDArray:
+def _layer(file: DataFile, guesses: dict[str, Any], asked: list[str]) -> NDArray:
     """Guess variable, shape and layers (all without a slice); return values, row 0 at the south."""
     names = list(file.variables)
     liked = [name for name in names if name.lower() in PREFERRED]
     if len(names) > 1 and len(liked) != 1:
         asked.append("variable")
-        known.setdefault("variable", _likely_facies(file))
-    key = file.chosen(known.get("variable"), PREFERRED)
+        guesses.setdefault("variable", _likely_facies(file))
+    key = file.chosen(guesses.get("variable"), PREFERRED)
     if file.is_table:
         asked.append("shape")
         n = len(file.variables[key])
         ny = next(k for k in range(isqrt(n), 0, -1) if n % k == 0)  # the shape nearest to a square
-        known.setdefault("shape", (ny, n // ny))
-    grid = file.grid_of(key, known.get("shape"))
+        guesses.setdefault("shape", (ny, n // ny))
+    grid = file.grid_of(key, guesses.get("shape"))
     if len(grid) > 1 and 1 not in grid.shape[1:]:
         asked.append("slice")
-        if known.get("volume", "slice_index" not in known):
-            known["volume"] = True
-            return file.oriented(grid, up=known.get("up"), volume=True)
-        known.setdefault("slice_index", len(grid) // 2)
-    return file.oriented(grid, up=known.get("up"), slice_index=known.get("slice_index"))
+        if guesses.get("volume", "slice_index" not in guesses):
+            guesses["volume"] = True
+            return file.oriented(grid, up=guesses.get("up"), volume=True)
+        guesses.setdefault("slice_index", len(grid) // 2)
+    return file.oriented(grid, up=guesses.get("up"), slice_index=guesses.get("slice_index"))
 
 
-def _ask_gaps(name: str, there: NDArray[np.bool_], known: dict[str, Any], asked: list[str]) -> None:
-    """Ask for a piece without unknown cells; `there` masks known cells, row 0 in the south."""
-    there = np.all(there, axis=0) if there.ndim == 3 else there  # a cropped piece keeps all layers
-    if there.all() or "part" in asked:
+def _ask_gaps(
+    name: str, known_mask: NDArray[np.bool_], guesses: dict[str, Any], asked: list[str]
+) -> None:
+    """Ask for a piece without unknown cells; row 0 of the mask of known cells is in the south."""
+    if known_mask.ndim == 3:  # a cropped piece keeps all layers
+        known_mask = np.all(known_mask, axis=0)
+    if known_mask.all() or "part" in asked:
         return
     asked.append("gaps")
-    if "crop" not in known:
-        piece = largest_without_gaps(there)
+    if "crop" not in guesses:
+        piece = largest_without_gaps(known_mask)
         if not piece[2]:
             raise CCWSIMError(f"{name}: no cell has a value; choose another variable or slice")
-        known["crop"] = piece
+        guesses["crop"] = piece
 
 
 def _likely_facies(file: DataFile) -> str:
     """Return the first variable with facies codes; if there is none, the first variable."""
     for name, values in file.variables.items():
-        there = values[file.known(values)]
-        if there.size and are_codes(there) and there.min() != there.max():
+        valid_values = values[file.known(values)]
+        if (
+            valid_values.size
+            and are_codes(valid_values)
+            and valid_values.min() != valid_values.max()
+        ):
             return name
     return next(iter(file.variables))
 

@@ -83,7 +83,7 @@ class ChildProcess:
         self._process.kill()
 
     def forget(self) -> None:
-        """In a fork, drop the pipes without closing: another thread may have been writing."""
+        """In a fork, drop the pipes without closing them; another thread may have been writing."""
         if self._process is not None:
             self._process.returncode = 0  # only the parent can wait for the process
         null = os.open(os.devnull, os.O_RDWR)
@@ -104,11 +104,11 @@ class ChildProcess:
 
 
 class ForkedProcess(ChildProcess):
-    """A process that a template has forked, and that only its template could wait for."""
+    """A process that a template has forked; only the template could wait for its exit."""
 
     def __init__(self, pid: int, pipe: socket.socket) -> None:
         self._process = None
-        # this process even if its number is used again
+        # the handle identifies this process even if its number is used again
         self._handle = os.fdopen(os.pidfd_open(pid), "rb", 0)
         self._start(pid, pipe.makefile("wb"), pipe.makefile("rb"))
         pipe.close()
@@ -153,11 +153,11 @@ class ProcessTemplate:
 
     def fork(self, request: object) -> ForkedProcess:
         """Return a fork for a request; called by one thread at a time."""
-        own, theirs = socket.socketpair()
+        ours, theirs = socket.socketpair()
         with theirs:
             self._door.send(request)
             reduction.send_handle(self._door, theirs.fileno(), self._process.pid)
-            return ForkedProcess(self._door.recv(), own)
+            return ForkedProcess(self._door.recv(), ours)
 
 
 def fork_on_request(load: Callable[[Any], None], function: Callable[[], None]) -> None:
@@ -167,7 +167,7 @@ def fork_on_request(load: Callable[[Any], None], function: Callable[[], None]) -
     while pid:
         request = door.recv()
         pipe = reduction.recv_handle(door)
-        with suppress(Exception):  # the fork has the same problem, and reports it
+        with suppress(Exception):  # the same error occurs in the fork, which reports it
             load(request)
         gc.freeze()  # forks share the pages of these objects
         if pid := os.fork():
@@ -195,7 +195,7 @@ class WarmProcesses:
         try:
             yield process
         except BaseException:
-            process.kill()  # what it may still send belongs to no other request
+            process.kill()  # its further answers would belong to no request
             process.end()
             process = start()
             raise
@@ -206,7 +206,7 @@ class WarmProcesses:
                 process.end()
 
     def _idle(self) -> ChildProcess | None:
-        """Return a process that waits; the system may have ended some for their memory."""
+        """Return a waiting process that still runs; the system may have ended some processes."""
         with suppress(IndexError):
             while not (process := self.idle.pop()).runs():
                 process.end()
@@ -228,7 +228,7 @@ def memory_of_children() -> int:
 
 
 def _forget_all() -> None:
-    """In a fork, forget every child, also those that other threads were talking to."""
+    """In a fork, forget every child, also those with which other threads communicated."""
     for process in list(_started):
         process.forget()
 
@@ -283,7 +283,7 @@ def bound(memory: int | None = None, seconds: float | None = None) -> None:
     if memory is not None and (now := address_space()) is not None:
         size = now + memory
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    for what, soft in ((resource.RLIMIT_AS, size), (resource.RLIMIT_CPU, seconds_used)):
-        hard = resource.getrlimit(what)[1]
+    for limit, soft in ((resource.RLIMIT_AS, size), (resource.RLIMIT_CPU, seconds_used)):
+        hard = resource.getrlimit(limit)[1]
         with suppress(ValueError, OSError):  # the administrator has set a lower limit
-            resource.setrlimit(what, (soft, hard))
+            resource.setrlimit(limit, (soft, hard))

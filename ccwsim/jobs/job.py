@@ -19,8 +19,8 @@ Result = TypeVar("Result")
 LEAST_SHARE = 0.02  # minimum finished share of the work for an estimate of the time left
 PATIENCE = 0.3  # seconds that a page waits for first results before it shows the progress
 POLL_SECONDS = 0.25  # seconds between two checks of a job that a page waits for
-MAX_CELLS_AT_ONCE = 4_000_000  # cells of a run without a job, which takes some tenths of a second
-MAX_COUNTED_SECONDS = 10.0  # after these, an active job no longer occupies a slot of the queue
+MAX_CELLS_AT_ONCE = 4_000_000  # maximum cells of a run without a job, some tenths of a second
+MAX_COUNTED_SECONDS = 10.0  # seconds after which an active job no longer occupies a slot
 NOTHING = Demand(0)
 _admission = Lock()  # held so that two jobs are never promised the same memory
 
@@ -30,7 +30,7 @@ class Job(Lease, Generic[Result]):
 
     The thread calls work(job), which reports progress to `job.report`, checks `job.is_cancelled`,
     and may call `job.publish_partial`. The caller may store anything in `about`. Progress counts
-    `n` pieces, called `unit`. If the server lacks what a job demands, `CCWSIMError` is raised.
+    `n` pieces, called `unit`. Raises `CCWSIMError` if the server lacks the resources of `demand`.
     """
 
     def __init__(

@@ -24,7 +24,8 @@ RESERVE = 128 * 10**6  # bytes of memory reserved for the pages
 UNASKED_SECONDS, UNASKED_CELLS, UNASKED_BYTES = 120.0, 500_000_000, 10**9
 """A study from a link or a project needs confirmation if its run takes more seconds, simulates more
 cells, or takes more bytes of memory than this."""
-UNASKED_SHARE = 0.5  # or takes more than this share of the memory that is free now
+UNASKED_SHARE = 0.5
+"""Confirmation is also needed if the run takes more than this share of the free memory."""
 
 
 @dataclass(frozen=True)
@@ -73,13 +74,13 @@ def limits_of_environment() -> ServerLimits:
     """Return the limits set by the environment variables of the server."""
     memory, history, uploads = _number(MEMORY), _number(HISTORY), _number(UPLOADS)
     return ServerLimits(
-        _number(MAX_CELLS),
-        _number(MAX_DATA),
-        _number(JOBS) or 2 * n_cores(),
-        None if memory is None else memory * 10**6,
-        (DEFAULT_HISTORY if history is None else history) * 10**6,
-        (DEFAULT_UPLOADS if uploads is None else uploads) * 10**6,
-        bool(_number(PROCESSES)),
+        cells=_number(MAX_CELLS),
+        data=_number(MAX_DATA),
+        n_slots=_number(JOBS) or 2 * n_cores(),
+        memory=None if memory is None else memory * 10**6,
+        history=(DEFAULT_HISTORY if history is None else history) * 10**6,
+        uploads=(DEFAULT_UPLOADS if uploads is None else uploads) * 10**6,
+        processes=bool(_number(PROCESSES)),
     )
 
 
@@ -110,17 +111,17 @@ def admit(demand: Demand, promised: float = 0.0) -> None:
     free = free_bytes(limits)
     if free is None or demand.n_bytes <= free - promised:
         return
-    others = "" if demand.n_bytes > free else " now, beside other runs; wait for these runs, or"
+    advice = "" if demand.n_bytes > free else " now, beside other runs; wait for these runs, or"
     raise CCWSIMError(
         f"this run needs about {format_bytes(demand.n_bytes)} of memory, but "
-        f"{format_bytes(max(free - promised, 0))} are free{others or ':'} simulate fewer "
+        f"{format_bytes(max(free - promised, 0))} are free{advice or ':'} simulate fewer "
         "realizations or a smaller grid, or use the command line with --output FILE.npy, which "
         "writes realizations to disk"
     )
 
 
 def needs_consent(demand: Demand, seconds: float, promised: float = 0.0) -> bool:
-    """Return whether a run is too large to start unasked, beside `promised` bytes of others."""
+    """Return whether a run needs confirmation; other runs were promised `promised` bytes."""
     free = free_bytes(limits_of_environment())
     n_bytes = UNASKED_BYTES
     if free is not None:
@@ -133,6 +134,6 @@ def free_bytes(limits: ServerLimits) -> int | None:
     """Return the bytes of memory available to runs, or None if unknown."""
     free = free_memory()
     if limits.memory is not None:
-        own = limits.memory - (used_memory() or 0) - memory_of_children()
-        free = own if free is None else min(own, free)
+        unused = limits.memory - (used_memory() or 0) - memory_of_children()
+        free = unused if free is None else min(unused, free)
     return None if free is None else max(free - RESERVE, 0)

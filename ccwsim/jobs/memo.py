@@ -56,8 +56,8 @@ class Memo(Generic[Value]):
     def value(self, key: Hashable, make: Callable[[], Value]) -> Value:
         """Return a value, which `make` computes if it is neither kept nor being computed.
 
-        All threads that wait get the error of `make`, but if it was only cancelled, the next of
-        these threads computes the value. A thread does not wait if it is asked to stop.
+        All waiting threads get the error of `make`. If `make` was only cancelled, the next waiting
+        thread computes the value instead. A thread does not wait if it is asked to stop.
         """
         future = self.claim(key, mine := Future[Value]())
         if future is mine:
@@ -72,9 +72,9 @@ class Memo(Generic[Value]):
         return future.result()
 
     def claim(self, key: Hashable, future: AnyFuture) -> AnyFuture:
-        """Return the future of a value that is being computed, or else the given future.
+        """Return the future of a value that is being computed, or else `future`.
 
-        The given future gets the value if it is kept. Otherwise, the caller calls `compute`.
+        If the value is kept, `future` gets the value. Otherwise, the caller must call `compute`.
         """
         with self._lock:
             if key not in self._values:

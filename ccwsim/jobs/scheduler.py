@@ -1,6 +1,6 @@
-"""Fair waiting for a few slots: pages that are drawn, jobs of the queue, and tasks on cores.
+"""Fair distribution of a few slots among pages, jobs of the queue, and tasks on cores.
 
-Cores are shared in time slices, without which a quick run waits for realizations of other runs,
+Cores are shared in time slices. Otherwise, a quick run would wait for realizations of other runs,
 which may take minutes. Twelve realizations of 512 × 512 with 400 hard data take 0.46 s on two idle
 cores. While six runs of 3000 × 3000 compute, the twelve take 0.57 to 0.81 s with slices, but
 2.8 to 3.8 s without.
@@ -19,9 +19,9 @@ from threading import Event, Lock, Timer, local
 from typing import Generic, TypeVar
 
 MAX_PAGES = 2  # pages drawn at a time: while one waits for the disk, the other continues
-PAGE_SECONDS = 2.0  # after these, a page that is still being drawn lets another begin
+PAGE_SECONDS = 2.0  # seconds after which a page that is still being drawn frees its slot
 SLICE_SECONDS = 0.05  # seconds that a task may compute while other tasks wait
-HEAD_START_SECONDS = 1.0  # core seconds of a new user before others, so that it starts at once
+HEAD_START_SECONDS = 1.0  # core seconds that a new user gets before others, to start at once
 HEAD_START_SHARE = 0.2  # maximum share of core time for head starts, averaged over time
 
 
@@ -36,7 +36,7 @@ class Usage:
 
 
 class Lease:
-    """The right of a task to one slot of a scheduler, which it waits for first."""
+    """The right of a task to one slot of a scheduler, for which the task waits first."""
 
     def __init__(self, usage: Usage, stop: Event | None = None) -> None:
         self.usage = usage
@@ -73,7 +73,7 @@ class Scheduler(Generic[AnyLease]):
     def request(self, lease: AnyLease, first: bool = False) -> None:
         """Let a lease wait for a slot, before the other leases of its user if it is `first`.
 
-        A lease that has a slot already gives it up at the same time.
+        If the lease already has a slot, it gives up this slot at the same time.
         """
         with self._change():
             self._drop(lease)
@@ -136,8 +136,8 @@ class Scheduler(Generic[AnyLease]):
                 leases.remove(lease)
 
     def _give_slots(self) -> list[AnyLease]:
-        """Give free slots to waiting leases, and return these; look again when a slot is free."""
-        now, given = self.clock(), []
+        """Give free slots to waiting leases, and return these; set a timer for the next slot."""
+        now, leases = self.clock(), []
         ends = [lease.since + self._seconds for lease in self._active]
         ends = [end for end in ends if end > now]
         while self._waiting and len(ends) < self._n:
@@ -147,12 +147,12 @@ class Scheduler(Generic[AnyLease]):
             self._n_begun += 1
             lease.usage.latest, lease.since = self._n_begun, now
             ends.append(now + self._seconds)
-            given.append(lease)
+            leases.append(lease)
         if self._waiting and self._timer is None and min(ends) < inf:
             self._timer = Timer(max(min(ends) - now, 0.01), self._look_again)
             self._timer.daemon = True
             self._timer.start()
-        return given
+        return leases
 
     def _look_again(self) -> None:
         self._timer = None
@@ -185,8 +185,8 @@ class Scheduler(Generic[AnyLease]):
 class Cores(Scheduler[Lease]):
     """Slots on cores: at the end of its slice, a task yields to a user with less core time.
 
-    A user who comes starts after the users who wait: `_floor` follows their least core time, and
-    never falls, so that users who come and go cannot keep others from an equal share. The core time
+    A new user starts after the waiting users: `_floor` follows their minimum core time and never
+    falls, so that users who come and go cannot keep others from an equal share. The core time
     of new users, up to `HEAD_START_SECONDS` each, is first and does not count in these shares. All
     head starts together take at most `HEAD_START_SECONDS` per core, which are restored by the share
     `HEAD_START_SHARE` of the time of all cores; without them, a new user has an equal share.
@@ -213,12 +213,12 @@ class Cores(Scheduler[Lease]):
         refilled = self._head_starts + HEAD_START_SHARE * self._n * elapsed
         self._head_starts = min(refilled, self._n * HEAD_START_SECONDS)
         for lease in self._active:
-            usage, given = lease.usage, 0.0
+            usage, free_seconds = lease.usage, 0.0
             if any(other.usage is not usage for other in self._waiting):
-                given = min(elapsed, usage.head_start) if self._head_starts > 0 else 0.0
-            self._head_starts -= given
+                free_seconds = min(elapsed, usage.head_start) if self._head_starts > 0 else 0.0
+            self._head_starts -= free_seconds
             usage.head_start = max(usage.head_start - elapsed, 0.0)
-            usage.seconds += elapsed - given
+            usage.seconds += elapsed - free_seconds
         waiting = [lease.usage.seconds for lease in self._waiting]
         level = min(waiting) if waiting else max((a.usage.seconds for a in self._active), default=0)
         self._floor = max(self._floor, level)
@@ -252,7 +252,7 @@ class Turns(Scheduler[Lease]):
 
     @contextmanager
     def paused(self) -> Iterator[None]:
-        """End the turn of this thread, if it has one, while it waits; then it comes next."""
+        """End the turn of this thread, if it has one, during a wait; the thread is then next."""
         lease, self._mine.lease = getattr(self._mine, "lease", None), None
         if lease is None:
             yield

@@ -33,6 +33,7 @@ _needs_no_core: ContextVar[bool] = ContextVar("needs_no_core", default=False)
 @contextmanager
 def stoppable(asked_to_stop: Cancel) -> Iterator[None]:
     """Make `check_stop` end the work of this thread and of its tasks if `asked_to_stop()` is True.
+
     The core usage of this work is the sum over all of its runs.
     """
     token, usage = _asked_to_stop.set(asked_to_stop), _usage.set(Usage())
@@ -45,7 +46,7 @@ def stoppable(asked_to_stop: Cancel) -> Iterator[None]:
 
 @contextmanager
 def without_cores() -> Iterator[None]:
-    """Let quick tasks of a thread run without a core: it holds a lock that others wait for."""
+    """Let quick tasks of a thread run without a core, while the thread holds a lock."""
     token = _needs_no_core.set(True)
     try:
         yield
@@ -91,9 +92,9 @@ def run_all(
 
         with cores.held(lease) if cores else nullcontext():
             for number in numbers:
-                own = Watch(partial(set_share, number), asked_to_stop)
-                own.check()
-                task(number, own)
+                part = Watch(partial(set_share, number), asked_to_stop)
+                part.check()
+                task(number, part)
                 finished.append(number)
 
     n_threads = min(n, n_workers if pool is None else pool._max_workers)

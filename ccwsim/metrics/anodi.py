@@ -84,10 +84,10 @@ def metric_scaling(distances: NDArray[np.float64], n_dimensions: int = 2) -> Sca
         weights = np.divide(d, e, out=np.zeros_like(d), where=e > 0)
         x = (weights.sum(axis=1)[:, None] * x - weights @ x) / len(d)  # Guttman transform
     axes = np.linalg.svd(x - x.mean(axis=0), full_matrices=False)[2]
-    found = np.zeros_like(x)
-    found[:, : len(axes)] = (x - x.mean(axis=0)) @ axes.T
-    stress = _stress(d, found)
-    return Scaling(_upright(found), stress) if stress < start.stress else start
+    positions = np.zeros_like(x)
+    positions[:, : len(axes)] = (x - x.mean(axis=0)) @ axes.T
+    stress = _stress(d, positions)
+    return Scaling(_upright(positions), stress) if stress < start.stress else start
 
 
 def _upright(positions: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -103,10 +103,10 @@ def _distances(positions: NDArray[np.float64]) -> NDArray[np.float64]:
 def _stress(d: NDArray[np.float64], positions: NDArray[np.float64]) -> float:
     """Return Kruskal's stress-1 of positions at their best scale."""
     e = _distances(positions)
-    squares, own = float((d**2).sum()), float((e**2).sum())
-    if not squares or not own:
-        return float(squares > 0)
-    return float(np.sqrt(max(0.0, 1 - float((d * e).sum()) ** 2 / (squares * own))))
+    of_distances, of_points = float((d**2).sum()), float((e**2).sum())
+    if not of_distances or not of_points:
+        return float(of_distances > 0)
+    return float(np.sqrt(max(0.0, 1 - float((d * e).sum()) ** 2 / (of_distances * of_points))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +126,7 @@ class Anodi:
     owner: NDArray[np.int64]
     """Index of the ensemble of each image, shape (1 + n_all,); −1 for the training image."""
     between: NDArray[np.float64]
-    """Mean divergence between realizations, shape (n_ensembles, n_factors); NaN for one of them."""
+    """Mean divergence between realizations, shape (n_ensembles, n_factors); NaN if n = 1."""
     within: NDArray[np.float64]
     """Mean divergence of realizations from the training image, shape (n_ensembles, n_factors)."""
 
@@ -156,15 +156,18 @@ class Anodi:
         Each realization of the two ensembles is omitted in turn. Errors are NaN if an ensemble has
         fewer than three realizations. Raises `CCWSIMError` for an unknown name.
         """
-        one, other_one = self._means_of(name), self._means_of(other)
+        means, other_means = self._means_of(name), self._means_of(other)
         if name == other:
             return 0.0, 0.0, 0.0
         if min(np.count_nonzero(self.owner == self._row(n)) for n in (name, other)) < MIN_JACKKNIFE:
             return nan, nan, nan
         variance = np.zeros(3)
-        for pair in ((self._without_each(name), other_one), (one, self._without_each(other))):
-            with np.errstate(divide="ignore", invalid="ignore"):
-                logs = np.log(self._relative(*pair))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            for relative in (
+                self._relative(self._without_each(name), other_means),
+                self._relative(means, self._without_each(other)),
+            ):
+                logs = np.log(relative)
                 variance += (logs.shape[1] - 1) * logs.var(axis=1)
         between, within, both = np.sqrt(variance).tolist()
         return between, within, both
@@ -181,13 +184,13 @@ class Anodi:
 
     def _without_each(self, name: str) -> Means:
         """Return `between` and `within`, shape (n, factors); row k omits realization k."""
-        own = np.flatnonzero(self.owner == self._row(name))
-        n = len(own)
-        rows = self.divergence[:, own[:, None], own].sum(axis=2)
+        members = np.flatnonzero(self.owner == self._row(name))
+        n = len(members)
+        rows = self.divergence[:, members[:, None], members].sum(axis=2)
         pairs = rows.sum(axis=1, keepdims=True) - 2 * rows
-        to_image = self.divergence[:, 0, own]
-        others = to_image.sum(axis=1, keepdims=True) - to_image
-        return (pairs / ((n - 1) * (n - 2))).T, (others / (n - 1)).T
+        to_image = self.divergence[:, 0, members]
+        sums = to_image.sum(axis=1, keepdims=True) - to_image
+        return (pairs / ((n - 1) * (n - 2))).T, (sums / (n - 1)).T
 
     def scaling(self, n_dimensions: int = 2) -> Scaling:
         """Return points for the training image (first) and for all realizations.
@@ -227,39 +230,53 @@ def anodi(
     ((1, 3), (4, 2))
     """
     named = ensembles if isinstance(ensembles, Mapping) else {"realizations": ensembles}
-    weight = _weights(weights, len(factors))
-    own = as_image(training_image, codes)
-    stacks = {str(name): as_stack(images, own.codes) for name, images in named.items()}
+    scaled = _scaled_weights(weights, len(factors))
+    image = as_image(training_image, codes)
+    stacks = {str(name): as_stack(images, image.codes) for name, images in named.items()}
     if not stacks:
         raise CCWSIMError("ANODI needs at least one ensemble")
-    side, layers = size_of(own, size), layers_of(own, *stacks.values())
-    rows = pyramid_histograms(own, None, side, factors, layers=layers)
+    side, layers = size_of(image, size), layers_of(image, *stacks.values())
+    rows = pyramid_histograms(image, size=side, factors=factors, layers=layers)
     watch = Watch.of_share(progress)
     step = HISTOGRAM_SHARE / sum(len(stack) for stack in stacks.values())
     for stack in stacks.values():
         done = len(rows) - 1
         part = watch.part(done * step, (done + len(stack)) * step)
-        rows += pyramid_histograms(stack, None, side, factors, part.tell, layers)
+        rows += pyramid_histograms(
+            stack, size=side, factors=factors, progress=part.tell, layers=layers
+        )
     owner = np.concatenate([[-1], np.repeat(range(len(stacks)), [len(s) for s in stacks.values()])])
     divergence = divergences(rows, watch.part(HISTOGRAM_SHARE, 1.0).tell)
-    between, within = _means(divergence, owner, len(stacks))
-    return Anodi(tuple(stacks), tuple(factors), weight, side, divergence, owner, between, within)
+    between, within = _mean_divergences(divergence, owner, len(stacks))
+    return Anodi(
+        names=tuple(stacks),
+        factors=tuple(factors),
+        weights=scaled,
+        pattern_size=side,
+        divergence=divergence,
+        owner=owner,
+        between=between,
+        within=within,
+    )
 
 
-def _means(divergence: NDArray, owner: NDArray, n_ensembles: int) -> tuple[NDArray, NDArray]:
+def _mean_divergences(
+    divergence: NDArray, owner: NDArray, n_ensembles: int
+) -> tuple[NDArray, NDArray]:
     between, within = np.full((2, n_ensembles, len(divergence)), np.nan)
     for k in range(n_ensembles):
-        own = np.flatnonzero(owner == k)
-        within[k] = divergence[:, 0, own].mean(axis=1)
-        if len(own) > 1:
-            pairs = divergence[:, own[:, None], own].sum(axis=(1, 2))
-            between[k] = pairs / (len(own) * (len(own) - 1))
+        members = np.flatnonzero(owner == k)
+        within[k] = divergence[:, 0, members].mean(axis=1)
+        if len(members) > 1:
+            pairs = divergence[:, members[:, None], members].sum(axis=(1, 2))
+            between[k] = pairs / (len(members) * (len(members) - 1))
     return between, within
 
 
-def _weights(given: Sequence[float] | None, n: int) -> NDArray[np.float64]:
-    weights = 0.5 ** np.arange(1, n + 1) if given is None else as_floats(given, "weights")
-    fits = weights.shape == (n,) and n > 0 and np.isfinite(weights).all()
-    if not fits or weights.min() < 0 or not weights.sum() > 0:
-        raise refused("factor_weights", given=shown(given), n=n)
-    return weights / weights.sum()
+def _scaled_weights(weights: Sequence[float] | None, n: int) -> NDArray[np.float64]:
+    """Return the weights of n resolutions, scaled to sum to 1; by default proportional to 2^−g."""
+    values = 0.5 ** np.arange(1, n + 1) if weights is None else as_floats(weights, "weights")
+    fits = values.shape == (n,) and n > 0 and np.isfinite(values).all()
+    if not fits or values.min() < 0 or not values.sum() > 0:
+        raise refused("factor_weights", given=shown(weights), n=n)
+    return values / values.sum()

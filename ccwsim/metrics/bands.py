@@ -64,15 +64,16 @@ def band(curves: ArrayLike, low: float = 0.1, high: float = 0.9) -> Band:
     if values.ndim < 2 or not len(values):
         raise CCWSIMError(f"curves of shape (n, n_lags) are needed, not {values.shape}")
     _check_quantiles(low, high)
-    known = ~np.isnan(values).all(axis=0)
+    valid = ~np.isnan(values).all(axis=0)
     shape = values.shape[1:]
     rows = np.full((6, *shape), np.nan)
-    if known.any():
-        present = values[:, known]
-        rows[0, known] = np.nanmean(present, axis=0)
+    if valid.any():
+        present = values[:, valid]
+        rows[0, valid] = np.nanmean(present, axis=0)
         quantile = np.nanquantile if np.isnan(present).any() else np.quantile  # 20 × faster
-        rows[1:, known] = quantile(present, [low, 0.5, high, 0.0, 1.0], axis=0)
-    return Band(*rows)
+        rows[1:, valid] = quantile(present, [low, 0.5, high, 0.0, 1.0], axis=0)
+    mean, lower, median, upper, smallest, largest = rows
+    return Band(mean=mean, low=lower, median=median, high=upper, smallest=smallest, largest=largest)
 
 
 def _check_quantiles(low: float, high: float) -> None:
@@ -134,13 +135,17 @@ class RunningCurves:
         """Return the band of the curves added so far; NaN if no curve was added."""
         _check_quantiles(low, high)
         n = self._counts.sum(axis=1)
-        known = n > 0
+        counted = n > 0
         mean = ratio(self._sums, n)
         smallest, largest = (
-            np.where(known, extreme, np.nan) for extreme in (self._smallest, self._largest)
+            np.where(counted, extreme, np.nan) for extreme in (self._smallest, self._largest)
         )
-        quantiles = [np.clip(self._quantile(p, n), smallest, largest) for p in (low, 0.5, high)]
-        return Band(mean, quantiles[0], quantiles[1], quantiles[2], smallest, largest)
+        lower, median, upper = (
+            np.clip(self._quantile(p, n), smallest, largest) for p in (low, 0.5, high)
+        )
+        return Band(
+            mean=mean, low=lower, median=median, high=upper, smallest=smallest, largest=largest
+        )
 
     def _quantile(self, p: float, n: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return the quantile p of each point, interpolated between the centres of bins."""
@@ -229,26 +234,23 @@ class RunningStatistics:
 
     def add(self, realization: Images) -> None:
         """Add one realization of facies codes."""
-        image = as_image(realization, self.codes, len(self.shape))
-        if image.shape != self.shape:
-            raise CCWSIMError(f"a realization of shape {self.shape} is needed, not {image.shape}")
-        curves = [  # computed before anything is added: cancelling adds no partial realization
-            (
-                key,
-                variogram(image, *key, self._fitting[key[1]]).gamma[0],
-                connectivity(image, *key, self._fitting[key[1]], self._neighbours).tau[0],
-            )
-            for key in self._gamma
-        ]
-        for key, gamma, tau in curves:
+        stack = as_image(realization, self.codes, len(self.shape))
+        if stack.shape != self.shape:
+            raise CCWSIMError(f"a realization of shape {self.shape} is needed, not {stack.shape}")
+        gammas, taus = {}, {}  # computed before anything is added: cancelling adds nothing
+        for code, way in self._gamma:
+            lags = self._fitting[way]
+            gammas[code, way] = variogram(stack, code, way, lags).gamma[0]
+            taus[code, way] = connectivity(stack, code, way, lags, self._neighbours).tau[0]
+        for key, gamma in gammas.items():
             self._gamma[key].add(gamma)
-            self._tau[key].add(tau)
-        add_counts(image.indices[0], self._counts)
-        self._shares.add(proportions(image)[0])
+            self._tau[key].add(taus[key])
+        add_counts(stack.indices[0], self._counts)
+        self._shares.add(proportions(stack)[0])
         self.n += 1
 
     def summary(self, low: float = 0.1, high: float = 0.9) -> RunningSummary:
-        """Return the statistics of all added realizations; bands are from quantile `low` to `high`.
+        """Return the statistics of added realizations; bands extend from quantile `low` to `high`.
 
         Raises `CCWSIMError` if no realization was added yet.
         """

@@ -12,7 +12,7 @@ from ccwsim.metrics.measures import fit_measures, measures_of
 from ccwsim.metrics.stack import Fraction, Watch
 from ccwsim.model.ensemble import Ensemble
 
-MAX_CHECKED = 8  # maximum number of checked facies; of more, those with the largest shares
+MAX_CHECKED = 8  # maximum number of checked facies; if there are more, the most frequent ones
 
 
 class Check(NamedTuple):
@@ -31,9 +31,10 @@ def check_ensemble(ensemble: Ensemble, progress: Fraction | None = None) -> list
     """Compare an ensemble with crops of its training image in all facies and directions.
 
     Checks that cannot be judged are left out, so the list is empty if the training image or the
-    grid is too small for crops. Of two facies, variograms are compared only for the second one,
-    because both are equal. Only some checks are independent, so the share of good ensembles in
-    which any check differs was measured (see the page on measures in the documentation).
+    grid is too small for crops. If there are two facies, variograms are compared only for the
+    second facies, because both are equal. Only some checks are independent, so the share of good
+    ensembles in which any check differs was measured (see the page on measures in the
+    documentation).
 
     Examples
     --------
@@ -42,12 +43,12 @@ def check_ensemble(ensemble: Ensemble, progress: Fraction | None = None) -> list
     >>> len(checks), [check.kind for check in checks if not check.fit.fits]
     (13, [])
     """
-    image, ways = ensemble.training_image, axes_of(ensemble.grid.shape)
+    image, directions = ensemble.training_image, axes_of(ensemble.grid.shape)
     of_facies, of_image = (
         [m for m in measures_of(image) if m.checked == what] for what in ("facies", "image")
     )
     facies = sorted(np.argsort(-image.proportions, kind="stable")[:MAX_CHECKED].tolist())
-    found: list[tuple[str, int | None, DirectionName | None, reference_band.Fit | None]] = [
+    compared: list[tuple[str, int | None, DirectionName | None, reference_band.Fit | None]] = [
         ("proportions", None, None, reference_band.fit_proportions(ensemble)),
         ("patterns", None, None, reference_band.fit_patterns(ensemble)),
         ("measures", None, None, fit_measures(ensemble, int(image.codes[0]), of_image)),
@@ -55,15 +56,15 @@ def check_ensemble(ensemble: Ensemble, progress: Fraction | None = None) -> list
     watch = Watch.of_share(progress)
     for done, k in enumerate(facies):
         code = int(image.codes[k])
-        for statistic, way in product(STATISTICS, ways):
+        for statistic, way in product(STATISTICS, directions):
             if statistic == "variogram" and image.n_facies == 2 and k == 0:
                 continue
-            found.append(
+            compared.append(
                 (statistic, k, way, reference_band.fit_curve(ensemble, statistic, code, way))
             )
-        found.append(("geobodies", k, None, reference_band.fit_geobodies(ensemble, code)))
-        found.append(("measures", k, None, fit_measures(ensemble, code, of_facies)))
+        compared.append(("geobodies", k, None, reference_band.fit_geobodies(ensemble, code)))
+        compared.append(("measures", k, None, fit_measures(ensemble, code, of_facies)))
         watch.tell((done + 1) / len(facies))
     return [
-        Check(kind, k, way, fit) for kind, k, way, fit in found if fit is not None and fit.judged
+        Check(kind, k, way, fit) for kind, k, way, fit in compared if fit is not None and fit.judged
     ]

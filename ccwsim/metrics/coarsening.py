@@ -12,7 +12,7 @@ from ccwsim.model.ensemble import codes_with_nan
 from ccwsim.model.errors import refused, shown
 from ccwsim.model.missing import UNKNOWN
 
-TIE = 1e-9  # minimum difference between shares; smaller differences count as ties (rounding errors)
+TIE = 1e-9  # minimum difference between shares; smaller differences are rounding errors, thus ties
 
 
 def coarsened(
@@ -51,12 +51,15 @@ def coarsened_volume(volume: Bytes, factors: Sequence[int], n_facies: int) -> By
         check_int("coarsening factor", factor, 1, side)
     if max(factors) == 1:
         return volume.copy()
-    taps = [_taps(n, factor) for n, factor in zip(volume.shape, factors, strict=True)]
-    arrays = [array for axis in taps for array in axis]
-    if not (volume == UNKNOWN).any():
-        return _largest_share(volume, n_facies, *arrays)
-    coarse = _largest_share(np.minimum(volume, n_facies), n_facies + 1, *arrays)
-    return np.where(coarse == n_facies, UNKNOWN, coarse).astype(np.uint8)
+    (layers, layer_weights), (rows, row_weights), (columns, column_weights) = (
+        _taps(n, factor) for n, factor in zip(volume.shape, factors, strict=True)
+    )
+    has_unknown = bool((volume == UNKNOWN).any())
+    indices, n = (np.minimum(volume, n_facies), n_facies + 1) if has_unknown else (volume, n_facies)
+    coarse = _largest_share(
+        indices, n, layers, layer_weights, rows, row_weights, columns, column_weights
+    )
+    return np.where(coarse == n_facies, UNKNOWN, coarse).astype(np.uint8) if has_unknown else coarse
 
 
 def _taps(n: int, factor: int) -> tuple[Ints, Floats]:
@@ -74,20 +77,20 @@ def _taps(n: int, factor: int) -> tuple[Ints, Floats]:
     weights = np.zeros((n_coarse, 2 * radius + 2))
     weights[:, :-1] += (1 - part) * bell
     weights[:, 1:] += part * bell
-    cells = base[:, None] + np.arange(-radius, radius + 2)
+    sources = base[:, None] + np.arange(-radius, radius + 2)
     period = max(2 * (n - 1), 1)
-    cells = np.abs((cells + n - 1) % period - (n - 1))
-    return cells, weights
+    sources = np.abs((sources + n - 1) % period - (n - 1))
+    return sources, weights
 
 
 @allocating_kernel
 def _largest_share(
-    image, n_facies, layers, layer_weights, rows, row_weights, columns, column_weights
+    indices, n_facies, layers, layer_weights, rows, row_weights, columns, column_weights
 ):
     nz, ny, nx = len(layers), len(rows), len(columns)
     best = np.full((nz, ny, nx), -1.0)
     winner = np.zeros((nz, ny, nx), np.uint8)
-    line = np.empty(image.shape[2])
+    line = np.empty(indices.shape[2])
     for facies in range(n_facies):
         for k in range(nz):
             for i in range(ny):
@@ -97,9 +100,9 @@ def _largest_share(
                         continue
                     for t in range(rows.shape[1]):
                         weight = layer_weights[k, s] * row_weights[i, t]
-                        cells = image[layers[k, s], rows[i, t]]
-                        for j in range(len(cells)):
-                            line[j] += weight if cells[j] == facies else 0.0
+                        values = indices[layers[k, s], rows[i, t]]
+                        for j in range(len(values)):
+                            line[j] += weight if values[j] == facies else 0.0
                 for j in range(nx):
                     share = 0.0
                     for t in range(columns.shape[1]):

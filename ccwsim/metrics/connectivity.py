@@ -23,7 +23,7 @@ from ccwsim.model.errors import CCWSIMError, shown
 
 NEIGHBOURS = {2: (8, 4), 3: (26, 18, 6)}
 """Allowed numbers of neighbours of a cell, by number of axes; the first number is the default."""
-_SHARED_AXES = {4: 1, 6: 1, 18: 2, 8: 3, 26: 3}  # most axes along which neighbours differ
+_SHARED_AXES = {4: 1, 6: 1, 18: 2, 8: 3, 26: 3}  # maximum number of axes along which they differ
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +33,7 @@ class Connectivity:
     lags: NDArray[np.int64]
     """Lags in steps of the direction, shape (n_lags,)."""
     tau: NDArray[np.float64]
-    """τ(h) = P(in one geobody | both in the facies), shape (n, n_lags); NaN if no pair is in it."""
+    """τ(h) = P(in one geobody | both in the facies), shape (n, n_lags); NaN without such pairs."""
     unconditional: NDArray[np.float64]
     """P(x and x + h in one geobody) over all pairs of cells, shape (n, n_lags)."""
     neighbours: int
@@ -80,7 +80,7 @@ def connectivity(
 
     def one(k: int) -> NDArray[np.integer]:
         labels = _label(stack.volume(k) == index, touching)[0]
-        return in_pieces(lambda some: _count_pairs(labels, some), offsets, labels.size)
+        return in_pieces(lambda piece: _count_pairs(labels, piece), offsets, labels.size)
 
     counts = np.array(map_parallel(one, len(stack), progress), dtype=float)
     both, joined = counts[:, :, 0], counts[:, :, 1]
@@ -142,8 +142,8 @@ class Geobodies:
         shares = np.full((len(self.sizes), len(smallest)), np.nan)
         for row, sizes in zip(shares, self.sizes, strict=True):
             if len(sizes):
-                cells = np.append(0, np.cumsum(sizes))  # total of the 0, 1, … largest geobodies
-                row[:] = cells[np.searchsorted(-sizes, -smallest, side="right")] / cells[-1]
+                totals = np.append(0, np.cumsum(sizes))  # totals of the 0, 1, … largest geobodies
+                row[:] = totals[np.searchsorted(-sizes, -smallest, side="right")] / totals[-1]
         return shares
 
 
@@ -170,12 +170,12 @@ def geobody_statistics(
         return sizes, percolates, _euler_number(inside, touching)
 
     each = map_parallel(one, len(stack), progress)
-    sizes = tuple(own for own, _, _ in each)
-    ew, ns, vertical = np.array([ways for _, ways, _ in each], bool).reshape(-1, 3).T
-    totals = np.array([own.sum() for own in sizes], dtype=float)
-    squares = np.array([(own.astype(float) ** 2).sum() for own in sizes])
+    sizes = tuple(body_sizes for body_sizes, _, _ in each)
+    ew, ns, vertical = np.array([edges for _, edges, _ in each], bool).reshape(-1, 3).T
+    totals = np.array([body_sizes.sum() for body_sizes in sizes], dtype=float)
+    squares = np.array([(body_sizes.astype(float) ** 2).sum() for body_sizes in sizes])
     return Geobodies(
-        n_geobodies=np.array([len(own) for own in sizes]),
+        n_geobodies=np.array([len(body_sizes) for body_sizes in sizes]),
         sizes=sizes,
         gamma=ratio(squares, totals**2),
         percolates_ew=ew,
@@ -196,10 +196,10 @@ def _percolates(labels: NDArray[np.int32], n: int, axis: int) -> bool:
 
 def _checked_neighbours(shape: tuple[int, ...], neighbours: int | None) -> int:
     """Return the number of neighbours of a cell after checking it; 8 or 26 by default."""
-    known = NEIGHBOURS[len(shape)]
+    allowed = NEIGHBOURS[len(shape)]
     if neighbours is None:
-        return known[0]
-    if not isinstance(neighbours, (int, np.integer)) or neighbours not in known:
+        return allowed[0]
+    if not isinstance(neighbours, (int, np.integer)) or neighbours not in allowed:
         one_of = "4 or 8" if len(shape) < N_AXES else "6, 18 or 26 in volumes"
         raise CCWSIMError(f"neighbours = {shown(neighbours)} must be {one_of}")
     return int(neighbours)
@@ -209,9 +209,9 @@ def _label(inside: NDArray[np.bool_], neighbours: int) -> tuple[NDArray[np.int32
     """Label the connected sets of a volume 1, 2, …; also return their number."""
     from scipy import ndimage  # imported here because loading takes time
 
-    cells = inside[0] if len(inside) == 1 else inside  # a single layer is labelled faster as a map
-    touching = ndimage.generate_binary_structure(cells.ndim, _SHARED_AXES[neighbours])
-    labels, n = cast(tuple[NDArray[np.int32], int], ndimage.label(cells, touching))
+    mask = inside[0] if len(inside) == 1 else inside  # a single layer is labelled faster as a map
+    touching = ndimage.generate_binary_structure(mask.ndim, _SHARED_AXES[neighbours])
+    labels, n = cast(tuple[NDArray[np.int32], int], ndimage.label(mask, touching))
     return labels.reshape(inside.shape), n
 
 
@@ -222,33 +222,33 @@ def _euler_number(inside: NDArray[np.bool_], neighbours: int) -> int:
     or 6, cells are points, and adjacent points span edges, faces and cubes. With 18 neighbours, a
     corner that only two opposite cells share counts twice.
     """
-    cells = np.pad(inside[0] if len(inside) == 1 else inside, 1)
+    mask = np.pad(inside[0] if len(inside) == 1 else inside, 1)
     only_sides = _SHARED_AXES[neighbours] == 1
-    total = _alternating_sum(cells, np.logical_and if only_sides else np.logical_or)
+    total = _alternating_sum(mask, np.logical_and if only_sides else np.logical_or)
     if not only_sides:
-        total *= (-1) ** cells.ndim
-    if neighbours == 18 and cells.ndim == N_AXES:
-        total += _count_corner_contacts(cells)
+        total *= (-1) ** mask.ndim
+    if neighbours == 18 and mask.ndim == N_AXES:
+        total += _count_corner_contacts(mask)
     return total
 
 
-def _alternating_sum(cells: NDArray[np.bool_], combine: np.ufunc, axis: int = 0) -> int:
+def _alternating_sum(mask: NDArray[np.bool_], combine: np.ufunc, axis: int = 0) -> int:
     """Return Σ (−1)ⁿ · (number of cells, combined in pairs along n axes), over all sets of axes."""
-    if axis == cells.ndim:
-        return int(np.count_nonzero(cells))
-    lines = np.moveaxis(cells, axis, 0)
+    if axis == mask.ndim:
+        return int(np.count_nonzero(mask))
+    lines = np.moveaxis(mask, axis, 0)
     pairs = np.moveaxis(combine(lines[:-1], lines[1:]), 0, axis)
-    return _alternating_sum(cells, combine, axis + 1) - _alternating_sum(pairs, combine, axis + 1)
+    return _alternating_sum(mask, combine, axis + 1) - _alternating_sum(pairs, combine, axis + 1)
 
 
-def _count_corner_contacts(cells: NDArray[np.bool_]) -> int:
+def _count_corner_contacts(mask: NDArray[np.bool_]) -> int:
     """Count the 2 × 2 × 2 blocks in which only two cells are set, at opposite corners."""
-    n_cells = cells.view(np.uint8)
+    n_cells = mask.view(np.uint8)
     for axis in range(N_AXES):
         lines = np.moveaxis(n_cells, axis, 0)
         n_cells = np.moveaxis(lines[:-1] + lines[1:], 0, axis)
     ends = slice(None, -1), slice(1, None)
     opposite = np.zeros(n_cells.shape, bool)
     for y, x in product((0, 1), repeat=2):
-        opposite |= cells[ends[0], ends[y], ends[x]] & cells[ends[1], ends[1 - y], ends[1 - x]]
+        opposite |= mask[ends[0], ends[y], ends[x]] & mask[ends[1], ends[1 - y], ends[1 - x]]
     return int(np.count_nonzero(opposite & (n_cells == 2)))

@@ -53,9 +53,9 @@ class Copying:
 def copying(positions: ArrayLike, ti_shape: tuple[int, ...]) -> Copying:
     """Return the copied pieces of a realization, computed from the source of each cell.
 
-    `positions` has the source of each cell in the training image of (layers,) rows and columns
-    `ti_shape`: row · nx + column, or in a volume (layer · ny + row) · nx + column. Cells without a
-    source have a negative number.
+    `positions` contains the source of each cell in the training image of shape `ti_shape`:
+    row · nx + column, or in a volume (layer · ny + row) · nx + column. Cells without a source have
+    a negative number.
 
     Examples
     --------
@@ -68,14 +68,15 @@ def copying(positions: ArrayLike, ti_shape: tuple[int, ...]) -> Copying:
         shape = "(ny, nx)" if len(ti_shape) < N_AXES else "(nz, ny, nx)"
         raise refused("positions", shape=shape, given=source.shape, dtype=source.dtype)
     n_cells = prod(ti_shape)
-    image = f"a training image of {' × '.join(map(str, ti_shape))} cells"
-    source = as_integers(source, f"positions in {image}", high=n_cells - 1)
-    shift = _shifts(as_volume(source), *ti_shape[-2:])
+    image_text = f"a training image of {' × '.join(map(str, ti_shape))} cells"
+    source = as_integers(source, f"positions in {image_text}", high=n_cells - 1)
+    ti_ny, ti_nx = ti_shape[-2:]
+    shift = _shifts(as_volume(source), ti_ny, ti_nx)
     sides = np.zeros(shift.shape, np.uint8)
     n_copied = int(_mark_seams(shift, sides))
     n_pairs = sum(shift.size // n * (n - 1) for n in shift.shape)
-    known = source[source >= 0]
-    uses = np.bincount(known.ravel(), minlength=n_cells).reshape(ti_shape)
+    sources = source[source >= 0]
+    uses = np.bincount(sources.ravel(), minlength=n_cells).reshape(ti_shape)
     side, *corner = _largest_cube(shift, source.ndim)
     return Copying(
         copied=n_copied / n_pairs if n_pairs else 0.0,
@@ -85,7 +86,7 @@ def copying(positions: ArrayLike, ti_shape: tuple[int, ...]) -> Copying:
         uses=uses,
         used=float(np.mean(uses > 0)),
         seams=(sides != 0).reshape(source.shape),
-        n_unknown=int(source.size - known.size),
+        n_unknown=int(source.size - sources.size),
         seam_sides=sides.reshape(source.shape),
     )
 
@@ -113,12 +114,12 @@ def _mark_seams(shift, sides):
     n_copied = 0
     for k in range(nz):
         for i in range(ny):
-            own, row = shift[k, i], sides[k, i]
+            line, row = shift[k, i], sides[k, i]
             for dz, dy, dx, side in ((0, 0, 1, 1), (0, 1, 0, 2), (1, 0, 0, 4)):
                 if k + dz < nz and i + dy < ny:
                     other = shift[k + dz, i + dy, dx:]
                     for j in range(nx - dx):
-                        same = (own[j] == other[j]) & (own[j] >= 0)
+                        same = (line[j] == other[j]) & (line[j] >= 0)
                         n_copied += np.int64(same)
                         row[j] |= np.uint8(0 if same else side)
     return n_copied
@@ -134,8 +135,8 @@ def _largest_cube(shift, n_axes):
     for k in range(nz):
         for i in range(ny):
             for j in range(nx):
-                own = shift[k, i, j]
-                side = np.int64(own >= 0)
+                value = shift[k, i, j]
+                side = np.int64(value >= 0)
                 if side and i and j and k >= depth - 1:
                     smallest = nx
                     for dz in range(depth):
@@ -143,7 +144,7 @@ def _largest_cube(shift, n_axes):
                             for dx in range(2):
                                 if dz + dy + dx == 0:
                                     continue
-                                if shift[k - dz, i - dy, j - dx] == own:
+                                if shift[k - dz, i - dy, j - dx] == value:
                                     smallest = min(smallest, sides[(k - dz) % 2, i - dy, j - dx])
                                 else:
                                     smallest = 0
@@ -158,27 +159,27 @@ def _largest_cube(shift, n_axes):
 def _largest_block(shift):
     """Return the size of the largest piece of cells with equal shifts (union-find)."""
     nz, ny, nx = shift.shape
-    own = shift.ravel()
-    parents = np.arange(len(own))
+    flat = shift.ravel()
+    parents = np.arange(len(flat))
     for k in range(nz):
         for i in range(ny):
             for j in range(nx):
                 cell = (k * ny + i) * nx + j
-                if own[cell] < 0:
+                if flat[cell] < 0:
                     continue
                 root = cell
                 for inside, step in ((j, 1), (i, nx), (k, ny * nx)):
                     other = cell - step
-                    if inside == 0 or own[other] != own[cell]:
+                    if inside == 0 or flat[other] != flat[cell]:
                         continue
                     while parents[other] != other:
                         parents[other] = parents[parents[other]]
                         other = parents[other]
                     parents[max(root, other)] = min(root, other)
                     root = min(root, other)
-    sizes = np.zeros(len(own), np.int64)
-    for cell in range(len(own)):
-        if own[cell] >= 0:  # the parent of a cell precedes it and has a root already
+    sizes = np.zeros(len(flat), np.int64)
+    for cell in range(len(flat)):
+        if flat[cell] >= 0:  # the parent of a cell precedes it and has a root already
             parents[cell] = parents[parents[cell]]
             sizes[parents[cell]] += 1
     return sizes.max()

@@ -2,8 +2,8 @@
 
 Hard data can contradict a training image although every realization honours them. Four families of
 statistics of the data are compared with the same statistics of unconditional realizations at the
-same places: proportions, pairs of equal facies by distance and direction, the likelihood of all
-pairs, and the data events of `_Events`.
+locations of the data: proportions, pairs of equal facies by distance and direction, the likelihood
+of all pairs, and the data events of `_Events`.
 """
 
 from collections.abc import Sequence
@@ -30,11 +30,11 @@ from ccwsim.model.watch import Cancel, Fraction, Watch
 from ccwsim.run.simulation import simulate_study
 
 MAX_NEIGHBOURS = 5  # maximum number of data in the event of a datum
-MAX_EVENT_TABLE = 2**18  # facies combinations of an event; more facies leave fewer neighbours
+MAX_EVENT_TABLE = 2**18  # maximum facies combinations of an event; limits neighbours if many facies
 BACK_OFF = 100.0  # weight, in placements, of the probability that is given by one neighbour less
-MAX_LABELS = 8  # facies that `fit_data` distinguishes; the rarest facies count as one
+MAX_LABELS = 8  # maximum number of distinguished facies; the rarest facies count as one
 MIN_PLACES = 3  # minimum number of data
-MAX_DATA = 2000  # data that `fit_data` compares; of more data, a random part is compared
+MAX_DATA = 2000  # maximum number of compared data; if there are more, a random part is compared
 MAX_EVENTS = 400  # maximum number of data whose events are counted in the image
 MAX_LAG = 64  # maximum distance of a pair along each axis; also at most a third of the image
 MAX_PAIRS = 40_000
@@ -107,11 +107,11 @@ def fit_data(
 ) -> DataFit:
     """Judge whether hard data contradict a training image.
 
+    `shape` is the grid of the data. `n_null` is the number of unconditional realizations, which are
+    compared at the locations of the data. By default, their template has 32 cells, if it fits.
+
     Raises `CCWSIMError` for data outside the grid or of an unknown facies, for fewer than 3 data,
     and for n_null < 10.
-
-    `shape` is the grid of the data, `n_null` the number of unconditional realizations, each read at
-    the places of the data; their template has 32 cells by default, if it fits.
 
     Examples
     --------
@@ -128,8 +128,8 @@ def fit_data(
     rng = np.random.default_rng(seed)
     study = Study(image, Grid.of(shape), parameters or _fitting(image), data, seed)
     if data.n > MAX_DATA:
-        some = rng.permutation(data.n)[:MAX_DATA]
-        data = HardData(data.cells[some], data.facies[some])
+        chosen = rng.permutation(data.n)[:MAX_DATA]
+        data = HardData(data.cells[chosen], data.facies[chosen])
         study = replace(study, hard_data=data)
     if data.n < MIN_PLACES:
         raise refused("too_few_data_to_judge", n=data.n, least=MIN_PLACES)
@@ -177,7 +177,7 @@ class ImageRank:
     score: float
     """Mean log probability of a datum given its neighbours, from counts in the image."""
     z: float
-    """Standard errors between the best image's score and this one; 2 do not tell them apart."""
+    """Standard errors between the best image's score and this score; up to 2 is no difference."""
     n: int
     """Number of data in the mean."""
 
@@ -210,12 +210,14 @@ def rank_images(
         if image.n_dimensions != data.n_dimensions:
             raise CCWSIMError(
                 f"{image.name or 'a training image'} has {image.n_dimensions} axes, but the hard "
-                f"data have {data.n_dimensions}: rank maps by data of a map, volumes by those of "
-                "a volume"
+                f"data have {data.n_dimensions}: rank maps by data of a map, volumes by data of a "
+                "volume"
             )
         places = np.searchsorted(image.codes, data.facies).clip(max=image.n_facies - 1)
         if (image.codes[places] == data.facies).all():
-            events = _Events(image.indices, image.n_facies, data.cells, targets, reach, most)
+            events = _Events(
+                image.indices, image.n_facies, data.cells, targets, reach=reach, most_facies=most
+            )
             logs.append(events.log_probabilities_of(places))
         else:
             logs.append(np.full(len(targets), -np.inf))
@@ -235,9 +237,9 @@ def rank_images(
 
 def winner(ranks: Sequence[ImageRank]) -> TrainingImage | None:
     """Return the image that predicts the data best, or None if the data do not tell it apart."""
-    best, *others = ranks
-    known = best.n >= MIN_RANKED and all(other.z > MIN_Z for other in others)
-    return best.image if known else None
+    best, *lower = ranks
+    is_clear = best.n >= MIN_RANKED and all(other.z > MIN_Z for other in lower)
+    return best.image if is_clear else None
 
 
 def _fitting(image: TrainingImage) -> Parameters:
@@ -283,7 +285,7 @@ class _Family(NamedTuple):
         squares = (centred**2).sum(axis=0) - centred**2 - n * mean**2
         variance = squares / (n - 1) + 1e-18
         z = np.abs(centred - mean) / np.sqrt(variance)
-        if self.halves is not None:  # only the null repeats the chance that made the image
+        if self.halves is not None:  # realizations share the image's chance features, data do not
             west, east, south, north = self.halves
             of_image = ((west - east) ** 2 + (south - north) ** 2) / 8  # NaN: unknown half
             z[0] /= np.sqrt(1 + np.nansum(of_image) / variance[0].sum())
@@ -324,16 +326,18 @@ def _pair_families(
         _pair_shares(part, n_facies, reach)[(slice(None), slice(None), *(lags + reach).T)]
         for part in (indices, *_halves(indices))
     )
-    known, shares = np.fmax(whole, LEAST), _shares(indices, n_facies)
-    gain = np.log(known / known.sum(axis=(0, 1)) / np.multiply.outer(shares, shares)[..., None])
+    pair_shares, shares = np.fmax(whole, LEAST), _shares(indices, n_facies)
+    gain = np.log(
+        pair_shares / pair_shares.sum(axis=(0, 1)) / np.multiply.outer(shares, shares)[..., None]
+    )
     of_first, of_second = sets[:, first], sets[:, second]
     likelihood = gain[of_first, of_second, np.arange(len(lags))].mean(axis=1)[:, None]
     expected = [(half * gain).sum(axis=(0, 1)).mean(keepdims=True) for half in halves]
     bins = _bins(lags)
     columns, by_half = [], []
-    for at, k in product((bins == b for b in range(bins.max() + 1)), range(n_facies)):
-        columns.append(((of_first[:, at] == k) & (of_second[:, at] == k)).mean(axis=1))
-        by_half.append([half[k, k, at].mean() for half in halves])
+    for in_bin, k in product((bins == b for b in range(bins.max() + 1)), range(n_facies)):
+        columns.append(((of_first[:, in_bin] == k) & (of_second[:, in_bin] == k)).mean(axis=1))
+        by_half.append([half[k, k, in_bin].mean() for half in halves])
     families = {"pairs": _Family(likelihood, np.array(expected))}
     if columns:
         families["pairs by distance"] = _Family(np.stack(columns, -1), np.array(by_half).T)
@@ -341,7 +345,7 @@ def _pair_families(
 
 
 def _bins(lags: Ints) -> Ints:
-    """Return the bin of each pair, by the axis of its largest component and its length; or −1."""
+    """Return the bin of each pair, by axis of its largest component and by length; −1 for none."""
     lengths, axis = np.sqrt((lags**2).sum(axis=1)), np.abs(lags).argmax(axis=1)
     bins, n_bins = np.full(len(lags), -1), 0
     for a in range(lags.shape[1]):
@@ -374,7 +378,7 @@ def _pair_shares(indices: Bytes, n_facies: int, reach: Ints) -> NDArray[np.float
         ratio(np.maximum(np.asarray(fft.irfftn(a.conj() * b, shape))[taken], 0), n_pairs)
         for a, b in product(spectra, spectra)
     ]
-    return np.array(shares, np.float32).reshape(n_facies, n_facies, *n_pairs.shape)
+    return np.array(shares, np.float32).reshape((n_facies, n_facies, *n_pairs.shape))
 
 
 class _Events:
@@ -400,10 +404,10 @@ class _Events:
         indices = np.minimum(indices, n_facies)  # unknown is one more digit
         self._n_digits = max(n_facies, int(indices.max()) + 1)
         self._axis = indices.ndim - (2 if indices.shape[-2] > indices.shape[-1] else 1)
-        known = np.moveaxis(indices < n_facies, self._axis, 0).reshape(
+        known_cells = np.moveaxis(indices < n_facies, self._axis, 0).reshape(
             indices.shape[self._axis], -1
         )
-        n_before = np.cumsum(known.sum(axis=1))  # known cells up to each place along the axis
+        n_before = np.cumsum(known_cells.sum(axis=1))  # known cells up to each place along the axis
         self._middle = max(int(np.searchsorted(n_before, n_before[-1] / 2, side="right")), 1)
         self._halves = np.split(indices, [self._middle], axis=self._axis)
         self._whole = [indices]
@@ -422,7 +426,7 @@ class _Events:
         """Return log P at the targets and its expectation; each half counts for unknown sources."""
         along = np.unravel_index(np.maximum(sources, 0), self._shape)[self._axis]
         half_of = np.vstack([0 * sets[:1] - 1, np.where(sources < 0, -1, along >= self._middle)])
-        found = np.empty((2, len(sets), len(self.targets)))
+        results = np.empty((2, len(sets), len(self.targets)))
         for row, (target, near) in enumerate(zip(self.targets, self._neighbours, strict=True)):
             check_stop()
             neighbours = tuple(sets[:, k] for k in near[::-1])
@@ -430,27 +434,27 @@ class _Events:
             for number, counts in enumerate(self._counts(near, target, self._halves)):
                 p = np.maximum(_probabilities(counts)[neighbours], LEAST)
                 logs = np.broadcast_to(np.log(p), (len(sets), self._n_facies))
-                own = np.take_along_axis(logs, sets[:, [target]], axis=1)[:, 0]
+                of_target = np.take_along_axis(logs, sets[:, [target]], axis=1)[:, 0]
                 half = half_of[:, target]
                 weight = np.where(half < 0, 0.5, half != number)
-                sums += weight * np.stack([own, (p * logs).sum(axis=1)])
-            found[:, :, row] = sums
-        return found[0], found[1]
+                sums += weight * np.stack([of_target, (p * logs).sum(axis=1)])
+            results[:, :, row] = sums
+        return results[0], results[1]
 
     def log_probabilities_of(self, facies: Ints) -> Floats:
         """Return log P of the facies at the targets by counts in the whole image, (targets,)."""
-        found = []
+        probabilities = []
         for target, near in zip(self.targets, self._neighbours, strict=True):
             check_stop()
             p = _probabilities(self._counts(near, target, self._whole)[0])
-            found.append(p[(*facies[near[::-1]], facies[target])])
-        return np.log(np.maximum(found, LEAST))
+            probabilities.append(p[(*facies[near[::-1]], facies[target])])
+        return np.log(np.maximum(probabilities, LEAST))
 
     def _counts(self, near: Ints, target: int, parts: list[Bytes]) -> list[Floats]:
         """Count events in each part by the facies of the farthest, …, nearest datum and target."""
         placed = self._cells[[target, *near]] - self._cells[target]
         low, high = placed.min(axis=0), placed.max(axis=0)
-        n_digits, known = self._n_digits, (slice(self._n_facies),) * len(placed)
+        n_digits, known_facies = self._n_digits, (slice(self._n_facies),) * len(placed)
         counts = []
         for part in parts:
             codes = np.zeros(part.shape + low - high, np.uint32)
@@ -458,7 +462,7 @@ class _Events:
                 window = [slice(o, o + n) for o, n in zip(offset, codes.shape, strict=True)]
                 codes += part[tuple(window)] * np.uint32(n_digits**power)
             n_events = np.bincount(codes.ravel(), minlength=n_digits ** len(placed))
-            counts.append(n_events.reshape((n_digits,) * len(placed))[known].astype(float))
+            counts.append(n_events.reshape((n_digits,) * len(placed))[known_facies].astype(float))
         return counts
 
 
@@ -478,17 +482,17 @@ def _smoothing(cells: Ints, facies: Ints, n_facies: int) -> Floats:
     groups = wells_of(cells)
     is_facies = np.eye(n_facies)[facies]
     squares = (cells[:, None] - cells[None]).astype(np.float32) ** 2
-    others = groups[:, None] != groups[None]
-    left_out = others @ is_facies / np.maximum(others.sum(axis=1), 1)[:, None]
-    own = np.arange(len(cells)), facies
-    models = [left_out[own]]
+    other_wells = groups[:, None] != groups[None]
+    left_out = other_wells @ is_facies / np.maximum(other_wells.sum(axis=1), 1)[:, None]
+    at_datum = np.arange(len(cells)), facies
+    models = [left_out[at_datum]]
     for along_y, along_x in product(RANGES, RANGES):
         exponent = squares[..., -2] / along_y**2 + squares[..., -1] / along_x**2
         if cells.shape[1] == N_AXES:
             exponent += squares[..., 0] / RANGES[0] ** 2
-        weights = np.where(others, np.exp(-exponent / 2), 0)
+        weights = np.where(other_wells, np.exp(-exponent / 2), 0)
         sums, total = weights @ is_facies, weights.sum(axis=1)[:, None]
-        models += [((sums + s * left_out) / (total + s))[own] for s in SHRINKAGES]
+        models += [((sums + s * left_out) / (total + s))[at_datum] for s in SHRINKAGES]
     logs = np.log(np.maximum(models, LEAST))
     wells = np.random.default_rng(1).permutation(groups.max() + 1)
     fold = wells[groups] % N_FOLDS

@@ -22,7 +22,7 @@ from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.numbers import plural
 
 _FILE = Path(__file__).parents[1] / "assets" / "advice.toml"
-_SAID: dict[str, str] = tomllib.loads(_FILE.read_text("utf-8"))
+_TEXTS: dict[str, str] = tomllib.loads(_FILE.read_text("utf-8"))
 SILL_SHARE = 0.95
 PROMINENCE = 0.1  # minimum prominence of a peak of the correlation; lower peaks are noise
 THICK_SHARE = 0.95  # share of a facies covered by squares whose side is its thickness
@@ -67,11 +67,11 @@ def feature_spacing(
     reached = np.flatnonzero(correlation <= 1 - SILL_SHARE)
     from scipy.signal import find_peaks  # imported here because loading takes time
 
-    peaks, about = find_peaks(correlation, prominence=PROMINENCE)
+    peaks, properties = find_peaks(correlation, prominence=PROMINENCE)
     reach = int(reached[0]) if len(reached) else None
     if not len(peaks):
         return Spacing(lags, correlation, reach, None, 0.0)
-    return Spacing(lags, correlation, reach, int(peaks[0]), float(about["prominences"][0]))
+    return Spacing(lags, correlation, reach, int(peaks[0]), float(properties["prominences"][0]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +114,7 @@ def granulometry(
     stack = as_image(image)
     inside = stack.volume(0) == stack.index_of(facies)
     axes = (0,) if vertical else (1, 2)
-    total, largest = int(inside.sum()), min(max_size, *(inside.shape[axis] for axis in axes))
+    total, largest = int(inside.sum()), min(max_size, min(inside.shape[axis] for axis in axes))
     kept: list[float] = []
     for size in range(1, largest + 1):
         edges = [(size - 1 if axis in axes else 0,) * 2 for axis in range(N_AXES)]
@@ -146,16 +146,16 @@ def _combined(operation: np.ufunc, mask: Mask, size: int, axis: int) -> Mask:
     return np.moveaxis(mask, 0, axis)
 
 
-MIN_ACROSS = 6  # templates along an image's smaller side, to avoid copies of the image
-SMALL_TEMPLATE = 24  # maximum template of which MIN_ACROSS_SMALL suffice
-MIN_BLOCKS = 8  # blocks along a template; with fewer, patterns of small images deteriorate
+MIN_ACROSS = 6  # minimum number of templates along an image's smaller side, to avoid copies
+SMALL_TEMPLATE = 24  # largest template for which MIN_ACROSS_SMALL templates suffice
+MIN_BLOCKS = 8  # minimum blocks along a template; with fewer, patterns of small images deteriorate
 SMALL_SIDES = range(8, 160)  # smaller sides of maps in which fewer than 5 default templates fit
 MIN_ACROSS_SMALL = 4  # minimum number of small templates, or of templates of a periodic image
 MAX_ADVISED_LEVEL = 3
-MANY_TEMPLATES = 16  # templates in an image from which on steering compensates for its edges
-FEW_AT_EDGES = 0.75  # proportion in patches, relative to the image, of a facies at the edges
+MANY_TEMPLATES = 16  # number of templates in an image for which steering compensates for its edges
+FEW_AT_EDGES = 0.75  # a facies is at the edges if its proportion in patches / in the image is less
 COARSE_LEVEL = 3  # level at which dense data break shapes (measured in `docs/quality.md`)
-MIN_HALVED_LAYERS = 16  # layers of a volume in which templates have half the layers, not all
+MIN_HALVED_LAYERS = 16  # minimum layers of a volume whose templates have half the layers, not all
 MIN_LAYERS = 8  # minimum height of a template in layers, if the image has enough layers
 TREND_WEIGHT = 0.5  # location weight for a trend; larger weights add little
 PERIODIC = 0.5  # minimum `Spacing.strength` at which an image is considered periodic
@@ -180,11 +180,11 @@ def templates_that_fit(shape: tuple[int, ...], template_size: int | tuple[int, i
     >>> templates_that_fit((256, 256), 32)
     64
     """
-    own = Grid.of(shape).shape
-    alike = not isinstance(template_size, tuple) or len(template_size) != len(own)
-    sides = (template_size,) * len(own) if alike else template_size
+    lengths = Grid.of(shape).shape
+    alike = not isinstance(template_size, tuple) or len(template_size) != len(lengths)
+    sides = (template_size,) * len(lengths) if alike else template_size
     each = [check_int("template_size", side, 1, 2**31) for side in cast(tuple[int, ...], sides)]
-    return prod(n // side for n, side in zip(own, each, strict=True))
+    return prod(n // side for n, side in zip(lengths, each, strict=True))
 
 
 def feature_size(ew: Spacing, ns: Spacing, side: int) -> tuple[int, str]:
@@ -243,7 +243,7 @@ def _advise_overlap(template: int, thinnest: int, level: int) -> Advice:
     block_size = 2**level
     largest = max(template // 2 // block_size, 1)
     n_blocks = min(max(round(template / 4 / block_size), -(-thinnest // block_size), 1), largest)
-    reason = _SAID["overlap"].format(thickness=plural(thinnest, "cell"))
+    reason = _TEXTS["overlap"].format(thickness=plural(thinnest, "cell"))
     return Advice("overlap_size", n_blocks * block_size, reason)
 
 
@@ -264,7 +264,7 @@ def warn_of_level(parameters: Parameters, grid_shape: tuple[int, ...], n_data: i
     level, a_template = max(lengths.level), n_data * prod(lengths.template) / grid.n_cells
     if level < COARSE_LEVEL or a_template <= MAX_DATA:
         return ""
-    return _SAID["level"].format(n=a_template, level=level)
+    return _TEXTS["level"].format(n=a_template, level=level)
 
 
 def facies_at_edges(parameters: Parameters, training_image: TrainingImage) -> int | None:
@@ -303,7 +303,7 @@ def warn_of_edges(parameters: Parameters, training_image: TrainingImage) -> str:
     if facies is None:
         return ""
     share = 100 * training_image.proportions[facies]
-    return _SAID["edges"].format(facies=training_image.facies_names[facies], share=share)
+    return _TEXTS["edges"].format(facies=training_image.facies_names[facies], share=share)
 
 
 def advise_along_z(
@@ -369,10 +369,10 @@ def diagnose(training_image: TrainingImage | ArrayLike) -> Diagnosis:
     [('wavelet_level', 2), ('template_size', 24), ('overlap_size', 8)]
     """
     if isinstance(training_image, TrainingImage):
-        image, named = as_image(training_image), training_image.facies_names
+        image, names = as_image(training_image), training_image.facies_names
     else:
         image = as_image(as_integers(training_image, "training image"))
-        named = tuple(f"facies {code}" for code in image.codes)
+        names = tuple(f"facies {code}" for code in image.codes)
     quarters = stationarity(image)
     thickness = _thickness(image)
     ew, ns = (feature_spacing(image, direction=d) for d in ("E-W", "N-S"))
@@ -390,19 +390,29 @@ def diagnose(training_image: TrainingImage | ArrayLike) -> Diagnosis:
         spacings = ew, ns, vertical
         along_z, why = advise_along_z(level.value, min(upright), vertical, image.shape[0])
         advice = tuple(
-            Advice(own.parameter, (z, own.value, own.value), f"{own.reason} Along z {why}.")
-            for own, z in zip(advice, along_z, strict=True)
+            Advice(a.parameter, (z, a.value, a.value), f"{a.reason} Along z {why}.")
+            for a, z in zip(advice, along_z, strict=True)
         )
         if quarters.vertical_trend.any() and along_z[1] < image.shape[0]:
             weight = TREND_WEIGHT, 0.0, 0.0
-            advice = *advice, Advice("location_weight", weight, _SAID["location"])
+            advice = *advice, Advice("location_weight", weight, _TEXTS["location"])
     elif quarters.drifting.any():
-        advice = *advice, Advice("location_weight", TREND_WEIGHT, _SAID["places"])
+        advice = *advice, Advice("location_weight", TREND_WEIGHT, _TEXTS["places"])
     n_fit = templates_that_fit(image.shape, advice[1].value)
     boxes = wanted if vertical is None else (advice[1].value[0], wanted, wanted)
-    warnings = tuple(_warnings(image, named, quarters, spacings, boxes))
-    about = thickness, ew, ns, wanted, n_fit, advice, warnings, upright, vertical
-    return Diagnosis(quarters, *about)
+    warnings = tuple(_warnings(image, names, quarters, spacings, boxes))
+    return Diagnosis(
+        stationarity=quarters,
+        thickness=thickness,
+        spacing_ew=ew,
+        spacing_ns=ns,
+        feature_size=wanted,
+        n_templates=n_fit,
+        advice=advice,
+        warnings=warnings,
+        vertical_thickness=upright,
+        vertical_spacing=vertical,
+    )
 
 
 def default_parameters(training_image: TrainingImage) -> Parameters:
@@ -428,43 +438,43 @@ def _thickness(image: Stack, vertical: bool = False) -> tuple[int, ...]:
 
 
 def _warnings(
-    ti: Stack,
-    named: tuple[str, ...],
+    image: Stack,
+    names: tuple[str, ...],
     quarters: Stationarity,
     spacings: tuple[Spacing, ...],
     wanted: int | tuple[int, int, int],
 ) -> Iterator[str]:
-    n_fit = templates_that_fit(ti.shape, wanted)
+    n_fit = templates_that_fit(image.shape, wanted)
     sides = wanted if isinstance(wanted, tuple) else (wanted,)
     if n_fit < MIN_ACROSS**2:
-        yield _SAID["few"].format(n=n_fit, sides=" × ".join(map(str, sides)))
+        yield _TEXTS["few"].format(n=n_fit, sides=" × ".join(map(str, sides)))
     if quarters.drifting.any():
-        yield _drift(ti, named, quarters)
+        yield _drift(image, names, quarters)
     elif quarters.changing.any():
         shift = np.where(quarters.changing, quarters.variogram_shift, 0)
-        yield _SAID["changing"].format(quarter=QUARTERS[int(shift.max(axis=(1, 2)).argmax())])
+        yield _TEXTS["changing"].format(quarter=QUARTERS[int(shift.max(axis=(1, 2)).argmax())])
     if quarters.vertical_trend.any():
-        yield _trend(ti, named, quarters)
+        yield _trend(image, names, quarters)
     for name, spacing in zip(("east–west", "north–south", "vertically"), spacings, strict=False):
         if spacing.spacing is not None and spacing.strength >= PERIODIC:
-            yield _SAID["periodic"].format(n=spacing.spacing, way=name)
+            yield _TEXTS["periodic"].format(n=spacing.spacing, way=name)
 
 
-def _trend(ti: Stack, named: tuple[str, ...], found: Stationarity) -> str:
+def _trend(image: Stack, names: tuple[str, ...], quarters: Stationarity) -> str:
     """Describe the facies whose proportion differs most between the upper and the lower half."""
-    assert found.vertical_differences is not None
-    sizes = np.where(found.vertical_trend, np.abs(found.vertical_differences), 0)
+    assert quarters.vertical_differences is not None
+    sizes = np.where(quarters.vertical_trend, np.abs(quarters.vertical_differences), 0)
     facies = int(sizes.argmax())
-    share, difference = proportions(ti)[0, facies], found.vertical_differences[facies]
+    share, difference = proportions(image)[0, facies], quarters.vertical_differences[facies]
     shares = {"upper": share + difference, "lower": share - difference}
-    return _SAID["trend"].format(facies=named[facies], **shares)
+    return _TEXTS["trend"].format(facies=names[facies], **shares)
 
 
-def _drift(ti: Stack, named: tuple[str, ...], found: Stationarity) -> str:
+def _drift(image: Stack, names: tuple[str, ...], quarters: Stationarity) -> str:
     """Describe the part of the image whose facies proportion differs most from the whole image."""
-    p = found.proportions.mean(axis=0)
-    sizes = np.abs(found.differences) / np.sqrt(np.maximum(p * (1 - p), 1e-12))
-    part, facies = divmod(int(np.where(found.drifting, sizes, 0).argmax()), ti.n_facies)
-    shares = {"share": p[facies] + found.differences[part, facies]}
-    shares |= {"whole": proportions(ti)[0, facies], "chance": 2 * found.errors[part, facies]}
-    return _SAID["drift"].format(part=PARTS[part], facies=named[facies], **shares)
+    p = quarters.proportions.mean(axis=0)
+    sizes = np.abs(quarters.differences) / np.sqrt(np.maximum(p * (1 - p), 1e-12))
+    part, facies = divmod(int(np.where(quarters.drifting, sizes, 0).argmax()), image.n_facies)
+    shares = {"share": p[facies] + quarters.differences[part, facies]}
+    shares |= {"whole": proportions(image)[0, facies], "chance": 2 * quarters.errors[part, facies]}
+    return _TEXTS["drift"].format(part=PARTS[part], facies=names[facies], **shares)

@@ -1,4 +1,4 @@
-"""The local direction of bodies, by the structure tensor of a smoothed facies."""
+"""The local direction of geobodies, by the structure tensor of a smoothed facies."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,7 +14,7 @@ WIDTH = 24.0
 
 
 def local_direction(images: Images, facies: int | None = None, width: float = WIDTH) -> Floats:
-    """Return the mean direction of bodies around each cell of maps.
+    """Return the mean direction of geobodies around each cell of maps.
 
     The direction is the axis of least change of the structure tensor (Bigün and Granlund 1987),
     averaged over all images. `width` is the standard deviation of the averaging, 1 … 1000 cells.
@@ -41,10 +41,10 @@ def local_direction(images: Images, facies: int | None = None, width: float = WI
     for k in range(len(stack)):
         indicator = (stack.volume(k)[0] == index).astype(float)
         gy, gx = np.gradient(gaussian_filter(indicator, EDGE))
-        found = gaussian_filter((gx + 1j * gy) ** 2, width)
-        twice += found / np.maximum(np.abs(found), 1e-300)
-    across = np.degrees(np.angle(twice)) / 2  # counterclockwise from east, across the bodies
-    return (-across) % 180  # along them, clockwise from north
+        tensor = gaussian_filter((gx + 1j * gy) ** 2, width)
+        twice += tensor / np.maximum(np.abs(tensor), 1e-300)
+    across = np.degrees(np.angle(twice)) / 2  # counterclockwise from east, across the geobodies
+    return (-across) % 180  # clockwise from north, along the geobodies
 
 
 def main_direction(
@@ -62,8 +62,8 @@ def main_direction(
     (90.0, 0.0)
     """
     image = TrainingImage.of(image)
-    cells = image.array if image.n_dimensions == 2 else image.array[len(image.array) // 2]
-    local = local_direction(as_stack(cells, image.codes), facies)
+    layer = image.array if image.n_dimensions == 2 else image.array[len(image.array) // 2]
+    local = local_direction(as_stack(layer, image.codes), facies)
     main = np.degrees(np.angle(np.exp(2j * np.radians(local)).mean())) / 2 % 180
     off = np.abs((local - main + 90) % 180 - 90)
     return round(float(main), 6) % 180, round(float(off.mean()), 6)
@@ -78,7 +78,7 @@ def direction_error(ensemble: Ensemble, facies: int | None = None) -> Floats:
     Returns
     -------
     ndarray, shape (ny, nx)
-        Difference in degrees, −90 … 90, positive if bodies are turned too far clockwise.
+        Difference in degrees, −90 … 90, positive if geobodies are turned too far clockwise.
 
     Examples
     --------

@@ -192,8 +192,8 @@ def entropy(probability: ArrayLike) -> NDArray[np.float64]:
     flat, entropies = p.reshape(len(p), -1), np.empty(p[0].size)
     for first in range(0, len(entropies), CELLS_OF_ENTROPY):
         check_stop()
-        some = flat[:, first : first + CELLS_OF_ENTROPY]
-        terms = some * np.log(np.where(some > 0, some, 1.0))
+        part = flat[:, first : first + CELLS_OF_ENTROPY]
+        terms = part * np.log(np.where(part > 0, part, 1.0))
         entropies[first : first + CELLS_OF_ENTROPY] = -terms.sum(axis=0) / np.log(len(p)) + 0.0
     return entropies.reshape(p.shape[1:])
 

@@ -37,7 +37,7 @@ def fit_flow(
     """Compare the flow efficiency E = effective K / arithmetic mean K with the training image.
 
     The facies conducts 10⁴ times as well as all others; cells that touch at corners only are not
-    connected. Whole grids and pieces are compared, because broken bodies matter more over longer
+    connected. Whole grids and pieces are compared, because broken geobodies matter more over longer
     distances. `max_cells` limits the cells in all solutions of each kind of image, and thereby the
     time: fewer images are solved, or none if they are too large.
 
@@ -54,8 +54,8 @@ def fit_flow(
     def one(indices: NDArray[np.uint8]) -> list[float]:
         return [flow_efficiency(indices == index, axis) for axis in reversed(range(n_axes))]
 
-    def allowed(n: int, cells: int) -> int:
-        return int(min(n, max_cells / (n_axes * (cells + OVERHEAD))))
+    def allowed(n: int, n_cells: int) -> int:
+        return int(min(n, max_cells / (n_axes * (n_cells + OVERHEAD))))
 
     def values(images: Stack) -> NDArray[np.float64]:
         most = allowed(len(images), images.indices[0].size)
@@ -66,10 +66,15 @@ def fit_flow(
 
     n = allowed(min(ensemble.n, MAX_SOLVED), ensemble.grid.n_cells)
     each = map_parallel(lambda k: one(ensemble.indices[k]), n, progress)
-    at = np.arange(n_axes, dtype=float)
-    limits = MIN_EFFICIENCY_GAP, MIN_EFFICIENCY_SPREAD
-    n_errors = N_ERRORS[image.n_dimensions - 2]
-    name = "flow", index, max_cells
-    fit = fit_values(ensemble, name, at, values, *limits, n_errors=n_errors)
-    own = one(image.indices) if allowed(1, image.indices.size) else [np.nan] * n_axes
-    return FlowFit(np.reshape(each, (n, n_axes)), np.array(own), fit)
+    positions = np.arange(n_axes, dtype=float)
+    fit = fit_values(
+        ensemble,
+        ("flow", index, max_cells),
+        positions,
+        values,
+        min_gap=MIN_EFFICIENCY_GAP,
+        min_spread=MIN_EFFICIENCY_SPREAD,
+        n_errors=N_ERRORS[image.n_dimensions - 2],
+    )
+    reference = one(image.indices) if allowed(1, image.indices.size) else [np.nan] * n_axes
+    return FlowFit(np.reshape(each, (n, n_axes)), np.array(reference), fit)

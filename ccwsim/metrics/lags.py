@@ -67,8 +67,8 @@ def _step(direction: Direction, n_axes: int) -> Ints:
             raise CCWSIMError('direction "vertical" needs volumes, shape (n, nz, ny, nx)')
         steps = STEPS if n_axes < N_AXES else {**STEPS, VERTICAL: (1, 0, 0)}
         if direction not in steps:
-            known = ", ".join(steps)
-            raise CCWSIMError(f"direction {shown(direction)} must be one of {known}, or an azimuth")
+            names = ", ".join(steps)
+            raise CCWSIMError(f"direction {shown(direction)} must be one of {names}, or an azimuth")
         return np.array(steps[direction])
     step = as_array(direction, "direction")
     if step.shape not in ((2,), (n_axes,)) or step.dtype.kind not in "ui" or not step.any():

@@ -1,7 +1,7 @@
 """Measures of one facies: one number for each realization and each crop of the training image."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Literal
 
@@ -34,8 +34,8 @@ class OfFacies:
     @cached_property
     def inside(self) -> Mask:
         """Mask of the facies, shape (n, nz, ny, nx); maps have one layer."""
-        cells = self.images.indices == self.images.index_of(self.code)
-        return cells if self.images.is_volumes else cells[:, None]
+        mask = self.images.indices == self.images.index_of(self.code)
+        return mask if self.images.is_volumes else mask[:, None]
 
     @cached_property
     def geobodies(self) -> Geobodies:
@@ -102,9 +102,9 @@ def _boundary(of: OfFacies) -> Floats:
     """Return the share of adjacent cell pairs with only one cell in the facies, or NaN."""
     unequal, n_pairs = np.zeros((2, len(of.inside)))
     for axis in (1, 2, 3):
-        here, next_to = (np.delete(of.inside, end, axis) for end in (-1, 0))
+        cell, neighbour = (np.delete(of.inside, end, axis) for end in (-1, 0))
         pairs = np.delete(of.known, -1, axis) & np.delete(of.known, 0, axis)
-        unequal += ((here != next_to) & pairs).sum(axis=(1, 2, 3))
+        unequal += ((cell != neighbour) & pairs).sum(axis=(1, 2, 3))
         n_pairs += pairs.sum(axis=(1, 2, 3))
     return ratio(unequal, n_pairs)
 
@@ -116,28 +116,28 @@ def _chord(axis: int) -> Callable[[OfFacies], Floats]:
         lines = np.moveaxis(of.inside, axis, -1)
         begins = lines[..., 0].sum(axis=(1, 2))
         begins = begins + (lines[..., 1:] & ~lines[..., :-1]).sum(axis=(1, 2, 3))
-        cells = of.inside.sum(axis=(1, 2, 3))
-        return ratio(cells, begins)
+        n_inside = of.inside.sum(axis=(1, 2, 3))
+        return ratio(n_inside, begins)
 
     return values
 
 
 def _largest(of: OfFacies) -> Floats:
-    sizes = (own[0] / own.sum() if len(own) else np.nan for own in of.geobodies.sizes)
-    return np.array([*sizes], float)
+    shares = (s[0] / s.sum() if len(s) else np.nan for s in of.geobodies.sizes)
+    return np.array([*shares], float)
 
 
 def _unseen(of: OfFacies) -> Floats:
     sides = *of.images.shape[-2:], *of.training_image.shape[-2:]
-    size, crops, own = min(PATTERN_SIDE, *sides), of.images, as_stack(of.training_image)
+    size, crops, image = min(PATTERN_SIDE, min(sides)), of.images, as_stack(of.training_image)
     if not of.are_crops:
-        return unseen_patterns(crops, own, size)
-    how = own.n_facies, min(size, layers_of(own, crops)), size
-    codes, counts = count_patterns(own.volume(0), *how)
+        return unseen_patterns(crops, image, size)
+    height = min(size, layers_of(image, crops))
+    codes, counts = count_patterns(image.volume(0), image.n_facies, height, size)
 
     def by_the_rest(k: int) -> float:  # a pattern is unseen if all its locations are in the crop
-        here, n = count_patterns(crops.volume(k), *how)
-        return float(ratio(n[counts[np.searchsorted(codes, here)] == n].sum(), n.sum()))
+        codes_of_crop, n = count_patterns(crops.volume(k), image.n_facies, height, size)
+        return float(ratio(n[counts[np.searchsorted(codes, codes_of_crop)] == n].sum(), n.sum()))
 
     return np.array(map_parallel(by_the_rest, len(crops)))
 
@@ -160,12 +160,12 @@ MEASURES = (
         "Proportion, %",
         "Share of the cells that have this facies.",
         lambda of: ratio(of.inside.sum(axis=(1, 2, 3)), of.n_cells), 0.01,
-        ("too little", "too much"), 100, 1, checked="elsewhere",
+        ("too little", "too much"), factor=100, digits=1, checked="elsewhere",
     ),
     Measure(
         "Boundary, %",
         "Share of adjacent cell pairs with only one cell in the facies: the boundary roughness.",
-        _boundary, 0.003, ("too smooth", "too rough"), 100,
+        _boundary, 0.003, ("too smooth", "too rough"), factor=100,
     ),
     Measure(
         "Chord E–W, cells",
@@ -190,7 +190,8 @@ MEASURES = (
     Measure(
         "Largest geobody, %",
         "Share of the facies in the largest geobody.",
-        _largest, 0.1, ("too small", "too large"), 100, 0, spread=0.1, checked="elsewhere",
+        _largest, 0.1, ("too small", "too large"),
+        factor=100, digits=0, spread=0.1, checked="elsewhere",
     ),
     Measure(
         "Γ",
@@ -207,7 +208,7 @@ MEASURES = (
         "Unseen patterns, %",
         f"Share of the patterns (all facies, {PATTERN_SIDE} cells along a side) that do not occur "
         "in the training image.",
-        _unseen, 0.0005, ("", "too many"), 100, errors=(2.0, 2.5), checked="image",
+        _unseen, 0.0005, ("", "too many"), factor=100, errors=(2.0, 2.5), checked="image",
     ),
 )  # fmt: skip
 """All measures, in the order on screen."""
@@ -215,7 +216,7 @@ MEASURES = (
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """Floats of the measures of a facies, in maps or in volumes."""
+    """Values of the measures of a facies, in maps or in volumes."""
 
     measures: tuple[Measure, ...]
     each: Floats
@@ -243,8 +244,8 @@ def measure(ensemble: Ensemble, facies: int, progress: Fraction | None = None) -
         return _values(chosen, image, facies, Stack(ensemble.indices[r : r + 1], image.codes))
 
     each = map_parallel(one, min(ensemble.n, MAX_IMAGES), progress)
-    own = _values(chosen, image, facies, as_stack(image))[0]
-    return Measured(chosen, np.concatenate(each), own, fit)
+    reference = _values(chosen, image, facies, as_stack(image))[0]
+    return Measured(chosen, np.concatenate(each), reference, fit)
 
 
 def measures_of(image: TrainingImage) -> tuple[Measure, ...]:
@@ -253,16 +254,25 @@ def measures_of(image: TrainingImage) -> tuple[Measure, ...]:
 
 
 def fit_measures(ensemble: Ensemble, facies: int, chosen: Sequence[Measure]) -> Fit | None:
-    """Compare measures of pieces with those of crops; `at` has their indices in `MEASURES`."""
+    """Compare measures of pieces with those of crops; `Fit.at` has their indices in `MEASURES`."""
     image = ensemble.training_image
     name = "measures", image.index_of(facies), *(m.title for m in chosen)
-    at = np.array([MEASURES.index(m) for m in chosen], float)
+    positions = np.array([MEASURES.index(m) for m in chosen], float)
     which = image.n_dimensions - 2
     least, spread, errors = np.array([(m.least, m.spread, m.errors[which]) for m in chosen]).T
     values = partial(_values, chosen, image, facies)
+    fit = fit_values(
+        ensemble,
+        name,
+        positions,
+        values,
+        min_gap=least,
+        min_spread=spread,
+        of_crops=partial(values, are_crops=True),
+        n_errors=errors,
+    )
     one_sided = np.array([not m.words[0] for m in chosen])
-    of_crops = partial(values, are_crops=True)
-    return fit_values(ensemble, name, at, values, least, spread, one_sided, of_crops, errors)
+    return None if fit is None else replace(fit, one_sided=one_sided)
 
 
 def _values(

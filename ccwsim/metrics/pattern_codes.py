@@ -24,15 +24,15 @@ def count_patterns(
         table = np.zeros(n_facies**n_cells, np.int64)
         for codes in codes_in(volume, n_facies, height, size):
             table += np.bincount(codes.ravel().view(np.int64), minlength=len(table))
-        there = np.flatnonzero(table)
-        return there.astype(np.uint64), table[there]
+        present = np.flatnonzero(table)
+        return present.astype(np.uint64), table[present]
     strips = [np.unique(c, return_counts=True) for c in codes_in(volume, n_facies, height, size)]
     if len(strips) == 1:
         return strips[0]
-    found, index = np.unique(np.concatenate([s[0] for s in strips]), return_inverse=True)
-    counts = np.zeros(len(found), np.int64)
+    distinct, index = np.unique(np.concatenate([s[0] for s in strips]), return_inverse=True)
+    counts = np.zeros(len(distinct), np.int64)
     np.add.at(counts, index, np.concatenate([s[1] for s in strips]))
-    return found, counts
+    return distinct, counts
 
 
 def codes_in(volume: Bytes, n_facies: int, height: int, size: int) -> Iterator[NDArray[np.uint64]]:
@@ -45,13 +45,13 @@ def codes_in(volume: Bytes, n_facies: int, height: int, size: int) -> Iterator[N
         layers = volume[bottom : bottom + n_layers + height - 1]
         for first in range(0, ny - size + 1, n_rows):
             check_stop()
-            some = np.ascontiguousarray(layers[:, first : first + n_rows + size - 1])
-            codes = _pattern_codes(some, height, size, n_facies if fits else 0)
-            if not (some == UNKNOWN).any():
+            strip = np.ascontiguousarray(layers[:, first : first + n_rows + size - 1])
+            codes = _pattern_codes(strip, height, size, n_facies if fits else 0)
+            if not (strip == UNKNOWN).any():
                 yield codes
                 continue
-            cells = height, size, size
-            n_unknown = box_sums(summed_up((some == UNKNOWN).astype(int)), cells, (0, 0, 0), cells)
+            sides = height, size, size
+            n_unknown = box_sums(summed_up((strip == UNKNOWN).astype(int)), sides, (0, 0, 0), sides)
             yield codes[n_unknown == 0]
 
 
@@ -77,21 +77,21 @@ def _pattern_codes(image, height, size, base):
         layer_weight *= row_weight
     shape = ny - size + 1, nx - size + 1
     codes = np.zeros((nz - height + 1, shape[0], shape[1]), np.uint64)
-    own = np.empty(shape, np.uint64)
-    cells, line = np.empty(nx, np.uint64), np.empty(shape[1], np.uint64)
+    buffer = np.empty(shape, np.uint64)
+    values, line = np.empty(nx, np.uint64), np.empty(shape[1], np.uint64)
     for k in range(nz):
-        plane = codes[k] if height == 1 else own
+        plane = codes[k] if height == 1 else buffer
         plane[:] = np.uint64(0)
         for i in range(ny):
             for j in range(nx):
-                cells[j] = image[k, i, j]
+                values[j] = image[k, i, j]
             if not base:
                 for j in range(nx):
-                    cells[j] = _mixed(cells[j])
+                    values[j] = _mixed(values[j])
             line[:] = np.uint64(0)
             for t in range(size):
                 for j in range(len(line)):
-                    line[j] = line[j] * digit + cells[j + t]
+                    line[j] = line[j] * digit + values[j + t]
             if not base:
                 for j in range(len(line)):
                     line[j] = _mixed(line[j])

@@ -72,8 +72,10 @@ def _histogram(
     volume: Bytes, facies: NDArray[np.integer], size: int, height: int
 ) -> PatternHistogram:
     size = check_int("pattern size", size, 1, min(volume.shape[1:]))
-    found, counts = count_patterns(volume, len(facies), height, size)
-    return PatternHistogram(found, counts / counts.sum(), size, tuple(facies.tolist()), height)
+    pattern_codes, counts = count_patterns(volume, len(facies), height, size)
+    return PatternHistogram(
+        pattern_codes, counts / counts.sum(), size, tuple(facies.tolist()), height
+    )
 
 
 def pyramid_histograms(
@@ -102,11 +104,11 @@ def pyramid_histograms(
     along_z = [max(min(factor, thinnest // height), 1) for factor in factors]
 
     def one(k: int) -> list[PatternHistogram]:
-        found = []
+        resolutions = []
         for factor, z in zip(factors, along_z, strict=True):
             coarse = coarsened_volume(stack.volume(k), (z, factor, factor), stack.n_facies)
-            found.append(_histogram(coarse, stack.codes, side, height))
-        return found
+            resolutions.append(_histogram(coarse, stack.codes, side, height))
+        return resolutions
 
     return map_parallel(one, len(stack), progress)
 
@@ -135,7 +137,8 @@ def js_divergence(a: PatternHistogram, b: PatternHistogram) -> float:
     if a.facies != b.facies:
         raise refused("patterns_of_other_facies", first=shown(a.facies), second=shown(b.facies))
     result = np.zeros((2, 2))
-    _fill_row(*_joined([a, b]), 0, result)
+    codes, shares, starts = _joined([a, b])
+    _fill_row(codes, shares, starts, 0, result)
     return float(result[0, 1])
 
 
@@ -157,13 +160,15 @@ def pattern_distance(
     >>> pattern_distance(image, image)
     array([[0., 0., 0.]])
     """
-    own = as_image(training_image, codes)
-    stack = as_stack(images, own.codes)
-    layers = layers_of(own, stack)
-    target = pyramid_histograms(own, None, size, factors, layers=layers)[0]
-    found = pyramid_histograms(stack, None, size, factors, progress, layers)
+    image = as_image(training_image, codes)
+    stack = as_stack(images, image.codes)
+    layers = layers_of(image, stack)
+    target = pyramid_histograms(image, size=size, factors=factors, layers=layers)[0]
+    histograms = pyramid_histograms(
+        stack, size=size, factors=factors, progress=progress, layers=layers
+    )
     return np.array(
-        [[js_divergence(h, t) for h, t in zip(row, target, strict=True)] for row in found]
+        [[js_divergence(h, t) for h, t in zip(row, target, strict=True)] for row in histograms]
     )
 
 
@@ -187,17 +192,17 @@ def unseen_patterns(
     >>> unseen_patterns([stripes, stripes.T], stripes)
     array([0., 1.])
     """
-    own = as_image(training_image, codes)
-    stack = as_stack(images, own.codes)
-    sides = min(own.shape[-2:] + stack.shape[-2:])
+    image = as_image(training_image, codes)
+    stack = as_stack(images, image.codes)
+    sides = min(image.shape[-2:] + stack.shape[-2:])
     size = check_int("pattern size", size, 1, sides)
-    how = own.n_facies, min(size, layers_of(own, stack)), size
-    chosen = None if mask is None else _containing(mask, stack.shape, how[1], size)
-    table = table_of(count_patterns(own.volume(0), *how)[0])
+    n_facies, height = image.n_facies, min(size, layers_of(image, stack))
+    chosen = None if mask is None else _containing(mask, stack.shape, height, size)
+    keys, full = table_of(count_patterns(image.volume(0), n_facies, height, size)[0])
 
     def one(k: int) -> float:
-        strips = [are_unknown(c.ravel(), *table) for c in codes_in(stack.volume(k), *how)]
-        unknown = np.concatenate(strips)
+        strips = codes_in(stack.volume(k), n_facies, height, size)
+        unknown = np.concatenate([are_unknown(strip.ravel(), keys, full) for strip in strips])
         if chosen is not None:
             unknown = unknown[chosen]
         return float(unknown.mean()) if len(unknown) else float("nan")
@@ -210,7 +215,7 @@ def _containing(mask: Mask, shape: tuple[int, ...], height: int, size: int) -> M
     mask = as_array(mask, "mask")
     if mask.shape != shape or mask.dtype != np.bool_:
         raise refused("mask", shape=shape, dtype=mask.dtype, given=mask.shape)
-    chosen = mask.reshape(-1, *shape[-2:])
+    chosen = mask.reshape((-1, *shape[-2:]))
     for axis, side in enumerate((height, size, size)):
         windows = np.lib.stride_tricks.sliding_window_view(chosen, side, axis)
         chosen = windows.any(axis=-1)
@@ -239,13 +244,15 @@ def divergences(
         # rows k and n − 1 − k together have the same length for every k
         for row in {k, n - 1 - k}:
             for g in range(n_factors):
-                _fill_row(*joined[g], row, result[g])
+                codes, shares, starts = joined[g]
+                _fill_row(codes, shares, starts, row, result[g])
 
     map_parallel(fill, (n + 1) // 2, progress)
     return result + result.transpose(0, 2, 1)
 
 
 def _joined(histograms: list[PatternHistogram]) -> tuple[NDArray, NDArray, NDArray]:
+    """Return codes and frequencies of all histograms, and the start of each histogram in them."""
     starts = np.cumsum([0] + [len(h.codes) for h in histograms])
     codes = np.concatenate([h.codes for h in histograms])
     return codes, np.concatenate([h.frequencies for h in histograms]), starts

@@ -46,7 +46,8 @@ class Quality:
     cpu_seconds: float
     """Median CPU time of a realization in seconds."""
     proportion_error: float = nan
-    """Largest relative error of the mean proportion of a facies; −0.4: 40 % less than the image."""
+    """Largest relative error of the mean proportion of a facies; −0.4 is 40 % less than in the
+    image."""
     proportion_facies: int = 0
     """Code of the facies with the largest relative error of the proportion."""
     proportion_spread: float = nan
@@ -72,8 +73,8 @@ class Quality:
         return self._of_worse_axis(self.tau_spreads)
 
     def _of_worse_axis(self, values: tuple[float, ...]) -> float:
-        known = np.nan_to_num(self.tau_errors, nan=-1.0)
-        return values[int(np.argmax(known))]
+        errors = np.nan_to_num(self.tau_errors, nan=-1.0)
+        return values[int(np.argmax(errors))]
 
 
 def judge(ensemble: Ensemble, facies: int | None = None) -> Quality:
@@ -98,8 +99,9 @@ def judge(ensemble: Ensemble, facies: int | None = None) -> Quality:
     relative = proportions(ensemble) / image.proportions - 1
     worst = int(np.abs(relative.mean(axis=0)).argmax())
     sources = () if ensemble.sources is None else ensemble.sources
-    own = [np.where(one < image.indices.size, one, -1) for one in sources]  # not of other images
-    copied = np.array([copying(one, image.shape).largest_block for one in own], float)
+    # sources in other images do not count
+    positions = [np.where(one < image.indices.size, one, -1) for one in sources]
+    copied = np.array([copying(one, image.shape).largest_block for one in positions], float)
     return Quality(
         n=ensemble.n,
         pattern_distances=cast(tuple[float, float, float], tuple(each.mean(axis=0).tolist())),
@@ -145,8 +147,8 @@ def differing_share(images: Images, codes: Codes | None = None) -> float:
     rows, agree, n_pairs = max(CELLS_COMPARED // nx, 1), 0, 0
     for first in range(0, lines.shape[1], rows):
         check_stop()
-        some = Stack(lines[:, first : first + rows], stack.codes)
-        counts = facies_counts(some).astype(np.int64)
+        part = Stack(lines[:, first : first + rows], stack.codes)
+        counts = facies_counts(part).astype(np.int64)
         agree += int((counts * (counts - 1)).sum())
         n_pairs += int((counts.sum(axis=0) * (counts.sum(axis=0) - 1)).sum())
     return 1 - agree / n_pairs if n_pairs else nan
@@ -154,9 +156,9 @@ def differing_share(images: Images, codes: Codes | None = None) -> float:
 
 def lags_of(ensemble: Ensemble, way: Direction = "E-W") -> NDArray[np.int64]:
     """Return the lags at which τ(h) is compared: 1 to the largest useful lag of grid and image."""
-    shapes = ensemble.indices.shape[1:], ensemble.training_image.array.shape
-    ways = (VERTICAL,) if way == VERTICAL else ("E-W", "N-S")
-    return np.arange(1, min(max_lag(way, *shapes) for way in ways) + 1)
+    grid_shape, image_shape = ensemble.indices.shape[1:], ensemble.training_image.array.shape
+    directions = (VERTICAL,) if way == VERTICAL else ("E-W", "N-S")
+    return np.arange(1, min(max_lag(way, grid_shape, image_shape) for way in directions) + 1)
 
 
 def _tau_error(ensemble: Ensemble, facies: int, way: Direction) -> tuple[float, float]:
@@ -167,10 +169,10 @@ def _tau_error(ensemble: Ensemble, facies: int, way: Direction) -> tuple[float, 
     reference = connectivity(ensemble.training_image, facies, way, lags).tau[0]
     tau = connectivity(ensemble, facies, way, lags).tau
     n_known = np.count_nonzero(~np.isnan(tau), axis=0)
-    known = (n_known > 0) & ~np.isnan(reference)
-    if not known.any():
+    comparable = (n_known > 0) & ~np.isnan(reference)
+    if not comparable.any():
         return nan, nan
-    mean = np.nansum(tau, axis=0)[known] / n_known[known]
+    mean = np.nansum(tau, axis=0)[comparable] / n_known[comparable]
     several = n_known > 1
     spread = float(np.nanstd(tau[:, several], axis=0, ddof=1).mean()) if several.any() else nan
-    return float(np.abs(mean - reference[known]).mean()), spread
+    return float(np.abs(mean - reference[comparable]).mean()), spread

@@ -106,8 +106,8 @@ def calibration(
     >>> table.observed, table.count
     (array([nan, 0.5]), array([0, 2]))
     """
-    p, known, true, mask = _checked(probability, truth, scored, codes)
-    which = range(len(p)) if facies is None else [index_of(known, facies)]
+    p, all_codes, true, mask = _checked(probability, truth, scored, codes)
+    which = range(len(p)) if facies is None else [index_of(all_codes, facies)]
     chances = np.concatenate([p[k][mask] for k in which])
     return pooled_calibration(chances, np.concatenate([(true == k)[mask] for k in which]), n_bins)
 
@@ -139,8 +139,8 @@ def _checked(
         p, codes = probability.probability, probability.codes
     else:
         p = as_floats(probability, "probabilities")
-    known = codes_or_places(codes, len(p) if p.ndim else 0)
-    field = as_image(truth, known, p.ndim - 1)
+    all_codes = codes_or_places(codes, len(p) if p.ndim else 0)
+    field = as_image(truth, all_codes, p.ndim - 1)
     if p.shape[1:] != field.shape:
         raise refused("probabilities_of_reference", given=p.shape, field=field.shape)
     true = field.indices[0].astype(np.int64)
@@ -148,7 +148,7 @@ def _checked(
     scorable = (true != UNKNOWN) & ~np.isnan(p).any(axis=0)  # known and active cells
     if mask.shape != true.shape or not (mask & scorable).any():
         raise CCWSIMError(f"scored must be a mask of shape {true.shape} with at least one cell")
-    return p, known, np.where(scorable, true, 0), mask & scorable
+    return p, all_codes, np.where(scorable, true, 0), mask & scorable
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,7 +203,8 @@ class LeaveOut:
     """Probability of each facies at each datum when it was left out, shape (n, n_facies)."""
     skill: float
     """1 − Brier score / Brier score of the proportions of the other data. The Brier score is the
-    score that infinitely many realizations would have. 1 is perfect, 0 is no better."""
+    score that infinitely many realizations would have. 1 is perfect, 0 is no better than the
+    proportions."""
     z: float
     """Difference of these two Brier scores in standard errors; positive if simulation is better."""
     log_score: float
@@ -266,11 +267,11 @@ def leave_out(
     watch = Watch.of_share(progress)
     for k in range(folds):
         out, part = fold == k, watch.part(k / folds, (k + 1) / folds)
-        known = HardData(data.cells[~out], data.facies[~out])
-        without = replace(study, hard_data=known, seed=(study.seed + k) % 2**31)
+        used = HardData(data.cells[~out], data.facies[~out])
+        without = replace(study, hard_data=used, seed=(study.seed + k) % 2**31)
         ensemble = simulate_study(without, n, progress=part.progress, cancel=cancel)
-        found = ensemble.indices[(slice(None), *data.cells[out].T)]
-        p[out] = np.stack([(found == f).mean(axis=0) for f in range(n_facies)], axis=1)
+        predicted = ensemble.indices[(slice(None), *data.cells[out].T)]
+        p[out] = np.stack([(predicted == f).mean(axis=0) for f in range(n_facies)], axis=1)
         shares[out] = np.bincount(facies[~out], minlength=n_facies) / (~out).sum()
     return _scored(p, shares, facies, n)
 

@@ -5,8 +5,8 @@ because a smaller window cuts more geobodies. Pieces of the realizations are the
 crops of equal size. The mean over m pieces and the mean over crops may differ by
 c · σ · √(1/k + 1/m) if k crops are independent. σ is the standard deviation between crops.
 Neighbouring crops share long features and vary too little, so the standard deviation between pieces
-counts if it is larger, but only up to a multiple of that of the crops: worse realizations have a
-larger spread and must not excuse themselves by it.
+counts if it is larger, but only up to a multiple of that of the crops. Otherwise the larger spread
+of worse realizations would hide their errors.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -47,8 +47,8 @@ ERRORS = {
 }
 """Allowed differences in standard errors, for maps and for volumes."""
 RARE = 0.001
-"""For few crops, limits widen as Student's t quantiles at this probability, beside normal ones."""
-MAX_OWN = (2.0, 3.0)  # most that the spread of pieces counts, in spreads of crops; maps, volumes
+"""Probability at which limits for few crops widen: by Student's t quantile / normal quantile."""
+MAX_OWN = (2.0, 3.0)  # limit of the spread of pieces, in spreads of crops, for maps and volumes
 MIN_GAP = 0.1  # smallest reported difference of a curve, in τ or, for γ, in sills p (1 − p)
 MIN_PROPORTION_GAP = 0.05  # smallest reported difference, relative to the image's proportion
 PATTERN_SIZES = (2, 3)  # sides of compared patterns, which are squares, or cubes in volumes
@@ -139,27 +139,34 @@ class ReferenceBand:
 
         `n_pieces` is the number of independent pieces, by default n.
         """
-        each = as_floats(pieces, "values")
+        values = as_floats(pieces, "values")
         n = (~np.isnan(self.values)).sum(axis=0)
         enough = n >= MIN_CROPS
-        mean, spread = (np.where(enough, found, np.nan) for found in _moments(self.values))
+        reference, spread = (np.where(enough, each, np.nan) for each in _moments(self.values))
         spread = np.maximum(spread, self.min_spread)
-        found, own = _moments(each)
+        mean_of_pieces, spread_of_pieces = _moments(values)
         largest = MAX_OWN[len(self.crop_shape) - 2] * spread
-        spread = np.maximum(spread, np.minimum(np.nan_to_num(own), largest))
-        k, m = np.minimum(self.n_independent, np.maximum(n, 1)), n_pieces or len(each)
+        spread = np.maximum(spread, np.minimum(np.nan_to_num(spread_of_pieces), largest))
+        k, m = np.minimum(self.n_independent, np.maximum(n, 1)), n_pieces or len(values)
         few = stdtrit(np.maximum(k + m - 2, 1.0), 1 - RARE / 2) / ndtri(1 - RARE / 2)
         error = spread * np.sqrt(1 / k + 1 / m) * few  # the spread of few crops is uncertain
         tolerance = np.maximum(self.n_errors * error, self.min_gap)
-        return Fit(self.at, found, mean, tolerance, self.crop_shape, self.one_sided)
+        return Fit(
+            at=self.at,
+            found=mean_of_pieces,
+            reference=reference,
+            tolerance=tolerance,
+            crop_shape=self.crop_shape,
+            one_sided=self.one_sided,
+        )
 
 
 def _moments(values: Floats) -> tuple[Floats, Floats]:
     """Return the mean and standard deviation of each column without NaN; NaN if unknown."""
-    known = ~np.isnan(values)
-    n = known.sum(axis=0)
-    mean = ratio(np.where(known, values, 0.0).sum(axis=0), n)
-    squares = np.where(known, (values - mean) ** 2, 0.0).sum(axis=0)
+    valid = ~np.isnan(values)
+    n = valid.sum(axis=0)
+    mean = ratio(np.where(valid, values, 0.0).sum(axis=0), n)
+    squares = np.where(valid, (values - mean) ** 2, 0.0).sum(axis=0)
     return mean, np.sqrt(ratio(squares, np.maximum(n - 1, 0)))
 
 
@@ -180,16 +187,14 @@ def crop_shape(image_shape: Shape, grid_shape: Shape) -> Shape | None:
     """
     image_shape, grid_shape = Grid.of(image_shape).shape, Grid.of(grid_shape).shape
     *layers, ny, nx = largest_crop(image_shape, grid_shape)
-    rows, columns = (
-        min(n, image // 2) for n, image in zip((ny, nx), image_shape[-2:], strict=True)
-    )
+    rows, columns = (min(n, side // 2) for n, side in zip((ny, nx), image_shape[-2:], strict=True))
     return (*layers, rows, columns) if min(rows, columns) >= MIN_SIDE else None
 
 
 def shape_of_crops(ensemble: Ensemble) -> Shape | None:
-    """Return the `crop_shape` of an ensemble; None if patches are not of its image as it was read.
+    """Return the `crop_shape` of an ensemble; None if patches come from other images.
 
-    Crops of the image do not tell how realizations of other, turned or scaled images must be.
+    Crops of the training image are no reference for patches of other, turned or scaled images.
     """
     if ensemble.is_of_other_images:
         return None
@@ -201,14 +206,14 @@ def largest_crop(image_shape: Shape, grid_shape: Shape) -> Shape:
     if len(image_shape) != len(grid_shape):
         raise refused("image_and_realizations", image=tuple(image_shape), grid=tuple(grid_shape))
     *layers, rows, columns = map(min, image_shape, grid_shape)
-    longest = min(MAX_SIDE, isqrt(MAX_CROP_CELLS // max(*layers, 1, 1)))
+    longest = min(MAX_SIDE, isqrt(MAX_CROP_CELLS // max([*layers, 1])))
     return (*layers, min(rows, longest), min(columns, longest))
 
 
 def crops_of(image: Bytes, shape: Shape) -> Bytes:
     """Return evenly spaced crops, shape (n, *shape): at most 4 × 4, or 2 × 4 × 4 of a volume."""
     most = (MAX_CROPS_ABOVE, MAX_CROPS_ALONG, MAX_CROPS_ALONG)[-len(shape) :]
-    needed = (1 + -(-2 * (n - own) // own) for n, own in zip(image.shape, shape, strict=True))
+    needed = (1 + -(-2 * (n - side) // side) for n, side in zip(image.shape, shape, strict=True))
     windows = _windows(image.shape, shape, map(min, most, needed))
     return np.array([image[window] for window in windows])
 
@@ -216,18 +221,19 @@ def crops_of(image: Bytes, shape: Shape) -> Bytes:
 def pieces_of(realizations: Bytes, shape: Shape) -> Bytes:
     """Return m ≤ `MAX_PIECES` pieces of realizations without overlap, shape (m, *shape)."""
     sides = realizations.shape[1:]
-    windows = _windows(sides, shape, (n // own for n, own in zip(sides, shape, strict=True)))
+    windows = _windows(sides, shape, (n // side for n, side in zip(sides, shape, strict=True)))
     total = len(realizations) * len(windows)
     chosen = np.linspace(0, total - 1, min(total, MAX_PIECES)).astype(int)
-    numbers = zip(*np.divmod(chosen, len(windows)), strict=True)
-    return np.array([realizations[r][windows[which]] for r, which in numbers])
+    numbers, which = np.divmod(chosen, len(windows))
+    pairs = zip(numbers, which, strict=True)
+    return np.array([realizations[number][windows[window]] for number, window in pairs])
 
 
 def _windows(sides: Shape, shape: Shape, counts: Iterable[int]) -> list[tuple[slice, ...]]:
     """Return evenly spaced windows of a shape, with these numbers of windows along the sides."""
     starts = [
-        np.linspace(0, side - own, count).astype(int)
-        for side, own, count in zip(sides, shape, counts, strict=True)
+        np.linspace(0, side - length, count).astype(int)
+        for side, length, count in zip(sides, shape, counts, strict=True)
     ]
     return [
         tuple(slice(first, first + n) for first, n in zip(corner, shape, strict=True))
@@ -267,7 +273,7 @@ def fit_curve(
         p = float(image.proportions[index])
         gap, spread = MIN_GAP * (p * (1 - p)), 0.0
     name = statistic, index, str(direction)  # a direction may be a list or an array
-    return fit_values(ensemble, name, distances[1:], values, gap, spread)
+    return fit_values(ensemble, name, distances[1:], values, min_gap=gap, min_spread=spread)
 
 
 def fit_geobodies(ensemble: Ensemble, facies: int, neighbours: int | None = None) -> Fit | None:
@@ -279,24 +285,23 @@ def fit_geobodies(ensemble: Ensemble, facies: int, neighbours: int | None = None
     index = image.index_of(facies)
 
     def values(images: Stack) -> Floats:
-        found = geobody_statistics(images, facies, neighbours)
-        ways = found.percolates_ew, found.percolates_ns, found.percolates_vertical
-        known = (way.astype(float) for way in ways if way is not None)
-        return np.column_stack([found.gamma, *known])
+        geobodies = geobody_statistics(images, facies, neighbours)
+        percolates = geobodies.percolates_ew, geobodies.percolates_ns, geobodies.percolates_vertical
+        shares = (way.astype(float) for way in percolates if way is not None)
+        return np.column_stack([geobodies.gamma, *shares])
 
     gap = np.array([MIN_GAMMA_GAP, *[MIN_PERCOLATION_GAP] * image.n_dimensions])
-    at, name = np.arange(len(gap), dtype=float), ("geobodies", index, neighbours)
-    return fit_values(ensemble, name, at, values, gap, MIN_GEOBODY_SPREAD)
+    positions, name = np.arange(len(gap), dtype=float), ("geobodies", index, neighbours)
+    return fit_values(ensemble, name, positions, values, min_gap=gap, min_spread=MIN_GEOBODY_SPREAD)
 
 
 def fit_values(
     ensemble: Ensemble,
     name: tuple,
-    at: Floats,
+    positions: Floats,
     values: ValuesOf,
     min_gap: ArrayLike,
     min_spread: ArrayLike = 0.0,
-    one_sided: bool | Mask = False,
     of_crops: ValuesOf | None = None,
     n_errors: ArrayLike | None = None,
 ) -> Fit | None:
@@ -304,17 +309,23 @@ def fit_values(
 
     The first entry of the unique `name` is a key of `ERRORS`, unless `n_errors` has the allowed
     differences. `values` maps a stack of n images to shape (n, m); `of_crops` does so for crops, by
-    default `values`. The other arguments are those of `ReferenceBand` and `Fit`. None if crops are
-    too small.
+    default `values`. The other arguments are those of `ReferenceBand`. The result is None if crops
+    are too small.
     """
     image, shape = ensemble.training_image, shape_of_crops(ensemble)
     if shape is None:
         return None
     reference = band_of_crops(
-        image, name, shape, at, of_crops or values, min_gap, min_spread, n_errors
+        image,
+        name,
+        shape,
+        positions,
+        of_crops or values,
+        min_gap=min_gap,
+        min_spread=min_spread,
+        n_errors=n_errors,
     )
-    pieces = values(Stack(pieces_of(ensemble.indices, shape), image.codes))
-    return replace(reference.compare(pieces), one_sided=one_sided)
+    return reference.compare(values(Stack(pieces_of(ensemble.indices, shape), image.codes)))
 
 
 def fit_proportions(ensemble: Ensemble) -> Fit | None:
@@ -335,8 +346,8 @@ def fit_proportions(ensemble: Ensemble) -> Fit | None:
     shape = None if several else crop_shape(image.shape, ensemble.grid.shape)
     if shape is None:
         return None
-    at, gap = image.codes.astype(float), MIN_PROPORTION_GAP * image.proportions
-    crops = band_of_crops(image, ("proportions",), shape, at, proportions, gap)
+    positions, gap = image.codes.astype(float), MIN_PROPORTION_GAP * image.proportions
+    crops = band_of_crops(image, ("proportions",), shape, positions, proportions, min_gap=gap)
     each = proportions(Stack(pieces_of(ensemble.indices, shape), image.codes))
     n_pieces = ensemble.n * ensemble.n_active / prod(shape)
     fit = crops.compare(each, n_pieces)
@@ -366,22 +377,22 @@ def fit_patterns(ensemble: Ensemble, sizes: Sequence[int] = PATTERN_SIZES) -> Fi
         return None
     shape = (*shape[:-2], *(max(side // 2, min(side, MIN_SIDE)) for side in shape[-2:]))
     n = image.n_facies
-    own = as_volume(image.indices)
-    sizes_of = [(min(side, shape[0]) if len(shape) == N_AXES else 1, side) for side in sides]
-    whole = [count_patterns(own, n, *size) for size in sizes_of]
+    volume = as_volume(image.indices)
+    windows = [(min(side, shape[0]) if len(shape) == N_AXES else 1, side) for side in sides]
+    whole = [count_patterns(volume, n, height, side) for height, side in windows]
 
-    def distances(images: Stack, rest: bool = False) -> Floats:
-        found = np.empty((len(images), len(sides)))
+    def distances(images: Stack, leave_out: bool = False) -> Floats:
+        result = np.empty((len(images), len(sides)))
         for k in range(len(images)):
-            for column, (size, there) in enumerate(zip(sizes_of, whole, strict=True)):
-                here = count_patterns(images.volume(k), n, *size)
-                both = here, _without(there, here) if rest else there
-                shares = (PatternHistogram(c, counts / counts.sum(), 0) for c, counts in both)
-                found[k, column] = js_divergence(*shares) if len(here[0]) else np.nan
-        return found
+            for column, ((height, side), of_image) in enumerate(zip(windows, whole, strict=True)):
+                of_piece = count_patterns(images.volume(k), n, height, side)
+                other = _without(of_image, of_piece) if leave_out else of_image
+                first, second = (PatternHistogram(c, m / m.sum(), 0) for c, m in (of_piece, other))
+                result[k, column] = js_divergence(first, second) if len(of_piece[0]) else np.nan
+        return result
 
-    at, without_crop = np.array(sides, float), partial(distances, rest=True)
-    crops = band_of_crops(image, ("patterns", *sides), shape, at, without_crop, 0.0)
+    positions, without_crop = np.array(sides, float), partial(distances, leave_out=True)
+    crops = band_of_crops(image, ("patterns", *sides), shape, positions, without_crop, min_gap=0.0)
     least = MIN_PATTERN_SPREAD * np.nanmean(crops.values, axis=0)
     crops = replace(crops, min_spread=least, one_sided=True)
     return crops.compare(distances(Stack(pieces_of(ensemble.indices, shape), image.codes)))
@@ -390,10 +401,10 @@ def fit_patterns(ensemble: Ensemble, sizes: Sequence[int] = PATTERN_SIZES) -> Fi
 Counts = tuple[NDArray[np.uint64], NDArray[np.integer]]
 
 
-def _without(image: Counts, crop: Counts) -> Counts:
+def _without(of_image: Counts, of_crop: Counts) -> Counts:
     """Return the codes and counts of an image's patterns that are not inside a crop of it."""
-    codes, counts = image[0], image[1].copy()
-    counts[np.searchsorted(codes, crop[0])] -= crop[1]
+    codes, counts = of_image[0], of_image[1].copy()
+    counts[np.searchsorted(codes, of_crop[0])] -= of_crop[1]
     return codes[counts > 0], counts[counts > 0]
 
 
@@ -404,7 +415,7 @@ def band_of_crops(
     image: TrainingImage,
     name: tuple,
     shape: Shape,
-    at: Floats,
+    positions: Floats,
     values: ValuesOf,
     min_gap: ArrayLike,
     min_spread: ArrayLike = 0.0,
@@ -416,6 +427,14 @@ def band_of_crops(
         crops = values(Stack(crops_of(image.indices, shape), image.codes))
         n_independent = np.count_nonzero(image.indices < image.n_facies) / prod(shape)
         allowed = ERRORS[name[0]][image.n_dimensions - 2] if n_errors is None else n_errors
-        return ReferenceBand(at, crops, n_independent, allowed, min_gap, shape, min_spread)
+        return ReferenceBand(
+            at=positions,
+            values=crops,
+            n_independent=n_independent,
+            n_errors=allowed,
+            min_gap=min_gap,
+            crop_shape=shape,
+            min_spread=min_spread,
+        )
 
     return _bands.value((image.digest, *name, shape), computed)

@@ -1,4 +1,4 @@
-"""How well an ensemble honours given probabilities of facies, and what the image cannot give."""
+"""Match of an ensemble with given probabilities of facies, and limits that the image sets."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +17,10 @@ from ccwsim.model.missing import UNKNOWN
 from ccwsim.model.numbers import minus
 from ccwsim.model.study import Study
 
-NOTED = 0.05  # noted difference between an asked proportion and the nearest one of a piece
+NOTED = 0.05  # minimum noted difference between a requested and the nearest possible proportion
 LEAST_SHARE = 0.02  # minimum share of the cells in a bin of the reliability that is noted
-FEW, MANY = 5, 0.2  # fewer locations are noted if more than the share MANY of patches have them
+FEW, MANY = 5, 0.2
+"""Fewer than FEW locations are noted if more than the share MANY of the patches have so few."""
 MAX_SPREAD = 25.0  # mean difference, in degrees, of directions from the main one that is noted
 N_PATCHES = 200  # maximum number of patches that are examined
 
@@ -41,19 +42,19 @@ def reliability(ensemble: Ensemble, facies: int | None = None, n_bins: int = 10)
     >>> bool(abs(reliability(e, 1, 2).observed[1] - 0.5) < 0.05)
     True
     """
-    given = ensemble.secondary.probabilities if ensemble.secondary else None
-    if given is None:
+    probabilities = ensemble.secondary.probabilities if ensemble.secondary else None
+    if probabilities is None:
         raise refused("no_probabilities")
     image, active = ensemble.training_image, ensemble.active
     which = range(image.n_facies) if facies is None else [image.index_of(facies)]
-    scored = ~np.isnan(given[0]) if active is None else ~np.isnan(given[0]) & active
+    scored = ~np.isnan(probabilities[0]) if active is None else ~np.isnan(probabilities[0]) & active
     shares = facies_counts(ensemble) / ensemble.n
-    chances = np.concatenate([given[k][scored] for k in which])
+    chances = np.concatenate([probabilities[k][scored] for k in which])
     return pooled_calibration(chances, np.concatenate([shares[k][scored] for k in which]), n_bins)
 
 
 def warn_of_reliability(table: Calibration, name: str) -> str | None:
-    """Return a sentence on the largest difference of a bin of `reliability`, if that is notable.
+    """Return a sentence on the largest difference in a bin of `reliability`; None if it is small.
 
     Bins with less than 2 % of the cells do not count. `name` is the name of the facies.
 
@@ -69,19 +70,23 @@ def warn_of_reliability(table: Calibration, name: str) -> str | None:
     worst = int(np.argmax(np.abs(off)))
     if abs(off[worst]) < NOTED:
         return None
-    given, got, cells = (100 * each[worst] for each in (table.forecast, table.observed, share))
+    forecast, simulated, share_of_cells = (
+        100 * each[worst] for each in (table.forecast, table.observed, share)
+    )
     points = minus(f"{100 * off[worst]:+.0f} points")
-    said = f"{name} is given with {given:.0f} % but simulated with {got:.0f} % ({points})"
-    return f"{said} in {cells:.0f} % of the cells"
+    return (
+        f"{name} is given with {forecast:.0f} % but simulated with {simulated:.0f} % ({points}) in "
+        f"{share_of_cells:.0f} % of the cells"
+    )
 
 
 def warn_of_probabilities(
     secondary: Secondary, image: TrainingImage, parameters: Parameters
 ) -> list[str]:
-    """Return a sentence for each facies of which the probabilities ask more than the image has.
+    """Return a sentence for each facies whose probabilities ask for more than the image has.
 
-    The mean probability of each piece of the grid of the size of a template is compared with the
-    largest and the smallest proportion in such a piece of the training image. `secondary` is
+    The mean probability in each template-sized piece of the grid is compared with the largest and
+    the smallest proportion in a template-sized piece of the training image. `secondary` is
     `Study.secondary`. Other sentences say that few locations of the image fit the guides, or that
     the image has no main direction that could follow angles.
 
@@ -105,15 +110,15 @@ def warn_of_probabilities(
         notes += [note] if spread > MAX_SPREAD else []
     if secondary.probabilities is None:
         return notes
-    template, given = parameters.along(image.shape).template, secondary.probabilities
+    template, probabilities = parameters.along(image.shape).template, secondary.probabilities
     for k, name in enumerate(image.facies_names):
-        there = _means(image.indices == k, image.indices != UNKNOWN, template)
-        known = ~np.isnan(given[k])
-        known &= True if secondary.active is None else secondary.active
-        asked = _means(np.where(known, given[k], 0.0), known, template)
+        available = _means_of_pieces(image.indices == k, image.indices != UNKNOWN, template)
+        valid = ~np.isnan(probabilities[k])
+        valid &= True if secondary.active is None else secondary.active
+        asked = _means_of_pieces(np.where(valid, probabilities[k], 0.0), valid, template)
         for more, has, wants in (
-            ("more", there.max(), asked.max()),
-            ("less", there.min(), asked.min()),
+            ("more", available.max(), asked.max()),
+            ("less", available.min(), asked.min()),
         ):
             if (wants - has) * (1 if more == "more" else -1) >= NOTED:
                 notes.append(
@@ -126,7 +131,7 @@ def warn_of_probabilities(
 def _warn_of_few_locations(
     secondary: Secondary, image: TrainingImage, parameters: Parameters
 ) -> list[str]:
-    """Return a sentence if the guides alone leave few locations for many patches of a path."""
+    """Return a sentence if the guides leave only few locations for many patches of a path."""
     maps = [each.grid for each in secondary.auxiliary]
     shape = (maps if secondary.probabilities is None else secondary.probabilities)[0].shape
     study = Study(image, Grid.of(shape), parameters, secondary=secondary)
@@ -135,14 +140,14 @@ def _warn_of_few_locations(
     guide, places = inputs.guide, inputs.oriented.places
     assert guide is not None
     patches = inputs.patches[:: -(-len(inputs.patches) // N_PATCHES)]
-    at = np.ravel_multi_index(np.indices(places), guide.values.shape[1:])  # type: ignore[arg-type]
+    cell_offsets = np.ravel_multi_index(np.indices(places), guide.values.shape[1:])  # type: ignore[arg-type]
     n_few, slack = 0, SLACK * inputs.search.cell_cost
     for patch in patches[:, :7].tolist():
         box = Box._make([*patch, *inputs.search.overlap])
         n, _ = guide_terms.__wrapped__(guide, box)  # not compiled, as there are few patches
         costs = np.zeros(places)
         for first, factor in zip(guide.offsets[:n], guide.terms[:n], strict=True):
-            costs += factor * guide.values.ravel()[first + at]
+            costs += factor * guide.values.ravel()[first + cell_offsets]
         n_few += np.count_nonzero(costs <= costs.min() + slack) < FEW
     share = 100 * n_few // len(patches)
     note = (
@@ -152,15 +157,17 @@ def _warn_of_few_locations(
     return [note] if share > 100 * MANY else []
 
 
-def _means(values: NDArray, known: NDArray[np.bool_], size: tuple[int, ...]) -> NDArray[np.float64]:
-    """Return the means of all completely known pieces of a size, or of all known values."""
-    volume = known.reshape((1, *known.shape)[-3:])
-    cells = tuple(min(n, t) for n, t in zip(volume.shape, size, strict=True))
+def _means_of_pieces(
+    values: NDArray, valid: NDArray[np.bool_], size: tuple[int, ...]
+) -> NDArray[np.float64]:
+    """Return the means of all pieces without unknown cells; if there are none, the overall mean."""
+    volume = valid.reshape((1, *valid.shape)[-3:])
+    sides = tuple(min(n, t) for n, t in zip(volume.shape, size, strict=True))
     sums = [
-        box_sums(summed_up(np.rint(1e6 * each).astype(np.int64)), cells, (0, 0, 0), cells)  # type: ignore[arg-type]
+        box_sums(summed_up(np.rint(1e6 * each).astype(np.int64)), sides, (0, 0, 0), sides)  # type: ignore[arg-type]
         for each in (np.where(volume, values.reshape(volume.shape), 0.0), volume.astype(float))
     ]
-    whole = sums[1] == 1_000_000 * np.prod(cells)
+    whole = sums[1] == 1_000_000 * np.prod(sides)
     if not whole.any():
-        return np.array([values[known].mean()], np.float64)
+        return np.array([values[valid].mean()], np.float64)
     return np.true_divide(sums[0][whole], sums[1][whole])

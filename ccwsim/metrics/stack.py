@@ -82,23 +82,23 @@ def as_stack(images: Images, codes: Codes | None = None, n_axes: int = 2) -> Sta
     elif isinstance(images, TrainingImage):
         stack = Stack(images.indices[None], images.codes)
     else:
-        values, known = as_values(images, n_axes), None
+        values, valid = as_values(images, n_axes), None
         if values.dtype.kind == "f":
-            known = ~np.isnan(values)
-            if not known.any():
+            valid = ~np.isnan(values)
+            if not valid.any():
                 raise CCWSIMError("images: no cell has a value; give facies codes")
-            values = np.where(known, values, values[known][0])
+            values = np.where(valid, values, values[valid][0])
             values = as_integers(values, "images")
         if wanted is None:  # a mask has both codes, even if none or all of its cells are set
             is_mask = getattr(images, "dtype", None) == np.bool_
             wanted = np.arange(2) if is_mask else _codes_in(values)
         indices = _indices(values, wanted)
-        return Stack(indices if known is None else np.where(known, indices, UNKNOWN), wanted)
+        return Stack(indices if valid is None else np.where(valid, indices, UNKNOWN), wanted)
     if wanted is None or np.array_equal(wanted, stack.codes):
         return stack
     places = np.full(256, UNKNOWN, np.uint8)
-    there = np.setdiff1d(stack.indices, UNKNOWN)
-    places[there] = _indices(stack.codes[there], wanted)
+    present = np.setdiff1d(stack.indices, UNKNOWN)
+    places[present] = _indices(stack.codes[present], wanted)
     return Stack(places[stack.indices], wanted)
 
 
@@ -150,19 +150,19 @@ def _listed(codes: NDArray[np.integer]) -> str:
 
 def codes_or_places(codes: Codes | None, n_facies: int) -> NDArray[np.integer]:
     """Return the codes of `n_facies` facies; the default is 0 … n_facies − 1."""
-    known = np.arange(n_facies) if codes is None else checked_codes(codes)
-    if len(known) != n_facies or not (codes is None or np.array_equal(known, codes)):
+    facies_codes = np.arange(n_facies) if codes is None else checked_codes(codes)
+    if len(facies_codes) != n_facies or not (codes is None or np.array_equal(facies_codes, codes)):
         raise CCWSIMError(f"codes = {shown(codes)} must be {n_facies} ascending facies codes")
-    return known
+    return facies_codes
 
 
 def checked_codes(codes: Codes) -> NDArray[np.integer]:
     """Return facies codes as a sorted array, or raise `CCWSIMError`."""
-    given = as_integers(list(codes) if isinstance(codes, range) else codes, "codes")
-    known = np.unique(given)
-    if given.ndim != 1 or not 1 <= len(known) <= MAX_FACIES or len(known) < len(given):
+    values = as_integers(list(codes) if isinstance(codes, range) else codes, "codes")
+    distinct = np.unique(values)
+    if values.ndim != 1 or not 1 <= len(distinct) <= MAX_FACIES or len(distinct) < len(values):
         raise refused("facies_codes", codes=shown(codes), most=MAX_FACIES)
-    return known
+    return distinct
 
 
 def _codes_in(values: NDArray[np.integer]) -> NDArray[np.integer]:
@@ -192,10 +192,13 @@ def _indices(values: NDArray[np.integer], codes: NDArray[np.integer]) -> NDArray
 
 
 def in_pieces(
-    function: Callable[[NDArray], NDArray], rows: NDArray, cells: int
+    function: Callable[[NDArray], NDArray], rows: NDArray, n_cells: int
 ) -> NDArray[np.integer]:
-    """Return function(rows), some rows (each `cells` cells) at a time so that a user can cancel."""
-    at_once = max(CELLS_A_PIECE // max(cells, 1), 1)
+    """Return function(rows), computed for a few rows at a time, so that a user can cancel.
+
+    A row has `n_cells` cells.
+    """
+    at_once = max(CELLS_A_PIECE // max(n_cells, 1), 1)
     if len(rows) <= at_once:
         return function(rows)
     pieces = []

@@ -119,12 +119,12 @@ def stationarity(image: Images, codes: Codes | None = None) -> Stationarity:
     whole = proportions(stack)[0]
     deviation = np.sqrt(whole * (1 - whole))
     lags = np.arange(min(ny, nx) // 4 + 1)
-    own = np.array([_curves(quarter, lags) for quarter in quarters])
-    distance = np.sqrt(np.mean((own - _curves(stack, lags)) ** 2, axis=3))
+    curves = np.array([_curves(quarter, lags) for quarter in quarters])
+    distance = np.sqrt(np.mean((curves - _curves(stack, lags)) ** 2, axis=3))
     shift = ratio(np.abs(shares - whole), deviation, 0.0)  # 0 for a facies in all cells or in none
     variogram_shift = ratio(distance, (deviation**2)[:, None], 0.0)
-    cells = as_volume(np.ma.masked_equal(indices, UNKNOWN) if UNKNOWN in indices else indices)
-    facies = [cells == k for k in range(n_facies)]
+    volume = as_volume(np.ma.masked_equal(indices, UNKNOWN) if UNKNOWN in indices else indices)
+    facies = [volume == k for k in range(n_facies)]
     compared = [_compare_parts(one.mean(axis=0, dtype=float)) for one in facies]
     scores = np.zeros((len(PARTS), n_facies, 2))
     for k, axis in product(range(n_facies), (0, 1)):
@@ -133,9 +133,19 @@ def stationarity(image: Images, codes: Codes | None = None) -> Stationarity:
         without_error = np.where(difference, np.inf, 0.0)
         scores[:, k, axis] = ratio(np.abs(difference), error, without_error)
     differences, errors = (np.column_stack(each) for each in zip(*compared, strict=True))
-    own_shift = shares, shift, lags, own, variogram_shift
     vertical = _compare_halves(facies) if stack.is_volumes else (None, None)
-    return Stationarity(*own_shift, differences, errors, scores, *vertical)
+    return Stationarity(
+        proportions=shares,
+        proportion_shift=shift,
+        lags=lags,
+        variograms=curves,
+        variogram_shift=variogram_shift,
+        differences=differences,
+        errors=errors,
+        variogram_scores=scores,
+        vertical_differences=vertical[0],
+        vertical_errors=vertical[1],
+    )
 
 
 def _compare_halves(facies: Sequence[Mask]) -> tuple[Floats, Floats]:
@@ -151,26 +161,26 @@ def _compare_halves(facies: Sequence[Mask]) -> tuple[Floats, Floats]:
     return np.array([field.mean() for field in fields]), np.sqrt(variances)
 
 
-def _quarters(image: NDArray) -> list[NDArray]:
-    ny, nx = image.shape[-2:]
+def _quarters(field: NDArray) -> list[NDArray]:
+    ny, nx = field.shape[-2:]
     rows, columns = (slice(0, ny // 2), slice(ny // 2, ny)), (slice(0, nx // 2), slice(nx // 2, nx))
-    return [image[..., r, c] for r in rows for c in columns]
+    return [field[..., r, c] for r in rows for c in columns]
 
 
 def _half_squares(facies: Mask, axis: int) -> NDArray[np.float32]:
     """Return ½ (I(x) − I(x + h))² of each cell, averaged over ±h and over the lags 1, 2, 4, …"""
-    image = facies.T if axis == 0 else facies
-    n, total = image.shape[1], np.zeros_like(image, np.float32)
-    lags = [2**k for k in range(20) if 2**k <= max(min(image.shape) // 4, 1)]
+    indicator = facies.T if axis == 0 else facies
+    n, total = indicator.shape[1], np.zeros_like(indicator, np.float32)
+    lags = [2**k for k in range(20) if 2**k <= max(min(indicator.shape) // 4, 1)]
     for lag in lags:
-        differs = image[:, lag:] != image[:, :-lag]
-        ways = np.zeros(n, np.float32)
-        ways[lag:] += 2
-        ways[:-lag] += 2
-        each = np.zeros_like(image, np.float32)
+        differs = indicator[:, lag:] != indicator[:, :-lag]
+        counts = np.zeros(n, np.float32)
+        counts[lag:] += 2
+        counts[:-lag] += 2
+        each = np.zeros_like(indicator, np.float32)
         each[:, lag:] += differs
         each[:, :-lag] += differs
-        total += each / ways
+        total += each / counts
     mean = total / np.float32(len(lags))
     return mean.T if axis == 0 else mean
 
@@ -181,8 +191,8 @@ def _compare_parts(field: NDArray) -> tuple[Floats, Floats]:
     A quarter without known cells gets the mean of the others, with an infinite error.
     """
     means = np.array([np.ma.filled(q.mean(dtype=float), field.mean()) for q in _quarters(field)])
-    known = np.array([np.ma.count(quarter) / quarter.size for quarter in _quarters(field)])
-    weights = WEIGHTS**2 @ (known.mean() / np.maximum(known, 1e-300)) / known.mean() ** 2
+    filled = np.array([np.ma.count(quarter) / quarter.size for quarter in _quarters(field)])
+    weights = WEIGHTS**2 @ (filled.mean() / np.maximum(filled, 1e-300)) / filled.mean() ** 2
     errors = np.sqrt(_mean_variance(field) * weights)
     differences = WEIGHTS @ means
     return np.where(np.abs(differences) < 1e-9, 0.0, differences), errors
@@ -208,7 +218,7 @@ def _mean_variance(field: NDArray) -> float:
     pieces, _ = cast(tuple[NDArray[np.int32], int], label(certain))
     near = pieces == pieces[ny, nx]
     n_pairs = float(ny * nx) ** 2
-    taken = (1 + SLOPES) * pairs[near].sum() / n_pairs  # of it, by removing means and plane
+    taken = (1 + SLOPES) * pairs[near].sum() / n_pairs  # share removed with means and plane
     return float(sums[near].sum() / n_pairs / max(1 - taken, 0.25))
 
 

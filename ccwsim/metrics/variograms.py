@@ -56,18 +56,19 @@ def variogram(
     index = stack.index_of(facies)
 
     def one(k: int) -> NDArray[np.floating]:
-        cells, n = stack.volume(k), stack.n_facies
-        if (cells == UNKNOWN).any():
-            pairs = _known_transitions(cells, n, offsets)
-            own = pairs[:, index].sum(axis=1) + pairs[:, :, index].sum(axis=1)
-            return ratio(own - 2 * pairs[:, index, index], 2 * pairs.sum(axis=(1, 2)))
-        inside = (cells == index).view(np.uint8)
-        unequal = in_pieces(lambda some: _count_unequal(inside, some), offsets, inside.size)
+        volume, n = stack.volume(k), stack.n_facies
+        if (volume == UNKNOWN).any():
+            pairs = _known_transitions(volume, n, offsets)
+            n_touching = pairs[:, index].sum(axis=1) + pairs[:, :, index].sum(axis=1)
+            return ratio(n_touching - 2 * pairs[:, index, index], 2 * pairs.sum(axis=(1, 2)))
+        inside = (volume == index).view(np.uint8)
+        unequal = in_pieces(lambda piece: _count_unequal(inside, piece), offsets, inside.size)
         return unequal / (2 * count_pairs(stack.shape, offsets))
 
     gamma = np.array(map_parallel(one, len(stack), progress), np.float64)
     counts = [[np.count_nonzero(i == index), np.count_nonzero(i != UNKNOWN)] for i in stack.indices]
-    shares = ratio(*np.array(counts).T)
+    n_inside, n_known = np.array(counts).T
+    shares = ratio(n_inside, n_known)
     return Variogram(steps, gamma, shares * (1 - shares))
 
 
@@ -90,8 +91,8 @@ def variogram_map(
     reach = int(lags[-1])
 
     def one(k: int) -> Floats:
-        inside, known = stack.indices[k] == index, stack.indices[k] != UNKNOWN
-        near, n_pairs = (_product_sums(part, known, reach) for part in (inside, known))
+        inside, valid = stack.indices[k] == index, stack.indices[k] != UNKNOWN
+        near, n_pairs = (_product_sums(part, valid, reach) for part in (inside, valid))
         squares = near + near[::-1, ::-1] - 2 * _product_sums(inside, inside, reach)
         return ratio(squares, 2 * n_pairs)
 
@@ -177,15 +178,15 @@ def transition_map(
     first, second = stack.index_of(tail, "tail"), stack.index_of(head, "head")
 
     def one(k: int) -> Floats:
-        start, known = stack.indices[k] == first, stack.indices[k] != UNKNOWN
+        start, valid = stack.indices[k] == first, stack.indices[k] != UNKNOWN
         pairs = _product_sums(start, stack.indices[k] == second, reach)
-        return ratio(pairs, _product_sums(start, known, reach))
+        return ratio(pairs, _product_sums(start, valid, reach))
 
     return np.array(map_parallel(one, len(stack), progress))
 
 
 def _known_transitions(volume: Bytes, n_facies: int, offsets: Ints) -> Ints:
-    """Return `_count_transitions` of the pairs of known cells."""
+    """Return the result of `_count_transitions` for the pairs of known cells."""
     with_unknown = np.minimum(volume, n_facies)
     return _count_transitions(with_unknown, n_facies + 1, offsets)[:, :n_facies, :n_facies]
 

@@ -11,7 +11,7 @@ from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.missing import UNKNOWN
 
 Shape: TypeAlias = tuple[int, ...]
-"""Shape of a map or a volume; typed `Any` because some functions accept only maps."""
+"""Shape of a map or a volume."""
 Floats: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
 Bytes: TypeAlias = NDArray[np.uint8]
@@ -29,8 +29,8 @@ def describe_shape(shape: Sequence[int]) -> str:
 
 def listing(words: Iterable[str]) -> str:
     """Return words joined by commas and "and"."""
-    *some, last = words
-    return f"{', '.join(some)} and {last}" if some else last
+    *first, last = words
+    return f"{', '.join(first)} and {last}" if first else last
 
 
 def as_array(values: ArrayLike, what: str) -> NDArray:
@@ -92,14 +92,14 @@ def check_number(
 
 
 def check_choice(name: str, value: object, allowed: Iterable[str]) -> str:
-    """Return a text of a list, or raise `CCWSIMError`."""
+    """Return a value that is one of the allowed texts, or raise `CCWSIMError`."""
     if not (isinstance(value, str) and value in tuple(allowed)):
         raise CCWSIMError(f"{name} = {shown(value)} must be one of {', '.join(allowed)}")
     return value
 
 
 def check_type(name: str, value: object, *types: Any) -> None:
-    """Raise `CCWSIMError` for an argument of none of the types; the message names the first."""
+    """Raise `CCWSIMError` unless an argument has one of the types; the message names the first."""
     if not isinstance(value, types):
         raise CCWSIMError(f"{name} = {shown(value)} must be of type {types[0].__name__}")
 
@@ -117,9 +117,9 @@ def as_integers(
     high: int = MAX_INT,
     remedy: str = "for continuous values give classes or a threshold",
 ) -> NDArray[np.int64]:
-    """Return `values` as int64; raise `CCWSIMError` for no integer, or one outside low … high.
+    """Return `values` as int64; raise `CCWSIMError` unless all are integers from `low` to `high`.
 
-    A cast would turn values that int64 cannot hold into others. Values within 1e-3 of an integer
+    A cast would change values that do not fit into int64. Values within 1e-3 of an integer
     are rounded because MATLAB files have codes such as 0.9999.
     """
     array = as_array(values, what)
@@ -163,9 +163,9 @@ def ratio(
 
 def frozen(array: NDArray) -> NDArray:
     """Return a contiguous, read-only copy."""
-    own = np.array(array, order="C", copy=True)
-    own.setflags(write=False)
-    return own
+    copy = np.array(array, order="C", copy=True)
+    copy.setflags(write=False)
+    return copy
 
 
 def readonly(array: NDArray) -> NDArray:
@@ -257,7 +257,7 @@ def oriented_values(array: Any) -> NDArray:
     names = _axes(array)
     array = array.squeeze([d for d in array.dims if array.sizes[d] == 1 and d not in names[:2]])
     order = list(reversed(_axes(array)))
-    values = np.asarray(array.transpose(*order).values)
+    values = np.transpose(array.values, [array.dims.index(name) for name in order])
     for axis, name in enumerate(order):
         coordinates = _coordinates(array, name)
         if coordinates is not None and len(coordinates) > 1 and coordinates[0] > coordinates[-1]:
@@ -274,18 +274,18 @@ def labelled_axes(array: Any) -> list[tuple[float, float]]:
 
 def _axes(array: Any) -> list[Any]:
     """Return the names of the axes in the order x, y, z and others."""
-    known: dict[str, Any] = {}
+    name_of: dict[str, Any] = {}
     for name in array.dims:
         attributes = array.coords[name].attrs if name in array.coords else {}
-        said = str(attributes.get("axis", "")).lower()
-        kind = next((k for k, words in AXIS_NAMES.items() if str(name).lower() in words), said)
-        if kind in AXIS_NAMES and kind not in known:
-            known[kind] = name
-    rest = [name for name in reversed(array.dims) if name not in known.values()]
-    for kind in AXIS_NAMES:
-        if kind not in known and rest:
-            known[kind] = rest.pop(0)
-    return [known[kind] for kind in AXIS_NAMES if kind in known] + rest
+        stated = str(attributes.get("axis", "")).lower()
+        axis = next((a for a, words in AXIS_NAMES.items() if str(name).lower() in words), stated)
+        if axis in AXIS_NAMES and axis not in name_of:
+            name_of[axis] = name
+    unnamed = [name for name in reversed(array.dims) if name not in name_of.values()]
+    for axis in AXIS_NAMES:
+        if axis not in name_of and unnamed:
+            name_of[axis] = unnamed.pop(0)
+    return [name_of[axis] for axis in AXIS_NAMES if axis in name_of] + unnamed
 
 
 def _coordinates(array: Any, name: Any) -> NDArray[np.float64] | None:

@@ -32,7 +32,7 @@ MAX_TEMPLATE_VARIATION = 0.5
 MAX_LOCATION_WEIGHT = 10.0
 """Maximum location weight; at this weight, distant locations are hardly ever chosen."""
 
-MAX_AUXILIARY_WEIGHT = 10.0  # maximum weight of an auxiliary variable, as of a location
+MAX_AUXILIARY_WEIGHT = 10.0  # maximum weight of an auxiliary variable
 MAX_IMAGES = 8  # maximum number of training images of a study
 MAX_DEGREES, MAX_DIP = 360.0, 80.0  # maximum absolute angle and dip of images
 MIN_SCALE, MAX_SCALE = 0.2, 5.0  # range of the factor by which images are enlarged
@@ -79,11 +79,11 @@ MAX_SAMPLING_STEP = 10_000
 MAX_LINK_DATA = 200
 """Maximum number of hand-placed data in a link, because mail programs cut longer addresses."""
 MAX_LINK_VALUES = 200
-"""Maximum number of values that are read of a link; a study has one for most of its settings."""
+"""Maximum number of values that are read from a link; a study has one for most of its settings."""
 MAX_LINK_LETTERS = 20_000
-"""Maximum number of letters that are read of a link; packed hard data take up to 8000."""
+"""Maximum number of letters that are read from a link; packed hard data take up to 8000."""
 MAX_WRITTEN_DATA = 40
-"""Maximum number of data listed in a script; a script with more reads the project file."""
+"""Maximum number of data listed in a script; a script with more data reads the project file."""
 
 # Flow
 MIN_CONDUCTIVITY, MAX_CONDUCTIVITY = 1e-14, 1e3

@@ -72,9 +72,9 @@ def merge_facies(codes: NDArray[np.int64], merge: Merge) -> NDArray[np.int64]:
         changed = {int(code): None if to is None else int(to) for code, to in dict(merge).items()}
     except (TypeError, ValueError, OverflowError):
         raise CCWSIMError(f"merge = {shown(merge)} must map facies codes to codes") from None
-    there = codes_of(codes).tolist()
-    if lost := [code for code in changed if code not in there]:
-        raise CCWSIMError(f"merge: code {lost[0]} does not occur; the codes are {shown(there)}")
+    present = codes_of(codes).tolist()
+    if absent := [code for code in changed if code not in present]:
+        raise CCWSIMError(f"merge: code {absent[0]} does not occur; the codes are {shown(present)}")
     merged = codes.copy()
     for code, to in changed.items():
         if to is not None:

@@ -52,7 +52,7 @@ class Ensemble:
     """Number that identifies each realization in the study, shape (n,)."""
     sources: NDArray[np.int32] | None = None
     """Flat index of each cell's source in the training image, shape of `indices`; −1 for cells that
-    were forced or set by seam repair. Further images are numbered on from the last cell of the
+    were forced or set by seam repair. The numbers of cells of further images follow those of the
     training image. None if `simulate` was called without `keep_sources`."""
     revised: bool = False
     """Whether `revise` adapted the ensemble to edited data; the seed then cannot reproduce it."""
@@ -116,14 +116,14 @@ class Ensemble:
         """Return one realization as facies codes, or an ensemble of several realizations."""
         if is_whole(which):
             return self.realizations[which]
-        some = np.arange(self.n)[which]
+        numbers = np.arange(self.n)[which]
         return replace(
             self,
-            indices=np.asarray(self.indices[some]),
-            cpu_seconds=self.cpu_seconds[some],
-            data_status=self.data_status[some],
-            numbers=self.numbers[some],
-            sources=None if self.sources is None else self.sources[some],
+            indices=np.asarray(self.indices[numbers]),
+            cpu_seconds=self.cpu_seconds[numbers],
+            data_status=self.data_status[numbers],
+            numbers=self.numbers[numbers],
+            sources=None if self.sources is None else self.sources[numbers],
         )
 
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray:
@@ -201,13 +201,13 @@ class Ensemble:
             return first.proportions
         images, zones = (first, *secondary.images), secondary.zones
         counts = [[np.count_nonzero(i.array == code) for code in first.codes] for i in images]
-        each, shares = np.array(counts, float), secondary.weights
+        n_cells, shares = np.array(counts, float), secondary.weights
         if zones is not None:
             inside = zones.ravel() if self.active is None else zones[self.active]
             shares = np.bincount(inside, minlength=len(images)) / inside.size
         if shares is not None:
-            each *= np.divide(shares, each.sum(axis=1))[:, None]
-        return readonly(each.sum(axis=0) / each.sum())
+            n_cells *= np.divide(shares, n_cells.sum(axis=1))[:, None]
+        return readonly(n_cells.sum(axis=0) / n_cells.sum())
 
     @cached_property
     def expected_proportions(self) -> NDArray[np.float64]:
@@ -216,12 +216,12 @@ class Ensemble:
         These are the means of given probabilities in the active cells, with `image_proportions`
         where no probabilities are given.
         """
-        own, secondary = self.image_proportions, self.secondary
+        of_image, secondary = self.image_proportions, self.secondary
         if secondary is None or secondary.probabilities is None:
-            return own
-        given = secondary.probabilities.reshape(len(own), -1)
-        given = given if self.active is None else given[:, self.active.ravel()]
-        return readonly(np.where(np.isnan(given), own[:, None], given).mean(axis=1))
+            return of_image
+        soft = secondary.probabilities.reshape(len(of_image), -1)
+        soft = soft if self.active is None else soft[:, self.active.ravel()]
+        return readonly(np.where(np.isnan(soft), of_image[:, None], soft).mean(axis=1))
 
     def probability(self, code: int | str) -> NDArray[np.float64]:
         """Return the E-type of a facies: the share of realizations with that facies in each cell.
@@ -251,8 +251,8 @@ class Ensemble:
         FaciesProperty(facies 0 1e-08, facies 1 0.0001 m/s)
         """
         image = self.training_image
-        found = values_by_facies(image, values)
-        return FaciesProperty(self.indices, found, image.facies_names, unit)
+        by_facies = values_by_facies(image, values)
+        return FaciesProperty(self.indices, by_facies, image.facies_names, unit)
 
     @cached_property
     def digest(self) -> str:
@@ -329,8 +329,8 @@ def concatenate(ensembles: Iterable[Ensemble]) -> Ensemble:
         if different:
             raise refused("ensembles_of_different_studies", k=k, different=listing(different))
     numbers = np.concatenate([part.numbers for part in parts])
-    different, counts = np.unique(numbers, return_counts=True)
-    twice = different[counts > 1]
+    distinct, counts = np.unique(numbers, return_counts=True)
+    twice = distinct[counts > 1]
     if len(twice):
         raise refused("realization_twice", index=twice[0])
     sources = [part.sources for part in parts if part.sources is not None]

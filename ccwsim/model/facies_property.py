@@ -30,19 +30,19 @@ def values_by_facies(
         raise CCWSIMError(f"{what} = {shown(values)} must be a dict with a value of each facies")
     names = dict(zip(image.facies_names, image.codes.tolist(), strict=True))
     by_code = {names.get(key, key) if isinstance(key, str) else key: values[key] for key in values}
-    known = ", ".join(names)
+    facies = ", ".join(names)
     if unknown := by_code.keys() - set(names.values()):
         raise CCWSIMError(
-            f"{what}: there is no facies {shown(min(unknown, key=shown))}; give {known}"
+            f"{what}: there is no facies {shown(min(unknown, key=shown))}; give {facies}"
         )
-    found = np.empty(len(names))
+    by_facies = np.empty(len(names))
     for k, (name, code) in enumerate(names.items()):
         value = by_code.get(code)
         if value is None:
-            raise CCWSIMError(f"{what}: facies {name} has no value; give one for each of {known}")
-        found[k] = check_number(f"{what} of {name}", value, MIN_MAGNITUDE, most)
-    check_magnitudes(what, found)
-    return found
+            raise CCWSIMError(f"{what}: facies {name} has no value; give one for each of {facies}")
+        by_facies[k] = check_number(f"{what} of {name}", value, MIN_MAGNITUDE, most)
+    check_magnitudes(what, by_facies)
+    return by_facies
 
 
 def check_magnitudes(what: str, values: NDArray[np.float64], remedy: str = "") -> None:

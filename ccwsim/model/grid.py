@@ -127,18 +127,18 @@ class Grid:
                 f"{_MAX_PLACE:g}"
             )
         low, high = points.min(axis=0), points.max(axis=0)
-        asked = None if shape is None else cls.of(shape).shape[::-1]
-        if asked is not None and len(asked) != n:
+        counts = None if shape is None else cls.of(shape).shape[::-1]
+        if counts is not None and len(counts) != n:
             raise CCWSIMError(
                 f"grid shape {shown(shape)} does not suit points of "
                 f"{arrays.listing(arrays.AXES[:n])}; give "
                 f"{'rows and columns' if n == 2 else 'layers, rows and columns'}"
             )
         sizes = cell_size if isinstance(cell_size, (Sequence, np.ndarray)) else (cell_size,) * n
-        given = None if cell_size is None else _numbers("cell_size", sizes, n, 1.0)
-        if given is not None and min(given) <= 0:
-            raise CCWSIMError(f"grid cell size {given} must be positive")
-        grid = _fitting(low, high, asked, given)
+        widths = None if cell_size is None else _numbers("cell_size", sizes, n, 1.0)
+        if widths is not None and min(widths) <= 0:
+            raise CCWSIMError(f"grid cell size {widths} must be positive")
+        grid = _fitting(low, high, counts, widths)
         if not grid.holds(grid.cells_of(*points.T)).all():
             raise CCWSIMError(
                 f"{arrays.describe_shape(grid.shape)} cells of "
@@ -175,15 +175,15 @@ class Grid:
         last cell. Raises `CCWSIMError` for coordinates that are not numbers, if z is given for a
         map, and if z is missing for a volume.
         """
-        given = (x, y) if z is None else (x, y, z)
-        names = arrays.AXES[: len(given)]
-        if len(given) != self.n_dimensions:
+        coordinates = (x, y) if z is None else (x, y, z)
+        names = arrays.AXES[: len(coordinates)]
+        if len(coordinates) != self.n_dimensions:
             raise CCWSIMError(
                 "the grid is a map: leave out z of points, or give the grid nz"
                 if z is not None
                 else f"the grid has {self.nz} layers: z of points is needed as well"
             )
-        named = zip(given, names, strict=True)
+        named = zip(coordinates, names, strict=True)
         points = [np.atleast_1d(arrays.as_floats(p, f"{name} of points")) for p, name in named]
         if any(p.ndim != 1 or p.shape != points[0].shape for p in points):
             raise CCWSIMError(f"{arrays.listing(names)} of points must be lists of the same length")
@@ -236,7 +236,7 @@ _CRS = re.compile(
 
 
 def fault_of_crs(crs: object) -> str:
-    """Return why a text does not have the form of a coordinate system; empty if it has."""
+    """Return why a text is not a coordinate system; empty for a coordinate system."""
     text = crs if isinstance(crs, str) else ""
     if len(text) > MAX_CRS_LETTERS:
         return f"has {len(text)} letters; a coordinate system has at most {MAX_CRS_LETTERS}"
@@ -268,8 +268,8 @@ def _fitting(
     counts = np.array(shape or np.maximum(np.ceil(extent / cell) + 1, 1))
     start = (low + high) / 2 - counts * cell / 2
     rounded = (_rounded(start, step * cell) for step in (10, 1, 0.1))
-    held = (o for o in rounded if ((o <= low) & (high < o + counts * cell)).all())
-    origin = next(held, start)
+    containing = (o for o in rounded if ((o <= low) & (high < o + counts * cell)).all())
+    origin = next(containing, start)
     nx, ny, *nz = (min(int(n), MAX_GRID_SIDE + 1) for n in counts)
     return Grid(ny, nx, tuple(cell.tolist()), tuple(origin.tolist()), nz[0] if nz else None)
 

@@ -106,8 +106,7 @@ class HardData(ReadOnly):
         if data is None:
             return cls()
         if isinstance(data, (str, PathLike)):
-            said = shown(str(data))
-            raise refused("data_are_a_name", said=said)
+            raise refused("data_are_a_name", said=shown(str(data)))
         grid = Grid.of(grid)
         if is_table(data):
             report = reader().import_hard_data(data, grid, training_image)
@@ -122,10 +121,10 @@ class HardData(ReadOnly):
         if values.shape != grid.shape:
             world = "x, y" if grid.nz is None else "x, y, z"
             raise refused("data_not_of_grid", shape=values.shape, grid=grid.shape, world=world)
-        known = known_values(values, stated=[-1.0])
+        has_datum = known_values(values, stated=[-1.0])
         if training_image is not None:
-            known |= np.isin(values, training_image.codes)
-        cells = np.argwhere(known)
+            has_datum |= np.isin(values, training_image.codes)
+        cells = np.argwhere(has_datum)
         return cls(cells, values[tuple(cells.T)])
 
     @property
@@ -163,17 +162,18 @@ class HardData(ReadOnly):
             layers = "" if grid.nz is None else f"{grid.nz} layers, "
             raise CCWSIMError(
                 f"{len(outside)} of {self.n} hard data lie outside the grid of {layers}{grid.ny} "
-                f"rows and {grid.nx} columns: {_listed(self, outside)}; drop them or enlarge the "
+                f"rows and {grid.nx} columns: {_examples(self, outside)}; drop them or enlarge the "
                 "grid"
             )
         if training_image is None:
             return
         unknown = np.flatnonzero(~np.isin(self.facies, training_image.codes))
         if len(unknown):
-            there = ", ".join(map(str, training_image.codes))
+            codes = ", ".join(map(str, training_image.codes))
             raise CCWSIMError(
                 f"{len(unknown)} of {self.n} hard data have a facies that the training image does "
-                f"not have (its facies are {there}): {_listed(self, unknown)}; recode or drop them"
+                f"not have (its facies are {codes}): {_examples(self, unknown)}; recode or drop "
+                "them"
             )
 
     def n_mismatched(self, realization: NDArray[np.integer]) -> int:
@@ -204,28 +204,29 @@ def _codes(facies: Any, training_image: TrainingImage | None) -> Any:
     values = facies.tolist() if isinstance(facies, np.ndarray) else facies
     if not isinstance(values, (list, tuple)) or not any(isinstance(v, str) for v in values):
         return facies
-    known: dict[str, int] = {}
+    code_of: dict[str, int] = {}
     if training_image is not None:
         names = (name.casefold() for name in training_image.facies_names)
-        known = dict(zip(names, training_image.codes.tolist(), strict=True))
-    codes = [known.get(v.strip().casefold()) if isinstance(v, str) else v for v in values]
+        code_of = dict(zip(names, training_image.codes.tolist(), strict=True))
+    codes = [code_of.get(v.strip().casefold()) if isinstance(v, str) else v for v in values]
     unknown = [v for v, code in zip(values, codes, strict=True) if code is None]
     if unknown:
-        there = ", ".join(training_image.facies_names) if training_image is not None else "none"
-        raise refused("unknown_facies_name", unknown=shown(unknown[0]), there=there)
+        names = training_image.facies_names if training_image is not None else ("none",)
+        raise refused("unknown_facies_name", unknown=shown(unknown[0]), there=", ".join(names))
     return codes
 
 
-def _listed(data: HardData, which: NDArray[np.integer]) -> str:
-    shown = [
+def _examples(data: HardData, which: NDArray[np.integer]) -> str:
+    """Return the first three data of `which` as text."""
+    examples = [
         f"{describe_cell(cell)}, facies {code}"
         for cell, code in zip(data.cells[which[:3]], data.facies[which[:3]], strict=True)
     ]
-    return "; ".join(shown) + (" …" if len(which) > 3 else "")
+    return "; ".join(examples) + (" …" if len(which) > 3 else "")
 
 
 def _clash(places: NDArray, codes: NDArray, cell: NDArray) -> str:
-    same = np.flatnonzero((places == cell).all(axis=1))
-    said = ", ".join(f"no. {k + 1} says {codes[k]}" for k in same[:6])
+    numbers = np.flatnonzero((places == cell).all(axis=1))
+    clashing = ", ".join(f"no. {k + 1} says {codes[k]}" for k in numbers[:6])
     where = describe_cell(cell)
-    return f"hard data: two facies in the cell at {where} ({said}); keep one datum"
+    return f"hard data: two facies in the cell at {where} ({clashing}); keep one datum"

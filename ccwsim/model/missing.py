@@ -19,10 +19,10 @@ values of 32 bits, but state the code with more digits."""
 
 def known_values(values: NDArray, stated: Iterable[float] = ()) -> NDArray[np.bool_]:
     """Return a mask of `values` that are neither NaN nor a `stated` or customary missing code."""
-    known = ~np.isnan(values) if values.dtype.kind == "f" else np.ones(values.shape, bool)
+    mask = ~np.isnan(values) if values.dtype.kind == "f" else np.ones(values.shape, bool)
     for code in _codes_in_range(values, stated):
-        known &= ~_stand_for(code, values)
-    return known
+        mask &= ~_stand_for(code, values)
+    return mask
 
 
 def unknown_note(values: NDArray, stated: Iterable[float] = ()) -> str:
@@ -31,8 +31,8 @@ def unknown_note(values: NDArray, stated: Iterable[float] = ()) -> str:
     if not n:
         return ""
     codes = [c for c in _codes_in_range(values, stated) if _stand_for(c, values).any()]
-    said = f" ({', '.join(f'{code:.9g}' for code in codes)} means unknown)" if codes else ""
-    return f"{n} of {values.size} cells have no value{said}"
+    meaning = f" ({', '.join(f'{code:.9g}' for code in codes)} means unknown)" if codes else ""
+    return f"{n} of {values.size} cells have no value{meaning}"
 
 
 def _codes_in_range(values: NDArray, stated: Iterable[float]) -> list[float]:

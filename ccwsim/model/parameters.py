@@ -57,7 +57,7 @@ def describe_weight(weight: Weight) -> str:
 
 @dataclass(frozen=True)
 class Parameters:
-    # For maps, the first three and location_weight are numbers; for volumes they may be triples.
+    # In volumes, the first three parameters and location_weight may be triples.
     template_size: PerAxis = 32
     overlap_size: PerAxis = 8
     wavelet_level: PerAxis = 2
@@ -77,9 +77,9 @@ class Parameters:
     variant: Variant = "ours"
 
     def __post_init__(self) -> None:
-        for each in fields(self):
-            value = _checked(each.name, getattr(self, each.name), each.default)
-            object.__setattr__(self, each.name, value)
+        for f in fields(self):
+            value = _checked(f.name, getattr(self, f.name), f.default)
+            object.__setattr__(self, f.name, value)
         check_sizes(self.template_size, self.overlap_size, self.level)
         for name, needed in SETTINGS[self.variant].items():
             if (value := getattr(self, name)) != needed:
@@ -94,32 +94,32 @@ class Parameters:
 
         `others` are any other parameters, such as `template_size` or `n_candidates`. Both variants
         are for maps without secondary information other than inactive cells. With the method
-        "ms-ccsim" the coarsest images are searched by these rules, without splitting; at finer
-        scales a patch with data is searched within T cells of its location, one without data stays,
-        as in the code of MS-CCSIM. A level L of that code is `wavelet_level` = L − 1.
+        "ms-ccsim", the coarsest images are searched by these rules, without splitting. At finer
+        scales, a patch with data is searched within T cells of its location; a patch without data
+        stays there, as in the code of MS-CCSIM. A level L of that code is `wavelet_level` = L − 1.
 
-        **"paper"** is Algorithm 1 and sections 4.1 to 4.4 as they are written: plain
-        cross-correlation of the approximation coefficients of the facies codes (one value a cell),
-        the K best locations with ties in the order of the locations, a uniform draw, the inverse
-        DWT, the minimum cut.
-        Conditional: a location qualifies if its patch honours every datum in the template and,
-        among the best `search_fraction` of the locations, those of the co-template as long as such
-        a location exists; one of the first K that qualify is drawn. If none qualifies, the template
-        is split in four, down to 4 cells or 2^level; then the first location with the fewest misses
-        is used. What the paper leaves open: a quarter overlaps earlier cells by at most OR, and its
-        locations are those of the whole template; the first patch has no scores and is drawn from
-        all locations that qualify; tiles may end beyond the grid.
+        **"paper"** is Algorithm 1 and sections 4.1 to 4.4 as written: plain cross-correlation of
+        the approximation coefficients of the facies codes (one value a cell), the K best locations
+        with ties in the order of the locations, a uniform draw, the inverse DWT, the minimum cut.
+        Near data, a location qualifies if its patch honours every datum in the template. Among the
+        best `search_fraction` of the locations, it must also honour the data in the co-template, as
+        long as such a location exists. One of the first K locations that qualify is drawn. If none
+        qualifies, the template is split in four, down to 4 cells or 2^level; at this size, the
+        first location with the fewest misses is used. The paper leaves a few points open. Here, a
+        quarter overlaps earlier cells by at most OR, and its locations are those of the whole
+        template. The first patch has no scores and is drawn from all locations that qualify. Tiles
+        may end beyond the grid.
 
-        **"code"** is the authors' MATLAB: the sum of squared differences of the codes; data moved
-        to blocks of 2^level cells, where the largest code wins; codes read back from rounded
-        coefficients, of which the value half-way is no code; near data not one of K, but of the
-        best `search_fraction` the first location that honours all data, or else the last with the
-        fewest misses; their cut, which leaves the cheapest path; patches that overwrite data. What
-        still differs: the path is drawn (theirs takes the eight in turn); tiles may end beyond the
-        grid (their last tile is moved back); ties are in the order of the rows, not decided by
-        rounding errors; the first patch with data is drawn from all locations, not from a random
-        `search_fraction`; in MS-CCSIM, a location after a search at a finer scale is the best one,
-        not the last one searched.
+        **"code"** is the authors' MATLAB code: the sum of squared differences of the codes; data
+        moved to blocks of 2^level cells, in which the largest code wins; codes read back from
+        rounded coefficients, whose half-way value is no code; the authors' cut, which leaves the
+        cheapest path; patches that overwrite data. Near data, the first location that honours all
+        data is used instead of one of K, or else the last one with the fewest misses, both among
+        the best `search_fraction`. Some differences remain. The path is random (theirs takes the
+        eight paths in turn). Tiles may end beyond the grid (their last tile is moved back). Ties
+        are broken by the order of the rows (theirs by rounding errors). The first patch with data
+        is drawn from all locations (theirs from a random `search_fraction`). In MS-CCSIM, a search
+        at a finer scale uses the best location (theirs the last one searched).
 
         Examples
         --------
@@ -204,22 +204,24 @@ def fitted(parameters: Parameters, shape: Shape, **changes: Any) -> Parameters:
     """Return parameters with `changes`; sizes become the nearest ones that an image allows.
 
     For a volume, numbers become triples; along z, the size is halved, and the level is lower by
-    one. For a map, a triple is replaced by the number along x.
+    one. For a map, a triple is replaced by the number along x. A published variant is for maps; it
+    sets the parameters that it needs.
     """
-    values = vars(parameters) | changes
-    is_ccsim, volume = values["method"] == "ccsim", len(shape) == 3
-    asked = zip(*(_along_axes(name, values[name]) for name in PER_AXIS), strict=True)
+    volume = len(shape) == 3
+    variant = "ours" if volume else changes.get("variant", parameters.variant)
+    values = vars(parameters.as_in(variant)) | changes
+    is_ccsim = values["method"] == "ccsim"
+    templates, overlaps, levels = (_along_axes(name, values[name]) for name in PER_AXIS)
     z, y, x = (
         fitted_sizes(t, o, j, shape, along_z=volume and axis == "z", is_ccsim=is_ccsim)
-        for axis, (t, o, j) in zip(AXES[::-1], asked, strict=True)
+        for axis, t, o, j in zip(AXES[::-1], templates, overlaps, levels, strict=True)
     )
     for name, *sizes in zip(PER_AXIS, z, y, x, strict=True):
         values[name] = per_axis((sizes[0], sizes[1], sizes[2]), shape)
     if not volume and isinstance(weight := values["location_weight"], tuple):
         values["location_weight"] = max(weight[1:])  # a map has no weight along z
-    of_variant = SETTINGS[values["variant"]]
-    if volume or any(values[name] != needed for name, needed in of_variant.items()):
-        values["variant"] = "ours"  # the published variants are for maps and have no additions
+    if volume or any(values[name] != needed for name, needed in SETTINGS[variant].items()):
+        values["variant"] = "ours"  # the published variants have no additions
     return Parameters(**values)
 
 
@@ -241,10 +243,10 @@ def _checked(name: str, value: Any, default: Any) -> Any:
         return bool(value)
     if isinstance(value, np.ndarray) and value.ndim:
         value = value.tolist()
+    low, high = PARAMETERS[name]
     along_axes = isinstance(value, (tuple, list)) and len(value) == 3
     if not along_axes or name not in (*PER_AXIS, "location_weight"):
-        return _checked_number(name, value, *PARAMETERS[name])
-    low, high = PARAMETERS[name]
+        return _checked_number(name, value, low, high)
     lows = {"template_size": 1, "overlap_size": 0}.get(name, low), low, low  # thin volumes
     sides = zip(AXES[::-1], value, lows, strict=True)
     return tuple(_checked_number(f"{name} along {axis}", v, low, high) for axis, v, low in sides)

@@ -4,7 +4,7 @@ from typing import Any, Literal, get_args
 
 Variant = Literal["ours", "paper", "code"]
 VARIANTS: tuple[Variant, ...] = get_args(Variant)
-_WITHOUT_ADDITIONS: dict[str, Any] = {
+WITHOUT_ADDITIONS: dict[str, Any] = {
     "template_variation": 0.0,
     "match_proportions": False,
     "published_draw": True,
@@ -16,8 +16,8 @@ _WITHOUT_ADDITIONS: dict[str, Any] = {
 """Values that switch off everything that the paper does not have."""
 SETTINGS: dict[Variant, dict[str, Any]] = {
     "ours": {},
-    "paper": {"similarity": "correlation", **_WITHOUT_ADDITIONS},
-    "code": {"similarity": "ssd", **_WITHOUT_ADDITIONS},
+    "paper": {"similarity": "correlation", **WITHOUT_ADDITIONS},
+    "code": {"similarity": "ssd", **WITHOUT_ADDITIONS},
 }
 """Parameters that have the same value in every study of a variant."""
 LARGEST_CODES = {"paper": 254, "code": 2}

@@ -1,4 +1,4 @@
-"""Secondary information: what conditions a simulation besides hard data, one value per cell."""
+"""Secondary information, which conditions a simulation besides hard data: one value per cell."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Auxiliary(arrays.ReadOnly):
 
 @dataclass(frozen=True, eq=False)
 class Secondary(arrays.ReadOnly):
-    """What conditions a simulation besides hard data.
+    """Information besides hard data that conditions a simulation.
 
     Raises `CCWSIMError` if values have a wrong type; shapes and facies are checked when a `Study`
     is made.
@@ -75,7 +75,7 @@ class Secondary(arrays.ReadOnly):
     probabilities : mapping, optional
         Probability of each facies, by name or code: an array of the shape of the grid, in a volume
         also a vertical curve of shape (nz,), or a number. NaN means that nothing is known. One
-        facies may be left out; its probability is the rest.
+        facies may be left out; its probability is 1 minus the sum of the others.
     auxiliary : sequence of Auxiliary, optional
     soft_weight : float
         Strength of the probabilities, 0 … 5. With 1, facies occur about as often as the
@@ -125,22 +125,22 @@ class Secondary(arrays.ReadOnly):
 
     def __post_init__(self) -> None:
         weight = arrays.check_number("soft_weight", self.soft_weight, 0.0, bounds.MAX_SOFT_WEIGHT)
-        several = (self.auxiliary,) if isinstance(self.auxiliary, Auxiliary) else self.auxiliary
-        several = _listed("auxiliary", several, "ccwsim.Auxiliary(image, grid)")
-        if not all(isinstance(each, Auxiliary) for each in several):
+        auxiliary = (self.auxiliary,) if isinstance(self.auxiliary, Auxiliary) else self.auxiliary
+        auxiliary = _as_tuple("auxiliary", auxiliary, "ccwsim.Auxiliary(image, grid)")
+        if not all(isinstance(variable, Auxiliary) for variable in auxiliary):
             raise CCWSIMError("auxiliary: a list of ccwsim.Auxiliary(image, grid) is needed")
-        given = self.probabilities
-        if given is not None and not self.is_fitted and not isinstance(given, Mapping):
-            raise refused("probabilities_not_a_mapping", given=shown(given))
-        images = _listed("images", self.images, "training images")
+        soft = self.probabilities
+        if soft is not None and not self.is_fitted and not isinstance(soft, Mapping):
+            raise refused("probabilities_not_a_mapping", given=shown(soft))
+        images = _as_tuple("images", self.images, "training images")
         if len(images) >= bounds.MAX_IMAGES:
             raise refused("too_many_images", n=len(images), most=bounds.MAX_IMAGES - 1)
-        axes = _listed("mirrored", self.mirrored, "axes")
+        axes = _as_tuple("mirrored", self.mirrored, "axes")
         if not all(isinstance(axis, str) and axis in ("x", "y", "z") for axis in axes):
             raise CCWSIMError(f'mirrored = {shown(self.mirrored)}: give "x", "y", "z" or several')
         tolerance = arrays.check_number("angle_tolerance", self.angle_tolerance, 0.5, 45.0)
-        own = tuple(map(TrainingImage.of, images))
-        vars(self).update(soft_weight=weight, auxiliary=several, images=own)
+        images = tuple(map(TrainingImage.of, images))
+        vars(self).update(soft_weight=weight, auxiliary=auxiliary, images=images)
         vars(self).update(mirrored=axes, angle_tolerance=tolerance)
 
     @property
@@ -174,27 +174,27 @@ class Secondary(arrays.ReadOnly):
         return arrays.digest(self.active, self.probabilities, self.soft_weight, *parts)
 
     def describe(self) -> str:
-        """Return what is given, in words.
+        """Return the kinds of information as text.
 
         Examples
         --------
         >>> Secondary(probabilities={1: 0.3}, soft_weight=0.5).describe()
         'probabilities with weight 0.5'
         """
-        said = []
+        parts = []
         if self.probabilities is not None:
-            said.append(f"probabilities with weight {self.soft_weight:g}")
-        said += [f"auxiliary variable with weight {each.weight:g}" for each in self.auxiliary]
+            parts.append(f"probabilities with weight {self.soft_weight:g}")
+        parts += [f"auxiliary variable with weight {each.weight:g}" for each in self.auxiliary]
         if self.active is not None:
-            said.append("active cells")
+            parts.append("active cells")
         if self.images:
-            ways = {"by zone": self.zones, "with weights": self.weights}
-            given = (way for way, values in ways.items() if values is not None)
-            said.append(" ".join([plural(len(self.images) + 1, "training image"), *given]))
-        said += [name for name in ("angle", "scale", "dip") if getattr(self, name) is not None]
+            choices = {"by zone": self.zones, "with weights": self.weights}
+            choice = (text for text, values in choices.items() if values is not None)
+            parts.append(" ".join([plural(len(self.images) + 1, "training image"), *choice]))
+        parts += [name for name in ("angle", "scale", "dip") if getattr(self, name) is not None]
         if self.mirrored:
-            said.append(f"mirrored along {' and '.join(self.mirrored)}")
-        return ", ".join(said)
+            parts.append(f"mirrored along {' and '.join(self.mirrored)}")
+        return ", ".join(parts)
 
     def fitted(self, grid: Grid, image: TrainingImage) -> Secondary:
         """Return the same information as checked arrays for a grid and a training image.
@@ -233,7 +233,7 @@ class Secondary(arrays.ReadOnly):
         if not volume and (self.dip is not None or "z" in self.mirrored):
             name = "dip" if self.dip is not None else "mirrored"
             raise CCWSIMError(f"{name}: a map has no z axis; leave it out, or simulate a volume")
-        images = [_recoded(other, image, k) for k, other in enumerate(self.images, 1)]
+        images = [_recoded(further, image, k) for k, further in enumerate(self.images, 1)]
         zones, weights = self.zones, self.weights
         if (zones is not None or weights is not None) and n == 1:
             raise CCWSIMError("zones or weights: give the further training images as `images`")
@@ -293,12 +293,12 @@ class Secondary(arrays.ReadOnly):
     def resized(self, shape: tuple[int, ...], image: TrainingImage) -> Secondary:
         """Return information of the same kinds for a small grid and image, to compile kernels."""
         soft = None if self.probabilities is None else np.zeros((image.n_facies, *shape))
-        flat = [np.zeros(n) for n in (image.shape, shape)]
+        of_image, of_grid = np.zeros(image.shape), np.zeros(shape)
         return replace(
             self,
             active=None if self.active is None else np.ones(shape, bool),
             probabilities=None if soft is None else soft + 1 / image.n_facies,
-            auxiliary=[Auxiliary(*flat, weight=each.weight) for each in self.auxiliary],
+            auxiliary=[Auxiliary(of_image, of_grid, weight=each.weight) for each in self.auxiliary],
             **dict.fromkeys(("zones", "weights", "angle", "scale", "dip")),
             **{"images": (), "mirrored": ()},
         )
@@ -331,11 +331,11 @@ class Secondary(arrays.ReadOnly):
             raise refused("auxiliary_with_images")
 
 
-def _listed(name: str, given: Any, what: str) -> tuple[Any, ...]:
-    """Return a sequence, or a word of axes, as a tuple."""
-    if not isinstance(given, (list, tuple, str)):
-        raise CCWSIMError(f"{name} = {shown(given)}: a list of {what} is needed")
-    return tuple(given)
+def _as_tuple(name: str, values: Any, what: str) -> tuple[Any, ...]:
+    """Return a sequence, or the letters of a text of axes, as a tuple."""
+    if not isinstance(values, (list, tuple, str)):
+        raise CCWSIMError(f"{name} = {shown(values)}: a list of {what} is needed")
+    return tuple(values)
 
 
 def _check_shape(what: str, array: NDArray, shape: tuple[int, ...], of: str) -> None:
@@ -347,12 +347,12 @@ def _check_shape(what: str, array: NDArray, shape: tuple[int, ...], of: str) -> 
 
 
 def _field(
-    name: str, given: Any, grid: Grid, limits: tuple[float, float], usual: float
+    name: str, field_or_number: Any, grid: Grid, limits: tuple[float, float], usual: float
 ) -> Floats | None:
     """Return a number, shape (), or a map of the shape of the grid; NaN becomes `usual`."""
-    if given is None:
+    if field_or_number is None:
         return None
-    values = arrays.as_floats(given, name)
+    values = arrays.as_floats(field_or_number, name)
     if values.ndim:
         _check_shape(name, values, grid.shape, "the grid")
     values = np.where(np.isnan(values), usual, values)
@@ -393,10 +393,10 @@ def _recoded(other: TrainingImage, image: TrainingImage, number: int) -> Trainin
     return TrainingImage(cells, name=other.name)
 
 
-def _active(given: ArrayLike, grid: Grid) -> Mask:
+def _active(source: ArrayLike, grid: Grid) -> Mask:
     """Return the active cells of a grid, from an array or polygons."""
-    several = isinstance(given, (list, tuple)) and given and np.ndim(given[0]) == 2
-    polygons = list(given) if several else [given]  # type: ignore[arg-type]
+    several = isinstance(source, (list, tuple)) and source and np.ndim(source[0]) == 2
+    polygons = list(source) if several else [source]  # type: ignore[arg-type]
     values = [arrays.as_array(each, "active") for each in polygons]
     first = values[0]
     if first.shape != grid.shape and first.ndim == 2 and first.shape[1] == 2 and len(first) > 2:
@@ -406,23 +406,24 @@ def _active(given: ArrayLike, grid: Grid) -> Mask:
     else:
         _check_shape("active", first, grid.shape, "the grid")
         if first.dtype.kind not in "buif":
-            raise CCWSIMError(f"active: {shown(given)} is not an array of True and False")
-        known = known_values(first)
-        is_binary = np.isin(first[known], (0, 1)).all()  # then 0 means inactive
-        active = known & (first != 0) if is_binary else known
+            raise CCWSIMError(f"active: {shown(source)} is not an array of True and False")
+        has_value = known_values(first)
+        is_binary = np.isin(first[has_value], (0, 1)).all()  # then 0 means inactive
+        active = has_value & (first != 0) if is_binary else has_value
         outside = "no cell of the grid is active"
     if not active.any():
         raise CCWSIMError(f"active: {outside}")
     return active
 
 
-@np.errstate(over="ignore", invalid="ignore")  # of corners far from all cells
+@np.errstate(over="ignore", invalid="ignore")  # corners may be far from all cells
 def cells_in_polygon(corners: Floats, grid: Grid) -> Mask:
     """Return the cells of a grid whose centre is in a polygon, in all layers of a volume."""
     x, y = grid.axes[0], grid.axes[1]
     inside = np.zeros((len(y), len(x)), bool)
     ends = np.hstack([corners, np.roll(corners, -1, axis=0)])
-    for row in range(*np.searchsorted(y, [corners[:, 1].min(), corners[:, 1].max()])):
+    first, last = np.searchsorted(y, [corners[:, 1].min(), corners[:, 1].max()])
+    for row in range(first, last):
         crossed = (ends[:, 1] <= y[row]) != (ends[:, 3] <= y[row])
         x0, y0, x1, y1 = ends[crossed].T
         crossings = np.sort(x0 + (y[row] - y0) * (x1 - x0) / (y1 - y0))
@@ -430,34 +431,34 @@ def cells_in_polygon(corners: Floats, grid: Grid) -> Mask:
     return np.broadcast_to(inside, grid.shape).copy()
 
 
-def _probabilities(given: Mapping[Any, ArrayLike], grid: Grid, image: TrainingImage) -> Floats:
+def _probabilities(by_facies: Mapping[Any, ArrayLike], grid: Grid, image: TrainingImage) -> Floats:
     """Return the probability of each facies in each cell, shape (n_facies, *shape of the grid)."""
-    maps = {image.index_of(key): _map_of(key, values, grid) for key, values in given.items()}
+    maps = {image.index_of(key): _map_of(key, values, grid) for key, values in by_facies.items()}
     names = image.facies_names
     missing = [k for k in range(image.n_facies) if k not in maps]
     if len(missing) > 1 or not maps:
-        left = arrays.listing(names[k] for k in missing)
-        raise refused("probabilities_missing", facies=left)
+        raise refused("probabilities_missing", facies=arrays.listing(names[k] for k in missing))
     soft = np.stack([maps.get(k, np.zeros(grid.shape)) for k in range(image.n_facies)])
     total = soft.sum(axis=0)
-    known = ~np.isnan(total)
+    has_all = ~np.isnan(total)
     if missing:
         soft[missing[0]] = 1 - total
-        total = np.where(known & (total <= 1 + SUM_TOLERANCE), 1.0, total)
-    wrong = known & (np.abs(total - 1) > SUM_TOLERANCE)
+        total = np.where(has_all & (total <= 1 + SUM_TOLERANCE), 1.0, total)
+    wrong = has_all & (np.abs(total - 1) > SUM_TOLERANCE)
     if wrong.any():
-        at = tuple(np.argwhere(wrong)[0])
-        raise refused("sum_of_probabilities", total=total[at], n=wrong.sum(), at=describe_cell(at))
-    if not known.any():
+        cell = tuple(np.argwhere(wrong)[0])
+        where = describe_cell(cell)
+        raise refused("sum_of_probabilities", total=total[cell], n=wrong.sum(), at=where)
+    if not has_all.any():
         raise CCWSIMError("probabilities: no cell has a value for all facies; leave them out")
     soft = np.clip(soft, 0.0, 1.0)
-    return soft / np.where(known, soft.sum(axis=0), np.nan)
+    return soft / np.where(has_all, soft.sum(axis=0), np.nan)
 
 
-def _map_of(key: Any, given: ArrayLike, grid: Grid) -> Floats:
+def _map_of(key: Any, values: ArrayLike, grid: Grid) -> Floats:
     """Return the map of a facies, of the shape of the grid, NaN where nothing is known."""
     what = f"probability of {shown(key)}"
-    values = arrays.as_floats(given, what)
+    values = arrays.as_floats(values, what)
     values = np.where(known_values(values), values, np.nan)
     if values.ndim == 1 and grid.nz is not None and len(values) == grid.nz:
         values = values[:, None, None]
@@ -466,6 +467,6 @@ def _map_of(key: Any, given: ArrayLike, grid: Grid) -> Floats:
     _check_shape(what, values, grid.shape, "the grid")
     wrong = (values < 0) | (values > 1)
     if wrong.any():
-        at = tuple(np.argwhere(wrong)[0])
-        raise refused("probability", what=what, value=values[at], at=describe_cell(at))
+        cell = tuple(np.argwhere(wrong)[0])
+        raise refused("probability", what=what, value=values[cell], at=describe_cell(cell))
     return values

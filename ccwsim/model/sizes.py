@@ -88,8 +88,9 @@ def _check_axis(where: str, template: int, overlap: int, level: int) -> None:
     """Check the sizes along one axis or all axes at once."""
     along_z = where == " along z"
     least = 1 if along_z else MIN_TEMPLATE
-    _check_size("Template", where, template, level, least, MAX_TEMPLATE)
-    _check_size("Overlap", where, overlap, level, _least_overlap(template, along_z), template // 2)
+    _check_size("Template", where, template, level, low=least, high=MAX_TEMPLATE)
+    least = _least_overlap(template, along_z)
+    _check_size("Overlap", where, overlap, level, low=least, high=template // 2)
 
 
 def _least_overlap(template: int, along_z: bool) -> int:
@@ -102,7 +103,7 @@ def _check_size(what: str, where: str, size: int, level: int, low: int, high: in
     if size % block == 0 and low <= size <= high:
         return
     legal = legal_sizes(level, low, high)
-    near = sorted(legal, key=lambda other: (abs(other - size), other))[:2]
+    near = sorted(legal, key=lambda n: (abs(n - size), n))[:2]
     rule = f"a multiple of {block}"
     if size > high:
         rule = "at most half the template"

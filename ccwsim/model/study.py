@@ -50,8 +50,8 @@ class Study:
             check_type(name, getattr(self, name), kind)
         # Cells index the grid, so empty hard data get as many coordinates as the grid has axes.
         if not self.hard_data.n and self.hard_data.n_dimensions != self.grid.n_dimensions:
-            none = HardData(np.empty((0, self.grid.n_dimensions)), ())
-            object.__setattr__(self, "hard_data", none)
+            no_data = HardData(np.empty((0, self.grid.n_dimensions)), ())
+            object.__setattr__(self, "hard_data", no_data)
         if not self.checked:
             return
         _check_dimensions(self.training_image, self.grid)
@@ -65,8 +65,8 @@ class Study:
         _check_variant(self)
         if self.active is not None and self.hard_data.n:
             data, inside = self.hard_data, self.active[tuple(self.hard_data.cells.T)]
-            for name, which in (("inactive_data", ~inside), ("hard_data", inside)):
-                object.__setattr__(self, name, HardData(data.cells[which], data.facies[which]))
+            for name, mask in (("inactive_data", ~inside), ("hard_data", inside)):
+                object.__setattr__(self, name, HardData(data.cells[mask], data.facies[mask]))
 
     @classmethod
     def of(
@@ -103,11 +103,11 @@ class Study:
 
     def differs_from(self, other: Study) -> list[str]:
         """Return the names of the inputs that differ from those of another study."""
-        return [name for name, own in self.contents.items() if own != other.contents[name]]
+        return [name for name, value in self.contents.items() if value != other.contents[name]]
 
     def key(self, *without: str) -> tuple[Hashable, ...]:
         """Return a key of all inputs but those named `without`."""
-        return tuple(own for name, own in self.contents.items() if name not in without)
+        return tuple(value for name, value in self.contents.items() if name not in without)
 
     @property
     def active(self) -> Mask | None:
@@ -121,9 +121,9 @@ class Study:
         return placed or (self.secondary is not None and self.secondary.guides)
 
     def around_active(self) -> tuple[Study, tuple[slice, ...]]:
-        """Return the study of the smallest grid that contains all active cells, and its cells.
+        """Return the study in the smallest grid with all active cells, and the slices of this grid.
 
-        A `location_weight` needs the whole grid.
+        With a `location_weight`, the whole grid is needed.
         """
         everything = tuple(slice(None) for _ in self.grid.shape)
         if self.active is None or self.secondary is None or max(self.parameters.location_weights):
@@ -208,7 +208,9 @@ def _check_gaps(training_image: TrainingImage, p: Parameters) -> None:
 def _smaller(p: Parameters, lengths: Lengths, shape: tuple[int, ...]) -> str:
     """Return the `Parameters` arguments, as text, that make the template fit into a volume."""
     fitting = []
-    for template, overlap, level, n in zip(*lengths, shape, strict=True):
+    for template, overlap, level, n in zip(
+        lengths.template, lengths.overlap, lengths.level, shape, strict=True
+    ):
         while template > n and level and n < 2 * 2**level:
             level -= 1
         block = 2**level

@@ -65,25 +65,26 @@ class TrainingImage(arrays.ReadOnly):
     def __init__(
         self, array: ArrayLike, *, name: str = "", facies_names: Sequence[str] | None = None
     ) -> None:
-        raw, known = _values_and_known(array)
+        raw, known_mask = _values_and_known(array)
         if raw.ndim not in (2, 3) or raw.size == 0:
             raise refused("image_shape", shape=raw.shape)
-        if known is None:
+        if known_mask is None:
             integers = arrays.as_integers(raw, "training image", remedy=_CONTINUOUS)
             codes = arrays.codes_of(integers)
         else:
-            some = arrays.as_integers(raw[known], "training image", remedy=_CONTINUOUS)
-            codes = arrays.codes_of(some)
-            integers = np.full(raw.shape, some[0])
-            integers[known] = some
+            of_known = arrays.as_integers(raw[known_mask], "training image", remedy=_CONTINUOUS)
+            codes = arrays.codes_of(of_known)
+            integers = np.full(raw.shape, of_known[0])
+            integers[known_mask] = of_known
         if len(codes) > MAX_FACIES:
             raise refused("image_looks_continuous", n=len(codes), advice=_CONTINUOUS)
         array, indices = arrays.smallest_integers(integers), _indices_in(codes, integers)
         self.codes = arrays.frozen(codes.astype(array.dtype))
-        if known is not None:
-            array, indices = np.where(known, integers, np.nan), np.where(known, indices, UNKNOWN)
+        if known_mask is not None:
+            array = np.where(known_mask, integers, np.nan)
+            indices = np.where(known_mask, indices, UNKNOWN)
         self.array, self.indices = arrays.frozen(array), arrays.frozen(indices.astype(np.uint8))
-        self.known = known
+        self.known = known_mask
         if not isinstance(name, str):
             raise CCWSIMError(f"name = {shown(name)} must be a text")
         self.name = name
@@ -99,8 +100,7 @@ class TrainingImage(arrays.ReadOnly):
         array([0, 1], dtype=uint8)
         """
         if isinstance(image, (str, PathLike)):
-            said = shown(str(image))
-            raise refused("image_is_a_name", said=said)
+            raise refused("image_is_a_name", said=shown(str(image)))
         return image if isinstance(image, TrainingImage) else cls(image)
 
     @classmethod
@@ -138,15 +138,15 @@ class TrainingImage(arrays.ReadOnly):
         array([[0, 1, 1],
                [0, 0, 1]], dtype=uint8)
         """
-        array, known = _values_and_known(values)
+        array, mask = _values_and_known(values)
         if array.dtype.kind in "iuf" and (classes is None or not isinstance(classes, str)):
             stated = known_values(array)
-            known = stated & known if known is not None else None if stated.all() else stated
-        some = array if known is None else array[known]
-        codes = classify(some, threshold=threshold, classes=classes, what="training image")
-        if known is not None:
+            mask = stated & mask if mask is not None else None if stated.all() else stated
+        of_known = array if mask is None else array[mask]
+        codes = classify(of_known, threshold=threshold, classes=classes, what="training image")
+        if mask is not None:
             full = np.full(array.shape, np.nan)
-            full[known] = codes
+            full[mask] = codes
             codes = full
         return cls(codes, name=name, facies_names=facies_names)
 
@@ -206,9 +206,9 @@ class TrainingImage(arrays.ReadOnly):
         by_chance = 1 - float(np.square(self.proportions).sum())
         if by_chance == 0 or self.shape[-1] == 1:
             return 0.0
-        left, right = self.indices[..., :-1], self.indices[..., 1:]
-        pairs = True if self.known is None else (left != UNKNOWN) & (right != UNKNOWN)
-        differ = float(np.mean(left != right, where=pairs))
+        west, east = self.indices[..., :-1], self.indices[..., 1:]
+        pairs = True if self.known is None else (west != UNKNOWN) & (east != UNKNOWN)
+        differ = float(np.mean(west != east, where=pairs))
         return min(max(2 * differ / by_chance - 1, 0.0), 1.0)
 
     @cached_property
@@ -228,8 +228,8 @@ class TrainingImage(arrays.ReadOnly):
             raise refused("facies_of_image", code=shown(code), there=", ".join(self.facies_names))
         indices = np.flatnonzero(self.codes == code) if arrays.is_whole(code) else np.empty(0, int)
         if not len(indices):
-            there = ", ".join(map(str, self.codes))
-            raise refused("facies_of_image", code=shown(code), there=there)
+            codes = ", ".join(map(str, self.codes))
+            raise refused("facies_of_image", code=shown(code), there=codes)
         return int(indices[0])
 
     def plot(self) -> Figure:
@@ -245,7 +245,7 @@ class TrainingImage(arrays.ReadOnly):
 
 
 def _values_and_known(values: ArrayLike) -> tuple[NDArray, NDArray[np.bool_] | None]:
-    """Return values as an array, and which of them are known; None if all are.
+    """Return values as an array, and the mask of known values; None if all are known.
 
     Raises `CCWSIMError` if no value is known.
     """

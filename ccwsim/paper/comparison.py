@@ -2,45 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from itertools import product
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim import HardData, TrainingImage
-from ccwsim.datasets.sampling import sample_random
+from ccwsim import Ensemble, HardData, TrainingImage
 from ccwsim.figures import LIGHT, Group, mds_chart, mds_title
 from ccwsim.metrics import Anodi, anodi
 from ccwsim.metrics.stack import Stack
-from ccwsim.model.numbers import duration
-from ccwsim.model.watch import Watch
+from ccwsim.model.published import Variant
 from ccwsim.paper import methods, verdicts
 from ccwsim.paper.experiment import IMAGES, TEXTS, ExperimentRun, Outcome, said
-from ccwsim.paper.methods import DEFAULT, SETTINGS, TITLES
+from ccwsim.paper.methods import AUTHORS_SETTINGS, COLUMNS, COMPARED, TITLES
 from ccwsim.paper.published_times import TABLE_1
 from ccwsim.paper.verdicts import percent
 from ccwsim.report.document import Block, Chart, Judgement, Row, Table, Text
 
-METHODS = ("ccwsim", "ms-ccsim")
-N_DATA = 1000
-LEVELS = (1, 3)
+COMPARED_METHODS = ("ccwsim", "ms-ccsim")
+COMPARED_LEVELS = (1, 2, 3)
+COMPARED_SIDE = 512  # side in cells of the grid of both figures
 LIKE_TAU = 0.02  # relative connectivities count as alike up to this difference
 LIKE_SHARE = 0.03  # shares of wrong data count as alike up to this difference
 LIKE_DISTANCE = 1.1  # pattern distances count as alike if their ratio is at most this
 ANODI_LEVEL = 2
-SYMBOLS = TEXTS["symbols"]  # of methods in charts
-WHOSE = ("ours", "exact", "default")
+METHOD_SYMBOLS = TEXTS["symbols"]  # of methods in charts
 
 
-class Case(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Case:
     """Realizations of one method at one wavelet level, with their measures."""
 
     method: str
     level: int
-    whose: str  # "ours" (published settings), "exact", "default" or "published" (authors' code)
+    column: str  # a key of `COLUMNS`: a variant, or "authors"
     images: NDArray[np.uint8]
     distances: NDArray[np.float64]
     tau: dict[int, float]
@@ -49,9 +46,7 @@ class Case(NamedTuple):
     @property
     def name(self) -> str:
         """Name of the case in charts."""
-        who = "published " if self.whose == "published" else ""
-        tail = {"exact": ", data exact", "default": f", {DEFAULT}"}.get(self.whose, "")
-        return f"{who}{TITLES[self.method]}, level {self.level}{tail}"
+        return f"{TITLES[self.method]}, {COLUMNS[self.column]}, level {self.level}"
 
     @property
     def connectivity(self) -> float:
@@ -70,112 +65,155 @@ class Case(NamedTuple):
 
 
 @dataclass
-class Sampled:
-    """All cases of one study, with the study's training image and data."""
+class ComparedStudy:
+    """The cases of one study by (method, level, column), with training image and data."""
 
     image: TrainingImage
     data: HardData
-    cases: list[Case] = field(default_factory=list)
+    cases: dict[tuple[str, int, str], Case] = field(default_factory=dict)
 
-    def add(self, method: str, level: int, whose: str, images: NDArray | None) -> None:
-        """Add a case, unless `images` is None."""
-        if images is not None:
-            distances = methods.mean_distances(images, self.image)
-            tau = methods.relative_tau(images, self.image)
-            wrong = methods.wrong_share(images, self.image, self.data)
-            self.cases.append(Case(method, level, whose, images, distances, tau, wrong))
+    def add(self, method: str, level: int, column: str, images: NDArray) -> None:
+        """Add a case with its measures."""
+        self.cases[method, level, column] = Case(
+            method,
+            level,
+            column,
+            images,
+            distances=methods.mean_distances(images, self.image),
+            tau=methods.relative_tau(images, self.image),
+            wrong=methods.wrong_share(images, self.image, self.data),
+        )
 
-    def of(self, whose: str) -> list[Case]:
-        """Return the cases whose `Case.whose` is `whose`."""
-        return [case for case in self.cases if case.whose == whose]
+    def column(self, column: str) -> list[Case]:
+        """Return the cases of a column."""
+        return [case for case in self.cases.values() if case.column == column]
 
     def pairs(
         self, first: tuple[str, str], second: tuple[str, str]
     ) -> Iterator[tuple[int, Case, Case]]:
-        """Yield (level, case, case) for each level that has both cases (method, whose)."""
-        by_key = {case[:3]: case for case in self.cases}
-        for level in LEVELS:
-            keys = [(method, level, whose) for method, whose in (first, second)]
-            if all(key in by_key for key in keys):
-                yield level, by_key[keys[0]], by_key[keys[1]]
+        """Yield (level, case, case) for each level that has both cases (method, column)."""
+        for level in COMPARED_LEVELS:
+            keys = [(method, level, column) for method, column in (first, second)]
+            if all(key in self.cases for key in keys):
+                yield level, self.cases[keys[0]], self.cases[keys[1]]
 
 
-def sampled_data(run: ExperimentRun) -> Outcome:
-    """Simulate CCWSIM and MS-CCSIM at levels 1 and 3, with each kind of settings (`Case.whose`)."""
-    run.expect(14)
-    image, side = run.inputs.image("channel"), run.extent.side(512)
-    shape = side, side
-    data = data_of(run, image, shape)
-    study = Sampled(image, data)
-    for method in METHODS:
-        for level in LEVELS:
-            for whose in WHOSE:
-                p = methods.paper_parameters(
-                    method, level, exact=whose != "ours", default=whose == "default"
-                )
-                e = run.simulate(image, shape, p, data, run.extent.n_few)
-                study.add(method, level, whose, e.indices)
-            name = f"{TITLES[method]}_channel512_t2_1000_L{level}"
-            study.add(method, level, "published", methods.published(run, image, name, shape))
-    lags = methods.lags_for(image.shape, shape, largest=run.extent.largest_lag)
-    exact = {case.name: case.images for case in study.of("exact")}
-    rough = {case.name: case.images for case in study.of("ours") + study.of("published")}
-    groups = study.of("exact"), study.of("default"), study.of("published") or study.of("ours")
-    maps = [
-        Row(tuple(methods.paper_map(case.images[0], image, case.name, data) for case in group))
-        for group in groups
+def compare_methods(name: str, numbers: tuple[int, ...], run: ExperimentRun) -> Outcome:
+    """Compare CCWSIM with MS-CCSIM at all levels for some numbers of data (Figs. 10 and 11)."""
+    run.expect(len(numbers) * len(COMPARED_METHODS) * len(COMPARED_LEVELS) * len(COLUMNS))
+    image, side = run.inputs.image(name), run.extent.side(COMPARED_SIDE)
+    blocks: list[Block] = [Row((methods.image_picture(image, run.inputs.describe(name)),))]
+    judgements: list[Judgement] = []
+    for n_data in numbers:
+        data, _ = run.data(name, image, n_data, (side, side), COMPARED_SIDE)
+        study = ComparedStudy(image, data)
+        stem = IMAGES[name]["realizations"].get(str(n_data))
+        for method, level in product(COMPARED_METHODS, COMPARED_LEVELS):
+            last = _add_cases(study, run, (side, side), method, level, stem)
+        blocks += _blocks_of(study, last, run.extent.largest_lag)
+        judgements += [*_methods_compared(study), *_against_authors(study), *_same_rules(study)]
+    return Outcome(tuple(blocks), tuple(judgements))
+
+
+def _add_cases(
+    study: ComparedStudy,
+    run: ExperimentRun,
+    shape: tuple[int, int],
+    method: str,
+    level: int,
+    stem: str | None,
+) -> Ensemble:
+    """Add all cases of a method at a level; return our realizations."""
+    file = f"{TITLES[method]}_{stem}_L{level}"
+    authors = methods.published(run, study.image, file, shape) if stem else None
+    if authors is not None:
+        study.add(method, level, "authors", authors)
+    variants: tuple[Variant, ...] = COMPARED if authors is None else ("paper", "code", "ours")
+    for variant in variants:
+        p = methods.paper_parameters(method, level, variant)
+        e = run.simulate(study.image, shape, p, study.data, run.extent.n_few)
+        study.add(method, level, variant, e.indices)
+    return e
+
+
+def _blocks_of(study: ComparedStudy, e: Ensemble, largest_lag: int) -> Iterator[Block]:
+    """Return the maps, connectivity curves and measures of one number of data."""
+    for column in COLUMNS:
+        maps = [
+            methods.paper_map(case.images[0], study.image, case.name, study.data)
+            for case in study.column(column)
+            if case.level in (1, 3)
+        ]
+        if maps:
+            yield Row(tuple(maps))
+    lags = methods.lags_for(study.image.shape, e.grid.shape, largest=largest_lag)
+    charts = [
+        methods.connectivity_chart(
+            {case.name: case.images for case in study.column(column) if case.level in (1, 3)},
+            study.image,
+            lags,
+        )
+        for column in COMPARED
     ]
-    charts = [methods.connectivity_chart(stacks, image, lags) for stacks in (exact, rough)]
-    curves = Row(tuple(charts), methods.caption_of_cases(e))
-    blocks = (*maps, curves, _table_of_cases(study, side), methods.DEFAULT_WORDS)
-    run.step()
-    judgements = (*_methods(study), *_against_published(study), *_in_search_only(study))
-    return Outcome(blocks, judgements)
+    yield Row(tuple(charts), methods.caption_of_cases(e))
+    yield _table_of_cases(study, e)
 
 
-def data_of(run: ExperimentRun, image: TrainingImage, shape: tuple[int, int]) -> HardData:
-    """Return the authors' data, or data of equal density from our own realization."""
-    if run.inputs.is_own("channel"):
-        return run.inputs.data("channel", N_DATA, shape)
-    other = ExperimentRun(run.inputs, run.extent, run.seed + 1, Watch(cancel=run.watch.cancel))
-    field = other.simulate(image, shape, methods.paper_parameters("ccwsim", 1)).realizations[0]
-    return sample_random(field, max(round(N_DATA * field.size / 512**2), 1), run.seed)
-
-
-def _table_of_cases(study: Sampled, side: int) -> Table:
-    at = (f"τ at {lag}" for lag in study.cases[0].tau)
+def _table_of_cases(study: ComparedStudy, e: Ensemble) -> Table:
+    """Return the measures of a study: a row for each method and level, columns side by side."""
+    columns = [column for column in COLUMNS if study.column(column)]
     rows = []
-    for case in study.cases:
-        distances = methods.format_distances(case.distances)
-        tau = (f"{v:.2f}" for v in case.tau.values())
-        counts = str(len(case.images)), percent(case.wrong)
-        rows.append((case.name, *counts, distances, *tau))
-    caption = said("cases", n=study.data.n, side=side)
-    header = ("realizations", "n", "data wrong", "pattern distance 1, 1/2, 1/3", *at)
-    return Table(header, tuple(rows), caption)
+    for method, level in product(COMPARED_METHODS, COMPARED_LEVELS):
+        cases = [study.cases.get((method, level, column)) for column in columns]
+        texts = [
+            ["–" if case is None else text_of(case) for case in cases]
+            for text_of in MEASURES.values()
+        ]
+        rows.append((TITLES[method], str(level), *(text for each in texts for text in each)))
+    titles = (f"{measure}, {COLUMNS[column]}" for measure in MEASURES for column in columns)
+    counts = {COLUMNS[c]: len(study.column(c)[0].images) for c in columns}
+    caption = said(
+        "cases",
+        n=study.data.n,
+        side=e.grid.nx,
+        image=study.image.name,
+        counts=", ".join(f"{n} {title}" for title, n in counts.items()),
+    )
+    return Table(("method", "level", *titles), tuple(rows), caption)
 
 
-def _methods(study: Sampled) -> Iterator[Judgement]:
+MEASURES: dict[str, Callable[[Case], str]] = {
+    "data wrong": lambda case: percent(case.wrong),
+    "pattern distance": lambda case: f"{case.distance:.4f}",
+    "τ": lambda case: f"{case.connectivity:.2f}",
+}
+"""Measures of the table of cases, as texts."""
+
+
+def _methods_compared(study: ComparedStudy) -> Iterator[Judgement]:
     """Judge the statement that CCWSIM beats MS-CCSIM in connectivity and patterns."""
     claim = "CCWSIM enhances facies connectivity and pattern reproduction (abstract)."
-    engines = {
-        "published": "The authors' codes",
-        "exact": "Our engine, data exact",
-        "default": f"Our engine, {DEFAULT}",
-    }
-    for whose, who in engines.items():
-        for level, ours, other in study.pairs(("ccwsim", whose), ("ms-ccsim", whose)):
-            found = said("methods", who=who, level=level, ours=ours, other=other)
-            yield verdicts.judged(claim, found, verdicts.of_both(*ours.compare(other)))
+    for column, title in COLUMNS.items():
+        for level, ours, other in study.pairs(("ccwsim", column), ("ms-ccsim", column)):
+            finding = said(
+                "methods",
+                title=title.capitalize(),
+                n=study.data.n,
+                level=level,
+                ours=ours,
+                other=other,
+            )
+            yield verdicts.judged(claim, finding, verdicts.of_both(*ours.compare(other)))
 
 
-def _against_published(study: Sampled) -> Iterator[Judgement]:
+def _against_authors(study: ComparedStudy) -> Iterator[Judgement]:
     """Judge our CCWSIM against realizations of the authors' code."""
     claim = "The authors' CCWSIM code, same data."
-    for level, ours, theirs in study.pairs(("ccwsim", "exact"), ("ccwsim", "published")):
-        found = said(
+    for level, ours, theirs in study.pairs(("ccwsim", "ours"), ("ccwsim", "authors")):
+        finding = said(
             "against",
             level=level,
+            n=study.data.n,
             ours=ours,
             theirs=theirs,
             wrong=percent(ours.wrong),
@@ -184,73 +222,24 @@ def _against_published(study: Sampled) -> Iterator[Judgement]:
         orders = *ours.compare(theirs), verdicts.sign_of(theirs.wrong - ours.wrong)
         low, high = min(orders), max(orders)
         if low < 0 < high:
-            yield verdicts.judged(claim, found, verdicts.PART)
+            yield verdicts.judged(claim, finding, verdicts.PART)
         else:
-            yield verdicts.of_order(claim, found, low or high)
+            yield verdicts.of_order(claim, finding, low or high)
 
 
-def _in_search_only(study: Sampled) -> Iterator[Judgement]:
-    """Judge whether our engine (published settings) misses as many data as the authors' codes."""
-    for method in METHODS:
-        claim = f"The share of data that the published {TITLES[method]} code misses."
-        for level, ours, theirs in study.pairs((method, "ours"), (method, "published")):
-            found = said(
-                "search", level=level, wrong=percent(ours.wrong), missed=percent(theirs.wrong)
+def _same_rules(study: ComparedStudy) -> Iterator[Judgement]:
+    """Judge whether the rules of the authors' code miss as many data as this code."""
+    for method in COMPARED_METHODS:
+        claim = f"The share of data that the authors' {TITLES[method]} code misses."
+        for level, ours, theirs in study.pairs((method, "code"), (method, "authors")):
+            finding = said(
+                "search",
+                level=level,
+                n=study.data.n,
+                wrong=percent(ours.wrong),
+                missed=percent(theirs.wrong),
             )
-            yield verdicts.of_claim(claim, found, abs(ours.wrong - theirs.wrong) <= LIKE_SHARE)
-
-
-def stone_wall(run: ExperimentRun) -> Outcome:
-    """Run CCWSIM and MS-CCSIM with about 300 data at levels 1 and 3, in two variants."""
-    run.expect(9)
-    image, side = run.inputs.image("stone wall"), run.extent.side(512)
-    shape, n = (side, side), run.extent.n_few
-    data = run.inputs.data("stone wall", 300, shape)
-    study, times = Sampled(image, data), []
-    for whose, method, level in product(("ours", "default"), METHODS, LEVELS):
-        p = methods.paper_parameters(method, level, default=whose == "default")
-        e = run.simulate(image, shape, p, data, n, workers=1)
-        study.add(method, level, whose, e.indices)
-        times.append(duration(methods.median_seconds(e)))
-    for method in METHODS:
-        name = f"{TITLES[method]}_stonewall512_hd300_L1"
-        study.add(method, 1, "published", methods.published(run, image, name, shape))
-    rows, pictures = [], []
-    times += ["–"] * len(study.of("published"))
-    for case, time in zip(study.cases, times, strict=True):
-        name = case.name if case.whose == "published" else f"ours, {case.name}"
-        numbers = methods.format_distances(case.distances), percent(case.wrong), time
-        rows.append((name, str(len(case.images)), *numbers))
-        if case.level == 1:
-            pictures.append(methods.paper_map(case.images[0], image, name, data))
-    header = ("realizations", "n", "pattern distance 1, 1/2, 1/3", "data wrong", "CPU time")
-    table = Table(header, tuple(rows), f"{side} × {side} cells, {data.n} data, T 32, OR 8.")
-    first = methods.image_picture(image, run.inputs.describe("stone wall"), share=0.5)
-    run.step()
-    theirs = (case.wrong for case in study.of("published") if case.method == "ccwsim")
-    honoured = verdicts.of_data(study.cases[0].wrong, data.n, next(theirs, None))
-    maps = Row((first, *pictures[:2])), Row(tuple(pictures[2:]))
-    return Outcome((*maps, table, methods.DEFAULT_WORDS), (*_patterns(study), honoured))
-
-
-def _patterns(study: Sampled) -> Iterator[Judgement]:
-    """Compare pattern distances: CCWSIM with MS-CCSIM, and our CCWSIM with the authors' code."""
-    claim = "CCWSIM is comparable to MS-CCSIM and enhances pattern reproduction (abstract)."
-    engines = {
-        "ours": "our engine",
-        "default": f"our engine {DEFAULT}",
-        "published": "the published codes",
-    }
-    for whose, who in engines.items():
-        for level, ours, other in study.pairs(("ccwsim", whose), ("ms-ccsim", whose)):
-            both = f"{ours.distance:.4f} against {other.distance:.4f} bits."
-            found = f"Mean pattern distance, {who}, level {level}: {both}"
-            yield verdicts.of_claim(claim, found, ours.distance <= LIKE_DISTANCE * other.distance)
-    claim = "The authors' CCWSIM code, same data."
-    for level, ours, theirs in study.pairs(("ccwsim", "ours"), ("ccwsim", "published")):
-        near, far = ours.distance, theirs.distance
-        found = f"Level {level}: mean pattern distance {near:.4f} against {far:.4f} bits."
-        yield verdicts.of_order(claim, found, ours.compare(theirs)[1])
+            yield verdicts.of_claim(claim, finding, abs(ours.wrong - theirs.wrong) <= LIKE_SHARE)
 
 
 def variability(run: ExperimentRun) -> Outcome:
@@ -261,56 +250,58 @@ def variability(run: ExperimentRun) -> Outcome:
     judgements: list[Judgement] = []
     for image in TABLE_1:
         side = run.extent.side(IMAGES[image]["anodi_side"])
-        found = _distances(run, image, side, IMAGES[image]["anodi_published"])
+        distances = _distances(run, image, side, IMAGES[image]["anodi_published"])
         title = f"{image} image, {side} × {side} cells, level {ANODI_LEVEL}, no data"
-        blocks.append(_anodi_table(found, title))
-        blocks.append(_table_1(found, image))
-        charts.append(_mds(found, image))
-        judgements += _anodi_judgements(found, image)
-    words = Text(TEXTS["patterns"], quiet=True), methods.DEFAULT_WORDS
-    caption = said("variability", level=ANODI_LEVEL, settings=SETTINGS, run=run)
-    return Outcome((*blocks, Row(tuple(charts), caption), *words), tuple(judgements))
+        blocks.append(_anodi_table(distances, title))
+        blocks.append(_table_1(distances, image))
+        charts.append(_mds(distances, image))
+        judgements += _anodi_judgements(distances, image)
+    caption = said("variability", level=ANODI_LEVEL, settings=AUTHORS_SETTINGS, run=run)
+    blocks += [Row(tuple(charts), caption), Text(TEXTS["patterns"], quiet=True)]
+    return Outcome(tuple(blocks), tuple(judgements))
 
 
 def _distances(run: ExperimentRun, image_name: str, side: int, files: list[str]) -> Anodi:
     image, n = run.inputs.image(image_name), run.extent.n_anodi
     stacks: dict[str, NDArray] = {}
-    for default, method in product((False, True), METHODS):
-        p = methods.paper_parameters(method, ANODI_LEVEL, default=default)
+    for variant, method in product(COMPARED, COMPARED_METHODS):
+        p = methods.paper_parameters(method, ANODI_LEVEL, variant)
         e = run.simulate(image, (side, side), p, n=n)
-        stacks[TITLES[method] + (f", {DEFAULT}" if default else "")] = e.indices
+        stacks[f"{TITLES[method]}, {COLUMNS[variant]}"] = e.indices
     for file in files:
-        there = methods.published(run, image, file, (side, side))
-        if there is not None:
+        published_images = methods.published(run, image, file, (side, side))
+        if published_images is not None:
             code = file.split("_")[0]
-            stacks[f"published {code}" if code in TITLES.values() else code] = there
+            is_authors = code in TITLES.values()
+            stacks[f"{code}, {COLUMNS['authors']}" if is_authors else code] = published_images
     coded = {name: Stack(images, image.codes) for name, images in stacks.items()}
-    found = anodi(coded, image)
+    distances = anodi(coded, image)
     run.step()
-    return found
+    return distances
 
 
-def _anodi_table(found: Anodi, title: str) -> Table:
+def _anodi_table(result: Anodi, title: str) -> Table:
     rows = []
-    for k, name in enumerate(found.names):
-        each = [methods.format_distances(row[k]) for row in (found.between, found.within)]
-        by_resolution, r = _each(found.ratio[0] / found.ratio[k]), found.relative("CCWSIM", name)[2]
-        n = int(np.count_nonzero(found.owner == k))
+    for k, name in enumerate(result.names):
+        each = [methods.format_distances(row[k]) for row in (result.between, result.within)]
+        by_resolution = _each(result.ratio[0] / result.ratio[k])
+        r = result.relative(result.names[0], name)[2]
+        n = int(np.count_nonzero(result.owner == k))
         rows.append((name, str(n), *each, by_resolution, f"{r:.2f}"))
-    at = (f"{what}, at 1, 1/2, 1/3" for what in ("between", "within"))
-    header = ("method", "n", *at, "ratio of CCWSIM to this method", "r")
+    column_names = (f"{what}, at 1, 1/2, 1/3" for what in ("between", "within"))
+    header = ("method", "n", *column_names, f"ratio of {result.names[0]} to this method", "r")
     caption = said("anodi", title=title[:1].upper() + title[1:])
     return Table(header, tuple(rows), caption)
 
 
-def _table_1(found: Anodi, image: str) -> Table:
+def _table_1(distances: Anodi, image: str) -> Table:
     """Return Table 1 (CCWSIM divided by MS-CCSIM) with numbers of the paper and of this run."""
     paper = TABLE_1[image]
     rows = [("the paper", *map(_each, paper[:2]), f"{paper.ratio:.2f}")]
-    for who, name, other in _pairs(found):
-        a, b = found.names.index(name), found.names.index(other)
-        each = (_each(row[a] / row[b]) for row in (found.between, found.within))
-        rows.append((who, *each, f"{found.relative(name, other)[2]:.2f}"))
+    for who, name, other in _pairs(distances):
+        a, b = distances.names.index(name), distances.names.index(other)
+        each = (_each(row[a] / row[b]) for row in (distances.between, distances.within))
+        rows.append((who, *each, f"{distances.relative(name, other)[2]:.2f}"))
     header = ("CCWSIM relative to MS-CCSIM", "between", "within", "r")
     caption = said("table_1", image=image)
     return Table(header, tuple(rows), caption)
@@ -320,42 +311,42 @@ def _each(values: Iterable[float]) -> str:
     return " ".join(f"{v:.2f}" for v in values)
 
 
-def _pairs(found: Anodi) -> list[tuple[str, str, str]]:
-    """Return (engine, CCWSIM name, MS-CCSIM name) for each engine with both methods in `found`."""
-    pairs = [
-        ("our engine", "CCWSIM", "MS-CCSIM"),
-        (f"our engine {DEFAULT}", f"CCWSIM, {DEFAULT}", f"MS-CCSIM, {DEFAULT}"),
-        ("the authors' codes", "published CCWSIM", "published MS-CCSIM"),
-    ]
-    return [p for p in pairs if p[1] in found.names and p[2] in found.names]
+def _pairs(distances: Anodi) -> list[tuple[str, str, str]]:
+    """Return (column, CCWSIM name, MS-CCSIM name) for each column with both methods."""
+    pairs = [(title, f"CCWSIM, {title}", f"MS-CCSIM, {title}") for title in COLUMNS.values()]
+    return [p for p in pairs if p[1] in distances.names and p[2] in distances.names]
 
 
-def _mds(found: Anodi, image: str) -> Chart:
-    scaling, colours = found.scaling(), [methods.colour_of(name) for name in found.names]
+def _mds(distances: Anodi, image: str) -> Chart:
+    scaling, colours = (
+        distances.scaling(),
+        [methods.method_colour(name) for name in distances.names],
+    )
     groups = [
-        Group(name, scaling.positions[found.owner == k], colours[k], SYMBOLS[k % len(SYMBOLS)])
-        for k, name in enumerate(found.names)
+        Group(name, scaling.positions[distances.owner == k], colours[k], symbol)
+        for k, (name, symbol) in enumerate(zip(distances.names, METHOD_SYMBOLS, strict=False))
     ]
     figure = mds_chart(scaling.positions[0], groups, LIGHT, height=420)
-    legend = (*zip(found.names, colours, strict=True), ("training image", LIGHT.reference))
+    legend = (*zip(distances.names, colours, strict=True), ("training image", LIGHT.reference))
     title = f"Fig. 12 · {image} image, {mds_title(scaling.stress)}"
     return Chart(figure, title, title, legend)
 
 
-def _anodi_judgements(found: Anodi, image: str) -> Iterator[Judgement]:
+def _anodi_judgements(distances: Anodi, image: str) -> Iterator[Judgement]:
     """Judge Table 1 for each engine, and our CCWSIM against the authors' code."""
     paper = TABLE_1[image]
-    stated = float(found.weights @ paper.within), paper.ratio
-    for whose, name, other in _pairs(found):
-        ratios, errors = found.relative(name, other)[1:], found.relative_errors(name, other)[1:]
+    stated = float(distances.weights @ paper.within), paper.ratio
+    for whose, name, other in _pairs(distances):
+        ratios = distances.relative(name, other)[1:]
+        errors = distances.relative_errors(name, other)[1:]
         for what, theirs, ours, error in zip(("within", "r"), stated, ratios, errors, strict=True):
             claim = f"Table 1: {what} of CCWSIM relative to MS-CCSIM, stone wall and channel image."
             image_of = f"{image.capitalize()} image, {whose}"
             words = f"{image_of}: {ours:.2f} ± {ours * error:.2f}, in the paper {theirs:.2f}."
             yield verdicts.of_ratio(claim, words, ours, theirs, error)
-    if "published CCWSIM" in found.names:
-        ratio = found.relative("CCWSIM", "published CCWSIM")[2]
-        error = found.relative_errors("CCWSIM", "published CCWSIM")[2]
+    pair = f"CCWSIM, {COLUMNS['ours']}", f"CCWSIM, {COLUMNS['authors']}"
+    if pair[1] in distances.names:
+        ratio, error = distances.relative(*pair)[2], distances.relative_errors(*pair)[2]
         words = f"{image.capitalize()} image: r = {ratio:.2f} ± {ratio * error:.2f}."
         claim = "The authors' CCWSIM code: r of our CCWSIM relative to this code."
         yield verdicts.of_order(claim, words, verdicts.order_of(ratio, float(np.exp(2 * error))))

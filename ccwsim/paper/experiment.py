@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim import datasets
-from ccwsim.datasets.catalogue import reference_field
 from ccwsim.datasets.sampling import sample_random
 from ccwsim.experiments.trials import Trial
 from ccwsim.io import read_hard_data, read_training_image
@@ -26,6 +25,8 @@ from ccwsim.report.document import Block, Judgement
 TEXTS = tomllib.loads(files("ccwsim.paper").joinpath("texts.toml").read_text("utf-8"))
 """Texts of the report and its experiments, images, and sources of published times."""
 IMAGES = TEXTS["images"]  # files, hard data and published results of each image of the paper
+FILES_VARIABLE = "CCWSIM_DATA"
+"""Environment variable with the path of the authors' files."""
 
 
 def said(text: str, /, **values: object) -> str:
@@ -40,14 +41,14 @@ class PaperInputs:
     folder: Path | None = None  # folder with `paper` and `reference`; None for bundled images
 
     def image(self, name: str) -> TrainingImage:
-        """Return the training image "channel", "stone wall" or "three facies"."""
+        """Return one of the training images in the texts, such as "channel"."""
         about = IMAGES[name]
-        path = self._file(f"paper/{about['file']}.npy")
+        path = self._file(f"paper/{about['file']}.npy") if self.is_own(name) else None
         if path is None:
             return datasets.load(about["bundled"])
-        found = read_training_image(path)
-        names = about["facies"] if len(about["facies"]) == found.n_facies else None
-        return TrainingImage(found.array, name=f"{name} (authors')", facies_names=names)
+        image = read_training_image(path)
+        names = about["facies"] if len(about["facies"]) == image.n_facies else None
+        return TrainingImage(image.array, name=f"{name} (authors')", facies_names=names)
 
     def describe(self, name: str) -> str:
         """Return a phrase that says which image is used for one of the paper's images."""
@@ -56,29 +57,23 @@ class PaperInputs:
 
     def is_own(self, name: str) -> bool:
         """Return whether the authors' file of this image is available."""
-        return self._file(f"paper/{IMAGES[name]['file']}.npy") is not None
+        file = IMAGES[name]["file"]
+        return bool(file) and self._file(f"paper/{file}.npy") is not None
 
-    def data(self, name: str, n: int, shape: tuple[int, int]) -> HardData:
-        """Return about `n` data: of the authors inside the grid, or equally dense bundled data."""
-        stem = IMAGES[name]["data"][str(n)]
-        ny, nx = map(int, stem.rsplit("grid", 1)[1].split("x"))
-        path = self._file(f"{stem}.csv") if self.is_own(name) else None
-        if path is not None:
-            return inside(read_hard_data(path, Grid(ny, nx)), shape)
-        share = shape[0] * shape[1] / (ny * nx)
-        truth = reference_field(IMAGES[name]["bundled"], shape).array
-        return sample_random(truth, max(round(n * share), 1), seed=n)
+    def data(self, name: str, n: int, shape: tuple[int, int]) -> HardData | None:
+        """Return the authors' `n` data inside the grid, or None if they are not available."""
+        stem = IMAGES[name]["data"].get(str(n))
+        path = self._file(f"{stem}.csv") if stem and self.is_own(name) else None
+        if path is None:
+            return None
+        ny, nx = map(int, path.stem.rsplit("grid", 1)[1].split("x"))
+        return inside(read_hard_data(path, Grid(ny, nx)), shape)
 
-    def dense_reference(self, shape: tuple[int, int]) -> tuple[HardData, TrainingImage]:
-        """Return dense data and the image from which they were sampled, cut to a grid shape."""
-        about = IMAGES["channel"]
-        path = self._file(f"{about['dense_reference']}.npy") if self.is_own("channel") else None
-        if path is not None and self._file(f"{about['data']['4000']}.csv") is not None:
-            truth = read_training_image(path).array
-        else:
-            truth = reference_field(about["bundled"], shape).array
-        truth = truth[: shape[0], : shape[1]]
-        return self.data("channel", 4000, (truth.shape[0], truth.shape[1])), TrainingImage(truth)
+    def reference(self, name: str, n: int, shape: tuple[int, int]) -> NDArray[np.integer] | None:
+        """Return the field from which the authors' `n` data are, or None if it is not available."""
+        stem = IMAGES[name].get("reference", {}).get(str(n))
+        path = self._file(f"{stem}.npy") if stem and self.is_own(name) else None
+        return None if path is None else read_training_image(path).array[: shape[0], : shape[1]]
 
     def published(self, name: str, image: TrainingImage) -> NDArray[np.uint8] | None:
         """Return the realizations of a published code as facies indices, or None if unavailable."""
@@ -105,13 +100,13 @@ def inputs_in(folder: str | Path | None) -> PaperInputs:
     """Return the inputs of a folder (also of its folder `paper`), or the bundled inputs."""
     if folder is None:
         return PaperInputs()
-    given = Path(folder)
-    if not given.is_dir():
+    path = Path(folder)
+    if not path.is_dir():
         raise CCWSIMError(f"{folder}: no such folder; give none to use the bundled images")
-    for candidate in (given, given.parent):
-        found = PaperInputs(candidate.resolve())
-        if any(found.is_own(name) for name in IMAGES):
-            return found
+    for candidate in (path, path.parent):
+        inputs = PaperInputs(candidate.resolve())
+        if any(inputs.is_own(name) for name in IMAGES):
+            return inputs
     raise refused("no_paper_images", folder=folder, file=IMAGES["channel"]["file"])
 
 
@@ -139,13 +134,31 @@ class Extent:
         """Whether grids are as large as in the paper; only then can times be compared."""
         return self.name != "quick"
 
-    def side(self, wanted: int) -> int:
-        """Return `side`, the side of one of the paper's grids, but at most `largest_side`."""
-        return min(wanted, self.largest_side)
+    def side(self, paper_side: int) -> int:
+        """Return the side of one of the paper's grids, but at most `largest_side`."""
+        return min(paper_side, self.largest_side)
 
 
-FULL = Extent("full", 100, 10, 50, 9, 1000, (500, 1000, 1500, 2000, 2500), 100)
-QUICK = Extent("quick", 6, 3, 4, 2, 144, (64, 128, 192), 40)
+FULL = Extent(
+    "full",
+    n_many=100,
+    n_few=10,
+    n_anodi=50,
+    n_timed=9,
+    largest_side=1000,
+    timed_sides=(500, 1000, 1500, 2000, 2500),
+    largest_lag=100,
+)
+QUICK = Extent(
+    "quick",
+    n_many=6,
+    n_few=3,
+    n_anodi=4,
+    n_timed=2,
+    largest_side=144,
+    timed_sides=(64, 128, 192),
+    largest_lag=40,
+)
 
 
 @dataclass
@@ -167,6 +180,23 @@ class ExperimentRun:
         """Count a step as done; raise `Cancelled` if the experiment should stop."""
         self._done += 1
         self.watch.tell(min(self._done / self._steps, 1.0))
+
+    def data(
+        self, name: str, image: TrainingImage, n: int, shape: tuple[int, int], side: int
+    ) -> tuple[HardData, NDArray[np.integer] | None]:
+        """Return data and the field that they are from: the authors', or sampled (section 5.2).
+
+        `n` data are as dense on a square grid with this `side` as the data on a grid of this shape.
+        They are sampled from an unconditional realization of another seed.
+        """
+        data = self.inputs.data(name, n, shape)
+        if data is not None:
+            return data, self.inputs.reference(name, n, shape)
+        other = ExperimentRun(
+            self.inputs, self.extent, self.seed + 1, Watch(cancel=self.watch.cancel)
+        )
+        truth = other.simulate(image, shape, Parameters()).realizations[0]
+        return sample_random(truth, max(round(n * truth.size / side**2), 1), self.seed), truth
 
     def simulate(
         self,

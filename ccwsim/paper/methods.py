@@ -10,28 +10,38 @@ from ccwsim.figures import LIGHT, Line, facies_colours, lines_chart
 from ccwsim.metrics import pattern_distance
 from ccwsim.metrics.bands import curves_of
 from ccwsim.metrics.stack import Stack
+from ccwsim.model.parameters import Method
+from ccwsim.model.published import Variant
 from ccwsim.paper.experiment import TEXTS, ExperimentRun
-from ccwsim.report.document import Chart, Picture, Text
+from ccwsim.report.document import Chart, Picture
 from ccwsim.report.pictures import map_picture
 from ccwsim.report.settings import describe_inputs
 
 TITLES = {"ccwsim": "CCWSIM", "ms-ccsim": "MS-CCSIM", "ccsim": "CCSIM"}
-SETTINGS = "T 32, OR 8, 20 candidates, search fraction 0.1, CT 2"  # as in the authors' script
-DEFAULT = "by default"
-DEFAULT_WORDS = Text(TEXTS["by_default"], quiet=True)
-"""Sentence that explains the settings "by default", in contrast to "as published"."""
-COLOURS = {"training image": LIGHT.reference, **TEXTS["colours"]}
+AUTHORS_SETTINGS = "T 32, OR 8, 20 candidates, search fraction 0.1, CT 2"  # as in their script
+COLUMNS: dict[str, str] = TEXTS["columns"]
+"""Titles of columns by variant, and of the column of the authors' realizations ("authors")."""
+COMPARED: tuple[Variant, ...] = ("paper", "ours")
+"""Variants that every experiment simulates, beside the paper's numbers."""
+METHOD_COLOURS = {"training image": LIGHT.reference, **TEXTS["colours"]}
 """Colour of each method in all charts of the report."""
 LAGS = (21, 41, 61, 81)  # lags in cells at which tables show connectivity
 
 
 def paper_parameters(
-    method: str, level: int, *, exact: bool = True, template: int = 32, default: bool = False
+    method: Method, level: int, variant: Variant = "paper", template: int = 32
 ) -> Parameters:
-    """Return the authors' settings, as published unless `default`; `exact` honours all data."""
-    own = {"method": method, "exact_data": exact}
-    own |= {} if default else {"published_draw": True, "repair_seams": False}
-    return Parameters(template, 8, level, **own)
+    """Return the authors' settings of a method, with the rules of a variant.
+
+    The paper counts the levels of MS-CCSIM from 1, which is the image itself.
+    """
+    return Parameters.published(
+        variant,
+        template_size=template,
+        overlap_size=8,
+        wavelet_level=level - 1 if method == "ms-ccsim" else level,
+        method=method,
+    )
 
 
 def published(
@@ -40,8 +50,8 @@ def published(
     """Return realizations of a published code, or None if the code simulated another study."""
     if not run.inputs.is_own("stone wall" if "stonewall" in name else "channel"):
         return None
-    found = run.inputs.published(name, image)
-    return found if found is not None and found.shape[1:] == shape else None
+    stored = run.inputs.published(name, image)
+    return stored if stored is not None and stored.shape[1:] == shape else None
 
 
 def median_seconds(ensemble: Ensemble) -> float:
@@ -51,7 +61,7 @@ def median_seconds(ensemble: Ensemble) -> float:
 
 def wrong_share(images: NDArray, image: TrainingImage, data: HardData) -> float:
     """Return the mean share of data that the realizations (facies indices) do not honour."""
-    wrong = [data.n_mismatched(image.codes[one]) for one in images]
+    wrong = [data.n_mismatched(image.codes[indices]) for indices in images]
     return float(np.mean(wrong) / max(data.n, 1))
 
 
@@ -67,15 +77,15 @@ def format_distances(distances: NDArray[np.float64]) -> str:
 
 def relative_tau(images: NDArray, image: TrainingImage) -> dict[int, float]:
     """Return mean connectivity E–W relative to the image, at the `LAGS` that fit into the image."""
-    smallest = min(*images.shape[-2:], *image.shape)
+    smallest = min(images.shape[-2:] + image.shape)
     fits = [lag for lag in LAGS if lag <= smallest // 2] or [max(smallest // 4, 1)]
     code, stack = int(image.codes[-1]), Stack(images, image.codes)
-    own, reference = (
-        curves_of("connectivity", each, code, "E-W", np.array(fits)) for each in (stack, image)
+    curves, (reference,) = (
+        curves_of("connectivity", images, code, "E-W", np.array(fits)) for images in (stack, image)
     )
-    own, reference = np.array([np.mean(curve) for curve in own.T]), reference[0]
+    means = np.array([np.mean(values) for values in curves.T])
     with np.errstate(invalid="ignore", divide="ignore"):
-        return dict(zip(fits, (own / reference).tolist(), strict=True))
+        return dict(zip(fits, (means / reference).tolist(), strict=True))
 
 
 def lags_for(*shapes: tuple[int, ...], largest: int) -> NDArray[np.int64]:
@@ -105,8 +115,8 @@ def connectivity_chart(stacks: Mapping[str, NDArray], image: TrainingImage, lags
     for name, images in stacks.items():
         stack = Stack(images, image.codes)
         mean = np.nanmean(curves_of("connectivity", stack, code, "E-W", lags), axis=0)
-        dash = "dash" if "level 3" in name else "dot" if "exact" in name else "solid"
-        lines.append(Line(name, lags, mean, colour_of(name), dash))
+        dash = "dash" if "level 3" in name else "solid"
+        lines.append(Line(name, lags, mean, method_colour(name), dash))
     reference = curves_of("connectivity", image, code, "E-W", lags)[0]
     lines.append(Line("training image", lags, reference, LIGHT.reference))
     title = f"Connectivity E–W of {image.facies_names[-1]}, mean"
@@ -118,11 +128,11 @@ def connectivity_chart(stacks: Mapping[str, NDArray], image: TrainingImage, lags
 
 
 def caption_of_cases(e: Ensemble) -> str:
-    """Return the caption of a chart of several methods; `e` has the realizations of one of them."""
-    many = f"{e.n} realizations of each of our cases, seed {e.seed}"
-    return f"{describe_inputs(e)}; {SETTINGS}; {many}."
+    """Return the caption of a chart of several methods; `e` are realizations of one of them."""
+    realizations = f"{e.n} realizations of each of our cases, seed {e.seed}"
+    return f"{describe_inputs(e)}; {AUTHORS_SETTINGS}; {realizations}."
 
 
-def colour_of(name: str) -> str:
-    """Return the colour of a method, by its full name or by the part before a comma."""
-    return COLOURS.get(name, COLOURS.get(name.split(",")[0], "#7A7F86"))
+def method_colour(name: str) -> str:
+    """Return the colour of a method, by its full name or by the part before “, level”."""
+    return METHOD_COLOURS.get(name, METHOD_COLOURS.get(name.split(", level")[0], "#7A7F86"))

@@ -49,9 +49,9 @@ def _read_times() -> tuple[PublishedTime, ...]:
     kinds |= dict.fromkeys(("cpu_seconds", "wrong_share"), float)
     times = []
     for row in csv.DictReader(text.splitlines()):
-        known: dict[str, Any] = {**row, "source": SOURCES[row["source"]]}
-        known |= {key: kind(row[key]) if row[key] else None for key, kind in kinds.items()}
-        times.append(PublishedTime(**known))
+        values: dict[str, Any] = {**row, "source": SOURCES[row["source"]]}
+        values |= {key: kind(row[key]) if row[key] else None for key, kind in kinds.items()}
+        times.append(PublishedTime(**values))
     return tuple(times)
 
 
@@ -87,13 +87,11 @@ def published_time(
     source: Source, method: str, level: int, n_cells: int, n_data: int, image: str = "channel"
 ) -> PublishedTime | None:
     """Return the time that a source reports for a case, or None if there is no such time."""
-    wanted = source, method, level, n_cells, n_data, image
-    given = attrgetter("source", "method", "level", "n_cells", "n_data", "image")
-    return next((t for t in ALL_TIMES if given(t) == wanted), None)
+    case = source, method, level, n_cells, n_data, image
+    case_of = attrgetter("source", "method", "level", "n_cells", "n_data", "image")
+    return next((t for t in ALL_TIMES if case_of(t) == case), None)
 
 
-def stated_seconds(where: str) -> float:
-    """Return the time that the paper states for a figure."""
-    found = next(t.cpu_seconds for t in ALL_TIMES if t.where == where)
-    assert found is not None
-    return found
+def stated_seconds(where: str) -> float | None:
+    """Return the time that the paper states for a figure, or None if it states none."""
+    return next((t.cpu_seconds for t in ALL_TIMES if t.where == where), None)

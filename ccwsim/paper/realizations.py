@@ -1,379 +1,371 @@
-"""Experiments on realizations of CCWSIM and their statistics (sections 5.1 to 5.3, 5.7 to 5.9)."""
+"""Figures of realizations, and their statistics (sections 5.1 to 5.3 and 5.7 to 5.9)."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ccwsim import Ensemble, HardData, TrainingImage, datasets
+from ccwsim import Ensemble, HardData, TrainingImage
+from ccwsim.datasets.sampling import sample_random
 from ccwsim.figures import Bundle
-from ccwsim.metrics import Stationarity, etype, stationarity
+from ccwsim.metrics import Stationarity, etype, main_direction, stationarity
 from ccwsim.metrics.bands import STATISTICS, Statistic
 from ccwsim.metrics.stack import Stack
 from ccwsim.model.numbers import duration
+from ccwsim.model.published import Variant
 from ccwsim.paper import methods, verdicts
 from ccwsim.paper.experiment import TEXTS, ExperimentRun, Outcome, said
-from ccwsim.paper.methods import SETTINGS
-from ccwsim.paper.published_times import OCTAVE, published_time, stated_seconds
+from ccwsim.paper.methods import AUTHORS_SETTINGS, COLUMNS, COMPARED
+from ccwsim.paper.published_times import stated_seconds
 from ccwsim.paper.verdicts import percent
 from ccwsim.report.document import Block, Judgement, Picture, Row, Table, Text
 from ccwsim.report.pictures import bundle_chart, bundle_of, share_picture
 from ccwsim.report.settings import caption_of
 
 SHOWN = 3
-LEVEL = 2
 CLOSE_SHARE = 0.03  # a proportion is reproduced if it differs by at most this
 CLOSE_TAU = 0.85  # connectivity is reproduced if its ratio to the image's is at least this
 ENOUGH = 0.8  # minimum share of lags at which realizations surround the image's curve
-SLACK = 0.02
+TAU_TOLERANCE = 0.02
 RECOVERED = 0.9  # minimum share of reference cells that dense data recover
-TEMPLATE = 48  # template size of the authors' runs with three facies
-NONSTATIONARY = ("delta", "bend")
-KEPT = 0.5  # a trend is lost if realizations keep a smaller mean share
+MIN_KEPT_TREND = 0.5  # a trend is lost if realizations keep a smaller mean share
 
 
-def unconditional(run: ExperimentRun) -> Outcome:
-    """Run the channel image at levels 1 to 3; compare proportions, patterns and connectivity."""
+@dataclass(frozen=True)
+class MapFigure:
+    """A study whose realizations a figure of the paper shows."""
+
+    where: str  # the figure
+    image: str  # name of the training image in the texts
+    side: int  # side of the square grid in cells
+    what: str = "a realization (mean); grid and level are unknown"  # what a stated time is of
+    n_data: int = 0
+    level: int = 2
+    template: int = 32
+    sampled: bool = False  # whether data are sampled from the image itself, not from another field
+    many: bool = False  # whether the paper has 100 realizations
+    curves: bool = False  # whether the report shows variograms and connectivity
+    shows_truth: bool = False  # whether the figure shows the field from which data are sampled
+    stored: str = ""  # file of the authors' realizations of the study
+    judged: tuple[str, ...] = ()  # keys of `JUDGES`
+
+
+@dataclass(eq=False)
+class FigureResults:
+    """The realizations of a figure's study as published and by our method, and its inputs."""
+
+    run: ExperimentRun
+    figure: MapFigure
+    image: TrainingImage
+    data: HardData | None
+    truth: NDArray[np.uint8] | None  # facies indices of the field from which data are sampled
+    authors: NDArray[np.uint8] | None  # stored realizations of the authors' code
+    ensembles: dict[Variant, Ensemble] = field(default_factory=dict)
+
+    @property
+    def stacks(self) -> dict[str, NDArray[np.uint8]]:
+        """Facies indices of all realizations, by the title of their column."""
+        stacks = {COLUMNS[variant]: e.indices for variant, e in self.ensembles.items()}
+        return stacks if self.authors is None else stacks | {COLUMNS["authors"]: self.authors}
+
+
+def show_figure(figure: MapFigure, run: ExperimentRun) -> Outcome:
+    """Repeat a figure of realizations with the published method and with ours."""
     run.expect(4)
-    image, side = run.inputs.image("channel"), run.extent.side(512)
-    runs = [
-        run.simulate(
-            image,
-            (side, side),
-            methods.paper_parameters("ccwsim", level),
-            n=run.extent.n_few,
-            workers=1,
+    results = _simulated(figure, run)
+    blocks = [*_pictures(results)]
+    if figure.curves:
+        blocks += [row for e in results.ensembles.values() for row in _curves(run, e)]
+    blocks.append(_three_columns(results))
+    if note := TEXTS["notes"].get(figure.image):
+        blocks.append(Text(note, quiet=True))
+    run.step()
+    judgements = [judgement for name in figure.judged for judgement in JUDGES[name](results)]
+    return Outcome(tuple(blocks), tuple(judgements))
+
+
+def _simulated(figure: MapFigure, run: ExperimentRun) -> FigureResults:
+    """Simulate a figure's study with each of the compared variants."""
+    image, side = run.inputs.image(figure.image), run.extent.side(figure.side)
+    shape = (side, side)
+    if figure.sampled:
+        shape = (min(side, image.shape[0]), min(side, image.shape[1]))
+    data, truth = figure_data(figure, run, image, shape)
+    authors = methods.published(run, image, figure.stored, shape) if figure.stored else None
+    results = FigureResults(run, figure, image, data, truth, authors)
+    n = run.extent.n_many if figure.many else run.extent.n_few
+    for variant in COMPARED:
+        p = methods.paper_parameters("ccwsim", figure.level, variant, figure.template)
+        results.ensembles[variant] = run.simulate(
+            image, shape, p, data, n, workers=None if figure.many else 1
         )
-        for level in (1, 2, 3)
-    ]
-    rows = [_measures(f"ours, level {e.parameters.level}", e.indices, image, e) for e in runs]
-    other = methods.published(run, image, "CCWSIM_channel256_uncond_L2", (256, 256))
-    if other is not None:
-        rows.append(_measures("authors' code, level 2, 256 × 256 cells", other, image))
-    run.step()
-    shown = runs[1]
-    first = methods.image_picture(image, run.inputs.describe("channel"))
-    share = f"{image.facies_names[-1]} (image: {percent(float(image.proportions[-1]))})"
-    distances = "pattern distance 1, 1/2, 1/3"
-    header = ("realizations", share, distances, "τ E–W at 41 cells", "at 81 cells", "CPU time")
-    caption = said("unconditional", side=side, settings=SETTINGS)
-    remark = said("unknown_grid", side=side)
-    table = Table(header, tuple(rows), caption)
-    blocks = (Row((first, *_maps(shown, "level 2"))), table, Text(remark, quiet=True))
-    what = "a realization (mean); grid and level are unknown"
-    time = _judged_time(run, shown, what, "Fig. 6")
-    return Outcome(blocks, (_reproduced(shown, image), time))
+    return results
 
 
-def _measures(
-    name: str, images: NDArray, image: TrainingImage, ensemble: Ensemble | None = None
-) -> tuple[str, ...]:
-    share = float(np.mean(images == image.n_facies - 1))
-    tau = list(methods.relative_tau(images, image).values())
-    near, far = (f"{tau[k]:.2f}" if k < len(tau) else "–" for k in (1, 3))
-    time = duration(methods.median_seconds(ensemble)) if ensemble else "–"
-    distances = methods.format_distances(methods.mean_distances(images, image))
-    return name, percent(share), distances, near, far, time
+def figure_data(
+    figure: MapFigure, run: ExperimentRun, image: TrainingImage, shape: tuple[int, int]
+) -> tuple[HardData | None, NDArray[np.uint8] | None]:
+    """Return a figure's data, and the facies indices of the field they are from, if it is shown.
+
+    The data are the authors' or, if these are not available, data sampled as in section 5.2.
+    """
+    if not figure.n_data:
+        return None, None
+    if figure.sampled:
+        truth = image.array[: shape[0], : shape[1]]
+        n_data = round(figure.n_data * truth.size / image.array.size)
+        data = sample_random(truth, max(n_data, 1), run.seed)
+    else:
+        data, truth = run.data(figure.image, image, figure.n_data, shape, figure.side)
+    if truth is None or not figure.shows_truth:
+        return data, None
+    return data, np.searchsorted(image.codes, truth).astype(np.uint8)
 
 
-def _reproduced(ensemble: Ensemble, image: TrainingImage) -> Judgement:
-    own, reference = float(ensemble.proportions.mean(axis=0)[-1]), float(image.proportions[-1])
-    lag, tau = list(methods.relative_tau(ensemble.indices, image).items())[-1]
-    name = image.facies_names[-1].capitalize()
-    found = said(
-        "reproduced", name=name, lag=lag, tau=tau, own=percent(own), image=percent(reference)
-    )
-    holds = abs(own - reference) <= CLOSE_SHARE and tau >= CLOSE_TAU
-    claim = "Fig. 6: three realizations whose channels look like the training image's."
-    return verdicts.of_claim(claim, found, holds)
+def _pictures(results: FigureResults) -> Iterator[Block]:
+    """Return rows of pictures: training image and reference, realizations, and E-types."""
+    image, data, run = results.image, results.data, results.run
+    first = [methods.image_picture(image, run.inputs.describe(results.figure.image))]
+    if results.truth is not None:
+        first.append(methods.paper_map(results.truth, image, "Reference image"))
+    yield Row(tuple(first))
+    for title, images in results.stacks.items():
+        captions = (f"{title.capitalize()}, realization {r}" for r in range(1, SHOWN + 1))
+        maps = [
+            methods.paper_map(one, image, caption, data)
+            for one, caption in zip(images, captions, strict=False)
+        ]
+        yield Row(tuple(maps))
+    if data is not None:
+        yield Row(tuple(_average(results, *each) for each in results.stacks.items()))
 
 
-def _judged_time(run: ExperimentRun, ensemble: Ensemble, what: str, where: str) -> Judgement:
-    """Judge our CPU time of a realization against the time that the paper states for a figure."""
-    ours, full = methods.median_seconds(ensemble), run.extent.is_full
-    return verdicts.of_time(what, ours, stated_seconds(where), where, full)
+def _average(results: FigureResults, title: str, images: NDArray[np.uint8]) -> Picture:
+    """Return the E-type of a column or, for more than two facies, its entropy."""
+    image = results.image
+    of = etype(Stack(images, image.codes))
+    if image.n_facies > 2:
+        words = f"{title.capitalize()}: entropy of {len(images)} realizations"
+        return share_picture(of.entropy, f"{words}, 0 in dark blue, 1 in yellow")
+    words = f"{title.capitalize()}: E-type of {len(images)} realizations"
+    caption = f"{words}, probability of {image.facies_names[-1]}, from dark blue (0) to yellow (1)"
+    return share_picture(of.probability[-1], caption)
 
 
-def conditional(run: ExperimentRun) -> Outcome:
-    """Simulate the channel image with 100, 300 and 400 hard data."""
-    run.expect(5)
-    image, side = run.inputs.image("channel"), run.extent.side(512)
-    shape, p, n = (side, side), methods.paper_parameters("ccwsim", LEVEL), run.extent.n_few
-    sets = [run.inputs.data("channel", n_data, shape) for n_data in (100, 300, 400)]
-    free = run.simulate(image, shape, p, n=n, workers=1)
-    few = [run.simulate(image, shape, p, data, n, workers=1) for data in sets[:2]]
-    many = run.simulate(image, shape, p, sets[2], run.extent.n_many)
-    other = methods.published(run, image, f"CCWSIM_channel512_hd400_L{LEVEL}", shape)
-    blocks = (*_conditional_maps(many, image, sets[2], other), _by_data(free, [*few, many]))
-    theirs = None if other is None else methods.wrong_share(other, image, sets[2])
-    run.step()
-    wrong = float(many.n_mismatched.mean() / many.hard_data.n)
-    found = [verdicts.of_data(wrong, many.hard_data.n, theirs), _varied(many)]
-    return Outcome(blocks, (*found, *_conditional_times(run, free, many)))
-
-
-def _conditional_maps(
-    many: Ensemble, image: TrainingImage, data: HardData, other: NDArray | None
-) -> tuple[Block, ...]:
-    last = image.n_facies - 1
-    caption = f"E-type of {many.n} realizations: probability of {image.facies_names[last]}"
-    shares = etype(many).probability[last]
-    average = [share_picture(shares, f"{caption}, from dark blue (0) to yellow (1)")]
-    if other is not None:
-        shares = etype(Stack(other, image.codes)).probability[last]
-        average.append(methods.paper_map(other[0], image, "The authors' code, same study", data))
-        average.append(share_picture(shares, f"E-type of its {len(other)} available realizations"))
-    return Row(_maps(many, f"{data.n} data", data)), Row(tuple(average))
-
-
-def _maps(e: Ensemble, what: str, data: HardData | None = None) -> tuple[Picture, ...]:
-    """Return pictures of the first realizations, with hard data."""
-    return tuple(
-        methods.paper_map(one, e.training_image, f"Realization {r}, {what}", data)
-        for r, one in enumerate(e.indices[:SHOWN], start=1)
-    )
-
-
-def _by_data(free: Ensemble, runs: list[Ensemble]) -> Table:
-    rows: list[tuple[str, ...]]
-    rows = [("0", str(free.n), "–", "–", "–", duration(methods.median_seconds(free)))]
-    for e in runs:
-        counts = (f"{n.mean():.1f}" for n in (e.n_mismatched, e.n_resimulated, e.n_forced))
-        rows.append((str(e.hard_data.n), str(e.n), *counts, duration(methods.median_seconds(e))))
-    header = ("data", "realizations", "wrong", "re-simulated", "forced", "CPU time (median)")
-    caption = said("by_data", nx=free.grid.nx, ny=free.grid.ny, level=LEVEL, settings=SETTINGS)
-    return Table(header, tuple(rows), caption)
-
-
-def _varied(many: Ensemble) -> Judgement:
-    """Judge whether the E-type is certain at the data and uncertain far from them."""
-    cells = many.hard_data.cells
-    shares = many.probability(int(many.training_image.codes[-1]))
-    at_data = shares[cells[:, 0], cells[:, 1]]
-    certain = float(np.mean((at_data == 0) | (at_data == 1)))
-    open_cells = float(np.mean((shares > 0) & (shares < 1)))
-    found = said("e_type", certain=percent(certain), uncertain=percent(open_cells))
-    claim = "Fig. 7: three distinct realizations and their average, which follows the data."
-    return verdicts.of_claim(claim, found, certain == 1 and open_cells > 0.5)
-
-
-def _conditional_times(run: ExperimentRun, free: Ensemble, many: Ensemble) -> list[Judgement]:
-    time = _judged_time(run, many, "a realization (mean of 100)", "Fig. 7")
-    if not run.extent.is_full:
-        return [time]
-    ratio = methods.median_seconds(many) / methods.median_seconds(free)
-    theirs = stated_seconds("Fig. 7") / stated_seconds("Fig. 6")
-    claim = said("conditional_time", theirs=theirs)
-    found = f"On the same grid and level, conditional realizations take {ratio:.2f} times as long."
-    return [time, verdicts.of_ratio(claim, found, ratio, theirs)]
-
-
-def statistics(run: ExperimentRun) -> Outcome:
-    """Simulate as for Fig. 7; compare curves along both axes with the training image's curves."""
-    run.expect(6)
-    image, side = run.inputs.image("channel"), run.extent.side(512)
-    shape, code = (side, side), int(image.codes[-1])
-    data = run.inputs.data("channel", 400, shape)
-    many = run.simulate(
-        image, shape, methods.paper_parameters("ccwsim", LEVEL), data, run.extent.n_many
-    )
-    lags = methods.lags_for(image.shape, shape, largest=run.extent.largest_lag)
-    blocks: list[Block] = []
-    judgements = []
+def _curves(run: ExperimentRun, e: Ensemble) -> Iterator[Row]:
+    """Return variograms E–W and N–S, and connectivity E–W and along the bodies (Fig. 9)."""
     for statistic in STATISTICS:
-        charts, bundles = [], []
-        for way in ("E-W", "N-S"):
-            bundle = bundle_of(statistic, many, image, code, way, lags)
-            top, name = 1.1 * float(np.nanmax(bundle.each)), image.facies_names[-1]
-            charts.append(bundle_chart(bundle, statistic, way, name, top, 220))
-            bundles.append(bundle)
-            run.step()
-        blocks.append(Row(tuple(charts), f"{caption_of(many)}."))
-        judgements.append(_surrounded(bundles, statistic))
-    stacks = {"CCWSIM": many.indices}
-    for code in ("CCWSIM", "MS-CCSIM"):
-        found = methods.published(run, image, f"{code}_channel512_hd400_L{LEVEL}", shape)
-        if found is not None:
-            stacks[f"published {code}"] = found
-    tau = {name: methods.relative_tau(images, image) for name, images in stacks.items()}
-    if len(stacks) > 1:
-        chart = methods.connectivity_chart(stacks, image, lags)
-        blocks.append(Row((chart,), methods.caption_of_cases(many)))
-    header = ("realizations", "n", *(f"τ at {lag} cells" for lag in tau["CCWSIM"]))
-    rows = []
-    for name, found in tau.items():
-        rows.append((name, str(len(stacks[name])), *(f"{v:.2f}" for v in found.values())))
-    caption = f"Connectivity E–W relative to the training image's, level {LEVEL}."
-    blocks.append(Table(header, tuple(rows), caption))
-    run.step()
-    return Outcome(tuple(blocks), (*judgements, *_against_codes(tau)))
+        charts = [
+            bundle_chart(
+                bundle,
+                statistic,
+                way,
+                e.training_image.facies_names[-1],
+                top=1.1 * float(np.nanmax(bundle.each)),
+                height=220,
+            )
+            for way, bundle in _bundles(run, e, statistic).items()
+        ]
+        yield Row(tuple(charts), f"{caption_of(e)}.")
 
 
-def _surrounded(bundles: list[Bundle], statistic: Statistic) -> Judgement:
-    """Judge whether the image's curve is among the realizations' curves, E–W and N–S."""
-    shares = []
-    for bundle in bundles:
-        low, high = np.nanmin(bundle.each, axis=0), np.nanmax(bundle.each, axis=0)
-        slack = SLACK * float(np.nanmax(bundle.reference))
-        among = (bundle.reference >= low - slack) & (bundle.reference <= high + slack)
-        shares.append(float(among[1:].mean()))
-    what = "variograms" if statistic == "variogram" else "probability of connection E–W"
-    found = said("surrounded", ew=percent(shares[0]), ns=percent(shares[1]))
-    claim = f"Fig. 9: {what} of the image and of 100 realizations; the paper has no numbers."
-    judged = shares if statistic == "variogram" else shares[:1]  # Fig. 9: connection E–W only
-    return verdicts.judged(claim, found, "surrounded" if min(judged) >= ENOUGH else "in part")
-
-
-def _against_codes(tau: dict[str, dict[int, float]]) -> Iterator[Judgement]:
-    """Judge our connectivity against the published codes' connectivity at the largest lag."""
-    claim = "Connectivity of the authors' codes, same study."
-    lag, ours = list(tau["CCWSIM"].items())[-1]
-    for name, found in tau.items():
-        if name != "CCWSIM":
-            theirs = found[lag]
-            words = f"Relative to the image's τ({lag}): ours {ours:.2f}, {name} {theirs:.2f}."
-            yield verdicts.of_order(claim, words, verdicts.sign_of(ours - theirs, SLACK))
-
-
-def dense_data(run: ExperimentRun) -> Outcome:
-    """Simulate the channel image with dense data; compare the cells with the reference image."""
-    run.expect(2)
-    image, side = run.inputs.image("channel"), run.extent.side(256)
-    shape = side, side
-    data, reference = run.inputs.dense_reference(shape)
-    truth = np.searchsorted(image.codes, reference.array).astype(np.uint8)
-    p = methods.paper_parameters("ccwsim", LEVEL)
-    e = run.simulate(image, shape, p, data, run.extent.n_few, workers=1)
-    other = methods.published(run, image, f"CCWSIM_channel256_dense4000_L{LEVEL}", shape)
-    pictures = [
-        methods.paper_map(truth, image, "Reference image"),
-        methods.paper_map(e.indices[0], image, f"Realization 1 of ours, {data.n} data"),
-    ]
-    if other is not None:
-        pictures.append(methods.paper_map(other[0], image, "The authors' code, same data"))
-    shares = e.probability(int(image.codes[-1]))
-    caption = f"Probability of {image.facies_names[-1]}, {e.n} of ours"
-    pictures.append(share_picture(shares, caption))
-    stacks = {"ours": e.indices} | ({"authors' code": other} if other is not None else {})
-    rows = []
-    for name, images in stacks.items():
-        as_reference = percent(np.mean(images == truth))
-        wrong = percent(methods.wrong_share(images, image, data))
-        tau = (f"{v:.2f}" for v in methods.relative_tau(images, image).values())
-        rows.append((name, str(len(images)), as_reference, wrong, *tau))
-    lags = (f"τ at {lag}" for lag in methods.relative_tau(e.indices, image))
-    header = ("realizations", "n", "cells as in the reference", "data wrong", *lags)
-    caption = f"{side} × {side} cells, {data.n} data, level {LEVEL}; τ E–W "
-    table = Table(header, tuple(rows), f"{caption}relative to the training image's.")
-    run.step()
-    return Outcome((Row(tuple(pictures)), table), _dense_judgements(run, e, truth, other))
-
-
-def _dense_judgements(
-    run: ExperimentRun, e: Ensemble, reference: NDArray, other: NDArray | None
-) -> tuple[Judgement, ...]:
-    image, data = e.training_image, e.hard_data
-    share, missed = float(np.mean(e.indices == reference)), None
-    found = f"{percent(share)} of the cells agree with the reference image."
-    claim = "Fig. 14: three simulations with 4000 data beside their reference image."
-    judgement = verdicts.of_claim(claim, found, share >= RECOVERED)
-    if other is not None:
-        theirs, missed = np.mean(other == reference), methods.wrong_share(other, image, data)
-        found += f" With the authors' code: {percent(theirs)}."
-        judgement = verdicts.of_order(claim, found, 1 if share > theirs else -1)
-    honoured = verdicts.of_data(float(e.n_mismatched.mean() / data.n), data.n, missed)
-    what = "a realization with about 4000 data (mean)"
-    return judgement, honoured, _judged_time(run, e, what, "Fig. 14")
-
-
-def three_facies(run: ExperimentRun) -> Outcome:
-    """Simulate the three-facies image with the authors' template size of 48."""
-    run.expect(2)
-    image, side = run.inputs.image("three facies"), run.extent.side(1000)
-    data = run.inputs.data("three facies", 400, (side, side))
-    p = methods.paper_parameters("ccwsim", LEVEL, template=TEMPLATE)
-    e = run.simulate(image, (side, side), p, data, run.extent.n_few, workers=1)
-    entropy = etype(e).entropy
-    pictures = (
-        methods.image_picture(image, run.inputs.describe("three facies"), share=0.5),
-        methods.paper_map(e.indices[0], image, f"Realization 1, {data.n} data", data),
-        share_picture(entropy, f"Entropy of {e.n} realizations: 0 in dark blue, 1 in yellow"),
-    )
-    run.step()
-    return Outcome((Row(pictures), _proportions(e)), _facies_judgements(run, e))
-
-
-def _proportions(e: Ensemble) -> Table:
-    image, rows = e.training_image, []
-    for k, name in enumerate(image.facies_names):
-        own = e.proportions[:, k]
-        ti, mean, low, high = map(percent, (image.proportions[k], own.mean(), own.min(), own.max()))
-        rows.append((name, ti, mean, f"{low} to {high}"))
-    header = ("facies", "training image", f"mean of {e.n} realizations", "from, to")
-    caption = f"{e.grid.nx} × {e.grid.ny} cells, T {TEMPLATE}, OR 8, level {LEVEL}"
-    return Table(header, tuple(rows), caption)
-
-
-def _facies_judgements(run: ExperimentRun, e: Ensemble) -> tuple[Judgement, ...]:
+def _bundles(run: ExperimentRun, e: Ensemble, statistic: Statistic) -> dict[Any, Bundle]:
+    """Return the curves of the last facies by direction."""
     image = e.training_image
-    off = float(np.abs(e.proportions.mean(axis=0) - image.proportions).max())
-    wrong = float(e.n_mismatched.mean() / e.hard_data.n)
-    there = published_time(OCTAVE, "ccwsim", LEVEL, e.grid.nx * e.grid.ny, 400, "three facies")
-    theirs = there.wrong_share if there and run.inputs.is_own("three facies") else None
-    claim = "Section 5.8: more than two facies can be simulated."
-    found = f"All {image.n_facies} facies occur, each within {percent(off)} of its share of the "
-    what = "a realization of three facies on 1000 × 1000 cells"
-    return (
-        verdicts.of_claim(claim, f"{found}image.", off <= CLOSE_SHARE),
-        verdicts.of_data(wrong, e.hard_data.n, theirs),
-        _judged_time(run, e, what, "Fig. 16"),
+    code = int(image.codes[-1])
+    lags = methods.lags_for(image.shape, e.grid.shape, largest=run.extent.largest_lag)
+    along = float(round(main_direction(image, code)[0]))
+    ways = ("E-W", "N-S") if statistic == "variogram" or along % 90 == 0 else ("E-W", along)
+    return {way: bundle_of(statistic, e, image, code, way, lags) for way in ways}
+
+
+def _three_columns(results: FigureResults) -> Table:
+    """Return the measures of a figure: the paper's, as published, and ours."""
+    figure, image = results.figure, results.image
+    seconds = {COLUMNS[v]: methods.median_seconds(e) for v, e in results.ensembles.items()}
+    columns = {
+        title: _column(results, images, seconds.get(title))
+        for title, images in results.stacks.items()
+    }
+    stated = stated_seconds(figure.where)
+    paper = {"CPU time": "–" if stated is None else duration(stated)}
+    names = list(next(iter(columns.values())))
+    rows = [
+        (name, paper.get(name, "–"), *(column[name] for column in columns.values()))
+        for name in names
+    ]
+    ny, nx = next(iter(results.ensembles.values())).grid.shape
+    caption = said(
+        "three_columns",
+        nx=nx,
+        ny=ny,
+        n_data="no" if results.data is None else results.data.n,
+        level=figure.level,
+        settings=AUTHORS_SETTINGS.replace("T 32", f"T {figure.template}"),
+        image=image.name,
     )
+    return Table(("", "the paper", *columns), tuple(rows), caption)
 
 
-def limits(run: ExperimentRun) -> Outcome:
-    """Simulate nonstationary bundled images, and measure the share of their trends that is kept."""
-    run.expect(2 * len(NONSTATIONARY))
-    blocks: list[Block] = []
-    judgements: list[Judgement] = []
-    rows = []
-    for name in NONSTATIONARY:
-        image = datasets.load(name)
-        ny, nx = (run.extent.side(side) for side in image.shape)
-        e = run.simulate(
-            image, (ny, nx), methods.paper_parameters("ccwsim", LEVEL), n=run.extent.n_few
+def _column(
+    results: FigureResults, images: NDArray[np.uint8], seconds: float | None
+) -> dict[str, str]:
+    """Return the measures of some realizations as texts, by name."""
+    image, data = results.image, results.data
+    column = {"realizations": str(len(images))}
+    for k, name in enumerate(image.facies_names):
+        own = percent(float(image.proportions[k]))
+        column[f"{name} ({own} in the image)"] = percent(float(np.mean(images == k)))
+    distances = methods.mean_distances(images, image)
+    column["pattern distance at 1, 1/2, 1/3"] = methods.format_distances(distances)
+    for lag, tau in list(methods.relative_tau(images, image).items())[1::2]:
+        column[f"τ E–W at {lag} cells, relative to the image"] = f"{tau:.2f}"
+    if data is not None:
+        column["data wrong"] = percent(methods.wrong_share(images, image, data))
+    if results.truth is not None:
+        column["cells as in the reference"] = percent(float(np.mean(images == results.truth)))
+    column["CPU time"] = "–" if seconds is None else duration(seconds)
+    return column
+
+
+def _each(results: FigureResults) -> Iterator[tuple[str, Ensemble]]:
+    """Return the title and the realizations of each column that this run has simulated."""
+    for variant, e in results.ensembles.items():
+        yield COLUMNS[variant].capitalize(), e
+
+
+def _judge_shapes(results: FigureResults) -> Iterator[Judgement]:
+    """Judge proportion and connectivity of the last facies."""
+    image = results.image
+    reference, claim = float(image.proportions[-1]), said("shapes", where=results.figure.where)
+    for title, e in _each(results):
+        own = float(e.proportions.mean(axis=0)[-1])
+        lag, tau = list(methods.relative_tau(e.indices, image).items())[-1]
+        finding = said(
+            "reproduced",
+            title=title,
+            name=image.facies_names[-1],
+            lag=lag,
+            tau=tau,
+            own=percent(own),
+            image=percent(reference),
         )
-        own = stationarity(image)
-        each = [stationarity(one, image.codes) for one in e]
-        caption = f"Mean of {e.n} realizations: probability of {image.facies_names[-1]}"
-        mean = share_picture(e.probability(int(image.codes[-1])), caption)
-        first = methods.paper_map(e.indices[0], image, "Realization 1")
-        whole = methods.image_picture(image, f"our bundled “{name}”", share=1.0)
-        blocks.append(Row((whole, first, mean)))
-        rows.append(_quarters(name, image, own, each))
-        judgements.append(_trend(name, own, each))
-        run.step()
-    header = ("image", "facies", "share by quarter, image", "share by quarter, realizations")
-    table = Table(header, tuple(rows), "Quarters SW, SE, NW, NE; mean of the realizations.")
-    remark = Text(TEXTS["nonstationary"], quiet=True)
-    return Outcome((*blocks, table, remark), tuple(judgements))
+        holds = abs(own - reference) <= CLOSE_SHARE and tau >= CLOSE_TAU
+        yield verdicts.of_claim(claim, finding, holds)
 
 
-def _quarters(
-    name: str, image: TrainingImage, own: Stationarity, each: list[Stationarity]
-) -> tuple[str, ...]:
-    """Return the share per quarter of the facies whose share differs most between quarters."""
-    k = int(np.argmax(own.proportions.std(axis=0)))
-    kept = np.mean([one.proportions for one in each], axis=0)
-    shown = [", ".join(percent(float(v)) for v in p[:, k]) for p in (own.proportions, kept)]
-    return name, image.facies_names[k], *shown
+def _judge_time(results: FigureResults) -> Iterator[Judgement]:
+    """Judge the CPU time of the published method against the time that the paper states."""
+    figure, where = results.figure, results.figure.where
+    stated = stated_seconds(where)
+    if stated is not None:
+        ours, full = methods.median_seconds(results.ensembles["paper"]), results.run.extent.is_full
+        yield verdicts.of_time(figure.what, ours, stated, where, full)
 
 
-def _trend(name: str, own: Stationarity, each: list[Stationarity]) -> Judgement:
+def _judge_data(results: FigureResults) -> Iterator[Judgement]:
+    """Judge the share of data that are not honoured."""
+    assert results.data is not None
+    theirs = None
+    if results.authors is not None:
+        theirs = methods.wrong_share(results.authors, results.image, results.data)
+    for title, e in _each(results):
+        wrong = float(e.n_mismatched.mean() / e.hard_data.n)
+        yield verdicts.of_data(wrong, e.hard_data.n, theirs, title)
+
+
+def _judge_average(results: FigureResults) -> Iterator[Judgement]:
+    """Judge whether the E-type is certain at the data and uncertain far from them."""
+    claim = said("average", where=results.figure.where)
+    for title, e in _each(results):
+        rows, columns = e.hard_data.cells.T
+        shares = e.probability(int(e.training_image.codes[-1]))
+        at_data = shares[rows, columns]
+        certain = float(np.mean((at_data == 0) | (at_data == 1)))
+        open_cells = float(np.mean((shares > 0) & (shares < 1)))
+        finding = said(
+            "e_type", title=title, certain=percent(certain), uncertain=percent(open_cells)
+        )
+        yield verdicts.of_claim(claim, finding, certain == 1 and open_cells > 0.5)
+
+
+def _judge_curves(results: FigureResults) -> Iterator[Judgement]:
+    """Judge whether the image's curves are among the curves of realizations."""
+    for statistic, (title, e) in ((s, each) for s in STATISTICS for each in _each(results)):
+        shares = [_among(bundle) for bundle in _bundles(results.run, e, statistic).values()]
+        what = "variograms" if statistic == "variogram" else "probability of connection"
+        claim = said("curves", where=results.figure.where, what=what)
+        finding = said("surrounded", title=title, shares=" and ".join(map(percent, shares)))
+        word = "surrounded" if min(shares) >= ENOUGH else verdicts.PART
+        yield verdicts.judged(claim, finding, word)
+
+
+def _among(bundle: Bundle) -> float:
+    """Return the share of lags at which the image's curve is among those of realizations."""
+    low, high = np.nanmin(bundle.each, axis=0), np.nanmax(bundle.each, axis=0)
+    slack = TAU_TOLERANCE * float(np.nanmax(bundle.reference))
+    among = (bundle.reference >= low - slack) & (bundle.reference <= high + slack)
+    return float(among[1:].mean())
+
+
+def _judge_authors(results: FigureResults) -> Iterator[Judgement]:
+    """Judge our connectivity against that of the authors' code at the largest lag."""
+    if results.authors is None:
+        return
+    lag, theirs = list(methods.relative_tau(results.authors, results.image).items())[-1]
+    for title, e in _each(results):
+        ours = methods.relative_tau(e.indices, results.image)[lag]
+        finding = f"{title}: {ours:.2f} of the image's τ({lag}), the authors' code {theirs:.2f}."
+        order = verdicts.sign_of(ours - theirs, TAU_TOLERANCE)
+        yield verdicts.of_order("Connectivity of the authors' code, same study.", finding, order)
+
+
+def _judge_reference(results: FigureResults) -> Iterator[Judgement]:
+    """Judge how many cells of the reference image dense data recover."""
+    claim = said("recovered", where=results.figure.where, n=results.figure.n_data)
+    for title, e in _each(results):
+        share = float(np.mean(e.indices == results.truth))
+        finding = f"{title}: {percent(share)} of the cells agree with the reference image."
+        yield verdicts.of_claim(claim, finding, share >= RECOVERED)
+
+
+def _judge_facies(results: FigureResults) -> Iterator[Judgement]:
+    """Judge whether all facies occur in their proportions."""
+    for title, e in _each(results):
+        off = float(np.abs(e.proportions.mean(axis=0) - results.image.proportions).max())
+        finding = said("facies", title=title, n=results.image.n_facies, off=percent(off))
+        yield verdicts.of_claim(TEXTS["claims"]["facies"], finding, off <= CLOSE_SHARE)
+
+
+def _judge_trend(results: FigureResults) -> Iterator[Judgement]:
     """Judge by the slope of the realizations' differences between quarters on the image's."""
+    own = stationarity(results.image)
+    for title, e in _each(results):
+        each = [stationarity(one, results.image.codes) for one in e]
+        kept = _kept_trend(own, each)
+        finding = said("kept", title=title, kept=percent(kept))
+        yield verdicts.of_claim(TEXTS["claims"]["trend"], finding, kept < MIN_KEPT_TREND)
+
+
+def _kept_trend(own: Stationarity, each: list[Stationarity]) -> float:
+    """Return the share of the differences between an image's quarters that realizations keep."""
     lags = min(own.variograms.shape[-1], *(one.variograms.shape[-1] for one in each))
     apart = own.variograms[..., :lags] - own.variograms[..., :lags].mean(axis=0)
     mean = np.mean([one.variograms[..., :lags] for one in each], axis=0)
-    kept = float(np.sum(apart * (mean - mean.mean(axis=0))) / np.sum(apart**2))
-    found = said("kept", name=name, kept=percent(kept))
-    claim = "Section 5.9: nonstationary training images are a limit of the method."
-    return verdicts.of_claim(claim, found, kept < KEPT)
+    return float(np.sum(apart * (mean - mean.mean(axis=0))) / np.sum(apart**2))
+
+
+JUDGES: dict[str, Callable[[FigureResults], Iterator[Judgement]]] = {
+    "shapes": _judge_shapes,
+    "time": _judge_time,
+    "data": _judge_data,
+    "average": _judge_average,
+    "curves": _judge_curves,
+    "authors": _judge_authors,
+    "reference": _judge_reference,
+    "facies": _judge_facies,
+    "trend": _judge_trend,
+}
+"""Judgements of a figure, by the names in the texts of the experiments."""

@@ -4,12 +4,13 @@ import time
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
-from ccwsim.experiments.trials import run_trials
+from ccwsim.experiments.trials import Trial, run_trials
 from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.numbers import duration
 from ccwsim.model.watch import Watch
-from ccwsim.paper.comparison import sampled_data, stone_wall, variability
+from ccwsim.paper.comparison import compare_methods, variability
 from ccwsim.paper.experiment import (
     FULL,
     TEXTS,
@@ -20,27 +21,41 @@ from ccwsim.paper.experiment import (
     PaperInputs,
     said,
 )
-from ccwsim.paper.methods import SETTINGS
-from ccwsim.paper.realizations import (
-    conditional,
-    dense_data,
-    limits,
-    statistics,
-    three_facies,
-    unconditional,
-)
+from ccwsim.paper.methods import AUTHORS_SETTINGS, paper_parameters
+from ccwsim.paper.realizations import MapFigure, show_figure
 from ccwsim.paper.times import grid_size, times_with_data
 from ccwsim.paper.verdicts import NOISE, by_claim
 from ccwsim.report.document import Document, Facts, Judgements, Section, Text, surroundings
 
+RUNS: dict[str, Callable[[ExperimentRun], Outcome]] = {
+    **{
+        name: partial(
+            show_figure, MapFigure(where=about["place"].rsplit(", ")[-1], **about["figure"])
+        )
+        for name, about in TEXTS["experiments"].items()
+        if "figure" in about
+    },
+    "levels_and_data": partial(compare_methods, "channel", (100, 300, 400, 1000)),
+    "stone_wall": partial(compare_methods, "stone wall", (300,)),
+    "variability": variability,
+    "grid_size": grid_size,
+    "times_with_data": times_with_data,
+}
+"""Functions that run the experiments, by their names in the texts."""
 EXPERIMENTS = tuple(
-    Experiment(run=run, **TEXTS["experiments"][run.__name__])
-    for run in (
-        *(unconditional, conditional, statistics, sampled_data, stone_wall, variability),
-        *(grid_size, times_with_data, dense_data, three_facies, limits),
+    Experiment(
+        title=about["title"],
+        place=about["place"],
+        shows=about["shows"],
+        run=RUNS[name],
+        weight=about["weight"],
     )
+    for name, about in TEXTS["experiments"].items()
 )
-"""All experiments, in the order of the paper's sections."""
+"""All experiments, in the order of the paper's sections; weights are seconds (`PROBE_SECONDS`)."""
+PROBE_SHAPE, PROBE_SECONDS = (512, 512), 0.04
+"""Grid of a timed realization, and its CPU seconds where the weights were measured."""
+QUICK_SECONDS = 15.0  # duration of a quick run there
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +96,7 @@ def reproduce(
     experiments: Sequence[Experiment] = EXPERIMENTS,
     on_finished: Callable[[Finished], None] | None = None,
 ) -> Reproduction:
-    """Run experiments of the paper; a stopped run has the experiments that are finished."""
+    """Run experiments of the paper; a stopped run returns the finished experiments."""
     start, finished, stopped = time.perf_counter(), [], False
 
     def tried(experiment: Experiment, watch: Watch) -> Finished:
@@ -95,8 +110,30 @@ def reproduce(
                 on_finished(result)
     except Cancelled:
         stopped = True
-    seconds = time.perf_counter() - start
-    return Reproduction(inputs or PaperInputs(), extent, seed, tuple(finished), stopped, seconds)
+    return Reproduction(
+        inputs=inputs or PaperInputs(),
+        extent=extent,
+        seed=seed,
+        finished=tuple(finished),
+        stopped=stopped,
+        seconds=time.perf_counter() - start,
+    )
+
+
+def expected_seconds(inputs: PaperInputs, extent: Extent) -> float:
+    """Return about the seconds that all experiments take here, from a simulation timed now."""
+    p, image = paper_parameters("ccwsim", 1, "ours"), inputs.image("channel")
+    probe = Trial.of(image, PROBE_SHAPE, p)
+    seconds = min(float(probe.simulate(1, n_workers=1).cpu_seconds[0]) for _ in range(3))
+    return usual_seconds(extent) * seconds / PROBE_SECONDS
+
+
+def usual_seconds(extent: Extent) -> float:
+    """Return about the seconds that all experiments take on an ordinary machine with two cores."""
+    if not extent.is_full:
+        return QUICK_SECONDS
+    larger = max(extent.timed_sides) ** 2 / max(FULL.timed_sides) ** 2 - 1
+    return sum(e.weight for e in EXPERIMENTS) + larger * TEXTS["experiments"]["grid_size"]["weight"]
 
 
 def with_largest_grid(extent: Extent, side: int | None) -> Extent:
@@ -181,6 +218,6 @@ def _run_facts(r: Reproduction) -> tuple[tuple[str, str], ...]:
         ("Inputs", folder),
         ("Extent", extent),
         ("Seed", str(r.seed)),
-        ("Parameters", f"{SETTINGS}, unless a section states other values"),
+        ("Parameters", f"{AUTHORS_SETTINGS}, unless a section states other values"),
         ("Time", f"{duration(r.seconds)} in all; {took}"),
     )

@@ -5,14 +5,14 @@ from itertools import pairwise, product
 
 import numpy as np
 
-from ccwsim.experiments.timing import data_trials, grid_trials, growth, time_trials
-from ccwsim.experiments.trials import TrialResult
+from ccwsim.experiments.timing import data_trials, growth, time_trials
+from ccwsim.experiments.trials import Trial, TrialResult
 from ccwsim.figures import LIGHT, TimeSeries, timings_chart
 from ccwsim.model.numbers import duration, minus
-from ccwsim.model.parameters import Parameters
+from ccwsim.model.published import Variant
 from ccwsim.paper import methods, verdicts
-from ccwsim.paper.experiment import ExperimentRun, Outcome, said
-from ccwsim.paper.methods import SETTINGS, TITLES
+from ccwsim.paper.experiment import TEXTS, ExperimentRun, Outcome, said
+from ccwsim.paper.methods import AUTHORS_SETTINGS, COLUMNS, COMPARED, TITLES
 from ccwsim.paper.published_times import (
     FIGURE_13,
     LEVEL_CHANGES,
@@ -26,52 +26,75 @@ from ccwsim.paper.published_times import (
 from ccwsim.paper.verdicts import AGREES, DIFFERS, NOISE, PART
 from ccwsim.report.document import Chart, Judgement, Row, Table, Text
 
-LEVELS = (1, 2, 3)
+TIMED_LEVELS = (1, 2, 3)
 LEVELS_OF_TABLE_2 = (1, 3)
+METHODS_OF_TABLE_2 = ("ms-ccsim", "ccwsim")
 PAPER_SIDE = 5000
 N_TIMED = 3
-LINEAR = 0.15  # growth of time is called linear if the exponent differs from 1 by at most this
+MAX_EXPONENT_ERROR = 0.15
+"""Growth of time is called linear if the exponent differs from 1 by at most this."""
 PAPER_CELLS = 512 * 512
+DATA_OF_FIGURE_13 = 400  # number of data on 512 × 512 cells; the paper's number is unknown
 
-Times = dict[tuple[str, int, bool, int], TrialResult]
-"""Times by the key (method, level, whether data are exact, index in `TABLE_2_DATA`)."""
+Times = dict[tuple[str, int, Variant, int], TrialResult]
+"""Times of an image by the key (method, level, variant, index in `TABLE_2_DATA`)."""
+GridTimes = dict[tuple[Variant, int], list[TrialResult]]
+"""Times on all grids by variant and level."""
 
 
 def grid_size(run: ExperimentRun) -> Outcome:
-    """Measure CPU times of unconditional channel realizations on square grids, on one thread."""
+    """Measure CPU times of conditional channel realizations on square grids, on one thread."""
     image, sides = run.inputs.image("channel"), run.extent.timed_sides
-    parameters = [methods.paper_parameters("ccwsim", level) for level in LEVELS]
     n = min(N_TIMED, run.extent.n_timed)
-    trials = grid_trials(image, [(side, side) for side in sides], parameters, run.seed)
-    times = list(time_trials(trials, n, run.watch.progress, run.watch.cancel))
-    by_level = {level: [t for t in times if t.parameters.level == level] for level in LEVELS}
+    keys = [*product(COMPARED, TIMED_LEVELS)]
+    settings = [methods.paper_parameters("ccwsim", level, variant) for variant, level in keys]
+    trials: list[Trial] = []
+    for side in sides:
+        n_data = max(round(DATA_OF_FIGURE_13 * side * side / PAPER_CELLS), 1)
+        trials += data_trials(image, (side, side), [n_data], settings, run.seed)
+    results = list(time_trials(trials, n, run.watch.progress, run.watch.cancel))
+    times: GridTimes = {key: results[k :: len(keys)] for k, key in enumerate(keys)}
     paper = {p.level: p.cpu_seconds for p in FIGURE_13}
+    stated = [duration(paper[level] or 0.0) for level in TIMED_LEVELS]
     rows = []
     for k, side in enumerate(sides):
-        each = (duration(by_level[level][k].seconds) for level in LEVELS)
-        rows.append((f"{side} × {side}", f"{side * side:,}", *each))
-    theirs = (duration(paper[level] or 0.0) for level in LEVELS)
-    rows.append((f"paper, {PAPER_SIDE} × {PAPER_SIDE}", f"{PAPER_SIDE**2:,}", *theirs))
-    header = ("grid", "cells", *(f"level {level}" for level in LEVELS))
-    caption = said("grids", n=n)
-    of_chart = (
-        f"{image.name}, no hard data; {SETTINGS}; median of {n} realizations, seed {run.seed}."
+        seconds = (duration(times[key][k].seconds) for key in keys)
+        theirs = stated if side == PAPER_SIDE else ["–"] * len(stated)
+        rows.append((f"{side} × {side}", f"{side * side:,}", *seconds, *theirs))
+    if PAPER_SIDE not in sides:
+        not_run = ("–" for _ in keys)
+        rows.append((f"{PAPER_SIDE} × {PAPER_SIDE}", f"{PAPER_SIDE**2:,}", *not_run, *stated))
+    columns = (f"{COLUMNS[variant]}, level {level}" for variant, level in keys)
+    header = ("grid", "cells", *columns, *(f"the paper, level {level}" for level in TIMED_LEVELS))
+    caption = said("grids", n=n, n_data=DATA_OF_FIGURE_13)
+    about = said(
+        "grids_chart",
+        image=image.name,
+        n_data=DATA_OF_FIGURE_13,
+        settings=AUTHORS_SETTINGS,
+        n=n,
+        seed=run.seed,
     )
-    chart = Row((_grid_chart(by_level, sides),), of_chart)
-    blocks = (chart, Table(header, tuple(rows), caption))
-    return Outcome(blocks, tuple(_grid_judgements(by_level)))
+    blocks = (Row((_grid_chart(times, sides),), about), Table(header, tuple(rows), caption))
+    judgements = [j for variant in COMPARED for j in _grid_judgements(times, variant)]
+    return Outcome(blocks, tuple(judgements))
 
 
-def _grid_chart(by_level: dict[int, list[TrialResult]], sides: tuple[int, ...]) -> Chart:
+def _grid_chart(times: GridTimes, sides: tuple[int, ...]) -> Chart:
+    """Return the chart of the published method's times, beside the paper's."""
     measured = []
-    for level, times in by_level.items():
-        cells, values = np.array([(t.trial.grid.n_cells, t.seconds) for t in times], float).T
+    for level in TIMED_LEVELS:
+        results = times["paper", level]
+        cells, values = np.array([(t.trial.grid.n_cells, t.seconds) for t in results], float).T
         measured.append(TimeSeries(f"level {level}", level, cells, values))
     named = sorted({*sides, PAPER_SIDE})
     ticks = {side**2: f"{side}²" for side in named}
     figure = timings_chart(measured, paper_series(), ticks, LIGHT, y_title="CPU time (s)", unit="s")
     title = "Fig. 13 · CPU time of a realization against the number of cells"
-    legend = (("measured here", LIGHT.ink), ("the paper, another machine", LIGHT.reference))
+    legend = (
+        ("as published, measured here", LIGHT.ink),
+        ("the paper, another machine", LIGHT.reference),
+    )
     return Chart(figure, title, title, legend)
 
 
@@ -85,30 +108,32 @@ def paper_series(per_cell: bool = False) -> list[TimeSeries]:
     return series
 
 
-def _grid_judgements(by_level: dict[int, list[TrialResult]]) -> Iterator[Judgement]:
-    taken = {level: [t.seconds for t in times] for level, times in by_level.items()}
-    for a, b in pairwise(LEVELS):
-        yield level_change(taken, a, b)
-    yield verdicts.of_levels({level: each[-1] for level, each in taken.items()})
-    powers = {level: growth(times).exponent for level, times in by_level.items()}
+def _grid_judgements(times: GridTimes, variant: Variant) -> Iterator[Judgement]:
+    """Judge the times of a variant by level and size of the grid."""
+    title = COLUMNS[variant].capitalize()
+    taken = {level: [t.seconds for t in times[variant, level]] for level in TIMED_LEVELS}
+    for a, b in pairwise(TIMED_LEVELS):
+        yield level_change(taken, a, b, title)
+    yield verdicts.of_levels({level: each[-1] for level, each in taken.items()}, title)
+    powers = {level: growth(times[variant, level]).exponent for level in TIMED_LEVELS}
     each = ", ".join(f"{power:.2f} (level {level})" for level, power in powers.items())
     worst = max(abs(power - 1) for power in powers.values())
     claim = "Fig. 13: CPU times of five grids; only the time of the largest grid is available."
-    found = f"Time is proportional to the number of cells to the power {each}."
-    yield verdicts.judged(claim, found, "linear" if worst <= LINEAR else "not linear")
-    largest = by_level[1][-1]
-    side, taken_here = largest.trial.grid.nx, largest.seconds
+    finding = f"{title}: time is proportional to the number of cells to the power {each}."
+    yield verdicts.judged(claim, finding, "linear" if worst <= MAX_EXPONENT_ERROR else "not linear")
+    largest = times[variant, 1][-1]
+    side, seconds = largest.trial.grid.nx, largest.seconds
     if side == PAPER_SIDE:
         paper = next(p.cpu_seconds or 0.0 for p in FIGURE_13 if p.level == 1)
-        yield verdicts.of_time("25 million cells, level 1", taken_here, paper, "Fig. 13")
+        what = f"25 million cells, level 1 ({COLUMNS[variant]})"
+        yield verdicts.of_time(what, seconds, paper, "Fig. 13")
         return
-    claim = "Fig. 13: 56 s for 25 million cells at level 1."
-    whole = duration(25e6 / largest.trial.grid.n_cells * taken_here)
-    found = said("largest", here=duration(taken_here), side=side, whole=whole)
-    yield verdicts.judged(claim, found, verdicts.OPEN)
+    whole = duration(25e6 / largest.trial.grid.n_cells * seconds)
+    finding = said("largest", title=title, seconds=duration(seconds), side=side, whole=whole)
+    yield verdicts.judged(TEXTS["claims"]["largest"], finding, verdicts.OPEN)
 
 
-def level_change(taken: dict[int, list[float]], a: int, b: int) -> Judgement:
+def level_change(taken: dict[int, list[float]], a: int, b: int, title: str) -> Judgement:
     """Judge the change of CPU time from one level to the next, averaged over the grids."""
     theirs = LEVEL_CHANGES[a, b]
     ours = float(np.mean(np.divide(taken[b], taken[a]))) - 1
@@ -117,8 +142,9 @@ def level_change(taken: dict[int, list[float]], a: int, b: int) -> Judgement:
     )
     claim = f"Fig. 13: the CPU time changes by {each}, averaged over five sizes."
     largest = f"{duration(taken[a][-1])} and {duration(taken[b][-1])} at the largest"
-    found = f"Level {a} to {b}: {_change(ours)}, averaged over {len(taken[a])} sizes; {largest}."
-    return verdicts.of_ratio(claim, found, 1 + ours, 1 + theirs)
+    sizes = f"averaged over {len(taken[a])} sizes"
+    finding = f"{title}, level {a} to {b}: {_change(ours)}, {sizes}; {largest}."
+    return verdicts.of_ratio(claim, finding, 1 + ours, 1 + theirs)
 
 
 def _change(share: float) -> str:
@@ -126,111 +152,123 @@ def _change(share: float) -> str:
 
 
 def times_with_data(run: ExperimentRun) -> Outcome:
-    """Measure CPU times of the three methods, with published settings and with exact data."""
-    image, side = run.inputs.image("channel"), run.extent.side(512)
-    numbers = [max(round(n * side * side / PAPER_CELLS), k + 1) for k, n in enumerate(TABLE_2_DATA)]
-    settings = [
-        methods.paper_parameters(method, level, exact=exact)
-        for exact in (False, True)
-        for method, levels in (("ms-ccsim", LEVELS), ("ccwsim", LEVELS), ("ccsim", (0,)))
-        for level in levels
+    """Measure the CPU times of Table 2, as published and with our method."""
+    side = run.extent.side(512)
+    numbers = [max(round(n * side**2 / PAPER_CELLS), k + 1) for k, n in enumerate(TABLE_2_DATA)]
+    cases = [*product(METHODS_OF_TABLE_2, LEVELS_OF_TABLE_2, COMPARED)]
+    settings = [methods.paper_parameters(*case) for case in cases]
+    names = list(dict.fromkeys(t.image for t in TABLE_2))
+    trials = [
+        trial
+        for name in names
+        for trial in data_trials(run.inputs.image(name), (side, side), numbers, settings, run.seed)
     ]
-    n = run.extent.n_timed
-    trials = data_trials(image, (side, side), numbers, settings, run.seed)
-    measured = time_trials(trials, n, run.watch.progress, run.watch.cancel)
-    times: Times = {(*_key(t.parameters), numbers.index(t.trial.n_data)): t for t in measured}
-    ours = (column for n_data in numbers for column in (f"{n_data} data", "wrong"))
-    others = (f"{source}, {n_data}" for source in ("paper", "Octave") for n_data in TABLE_2_DATA)
-    header = ("method", "level", "data", *ours, *others)
-    caption = said("times", n=n, side=side)
+    results = iter(time_trials(trials, run.extent.n_timed, run.watch.progress, run.watch.cancel))
+    blocks: list[Table | Text] = []
+    judgements: list[Judgement] = []
+    for name in names:
+        times: Times = {
+            (*case, k): next(results) for k, case in product(range(len(numbers)), cases)
+        }
+        blocks.append(_table_2(run, name, times))
+        judgements += [*_methods_timed(name, times), *_ratios(name, times)]
+        stated = _paper(name, "ccwsim", 1, 1)
+        what = f"{name}, CCWSIM, level 1, 2000 data"
+        seconds = times["ccwsim", 1, "paper", 1].seconds
+        judgements.append(verdicts.of_time(what, seconds, stated, "Table 2", run.extent.is_full))
     remark = f"Octave: {OCTAVE.reference}; {OCTAVE.machine}. The paper: {PAPER.machine}."
-    table = Table(header, tuple(_row(p, times) for p in settings), caption)
-    measured, what = times["ccwsim", 1, False, 1].seconds, "CCWSIM, level 1, 2000 data"
-    theirs = _paper("ccwsim", 1, 1)
-    time = verdicts.of_time(what, measured, theirs, "Table 2", run.extent.is_full)
-    blocks = table, _table_2(), Text(remark, quiet=True)
-    return Outcome(blocks, (*_methods(times), *_ratios(times), time))
+    blocks += [Text(TEXTS["ms_ccsim"]), Text(remark, quiet=True)]
+    return Outcome(tuple(blocks), tuple(judgements))
 
 
-def _table_2() -> Table:
-    """Return all of the paper's Table 2."""
-    images = list(dict.fromkeys(t.image for t in TABLE_2))
-    taken = {(t.method, t.level, t.image, t.n_data): t.cpu_seconds for t in TABLE_2}
+def _table_2(run: ExperimentRun, name: str, times: Times) -> Table:
+    """Return Table 2 for one image: the paper's times, as published, and ours."""
     rows = []
-    for method, level in dict.fromkeys((t.method, t.level) for t in TABLE_2):
-        each = (taken[method, level, image, n] for image in images for n in TABLE_2_DATA)
-        rows.append((TITLES[method], str(level), *(f"{s:.2f} s" for s in each)))
-    header = ("method", "level", *(f"{image}, {n}" for image in images for n in TABLE_2_DATA))
-    caption = said("table_2")
-    return Table(header, tuple(rows), caption)
+    for method, level in product(METHODS_OF_TABLE_2, LEVELS_OF_TABLE_2):
+        cells = [TITLES[method], str(level)]
+        for k, n_data in enumerate(TABLE_2_DATA):
+            cells.append(f"{_paper(name, method, level, k):.2f} s")
+            for variant in COMPARED:
+                t = times[method, level, variant, k]
+                wrong = 100 * float(t.n_mismatched.mean()) / max(t.trial.n_data, 1)
+                cells.append(f"{duration(t.seconds)}, {wrong:.1f} %")
+            octave = _published(OCTAVE, name, method, level, n_data)
+            cells.append("–" if octave is None else duration(octave))
+        rows.append(tuple(cells))
+    titles = ("the paper", *(f"{COLUMNS[variant]}, data wrong" for variant in COMPARED), "Octave")
+    columns = (f"{n_data} data: {title}" for n_data in TABLE_2_DATA for title in titles)
+    some = times["ccwsim", 1, "paper", 1].trial
+    caption = said(
+        "times",
+        n=run.extent.n_timed,
+        side=some.grid.nx,
+        n_data=some.n_data,
+        image=run.inputs.describe(name),
+    )
+    return Table(("method", "level", *columns), tuple(rows), caption)
 
 
-def _key(p: Parameters) -> tuple[str, int, bool]:
-    return p.method, p.along((1, 1)).level[-1], p.exact_data
+def _published(source: Source, image: str, method: str, level: int, n_data: int) -> float | None:
+    finding = published_time(source, method, level, PAPER_CELLS, n_data, image)
+    return None if finding is None else finding.cpu_seconds
 
 
-def _row(p: Parameters, times: Times) -> tuple[str, ...]:
-    method, level, exact = _key(p)
-    cells = [TITLES[method], str(level), "exact" if exact else "as published"]
-    for k in (0, 1):
-        t = times[method, level, exact, k]
-        wrong = 100 * float(t.n_mismatched.mean()) / max(t.trial.n_data, 1)
-        cells += [duration(t.seconds), f"{wrong:.1f} %"]
-    for source, n in product((PAPER, OCTAVE), TABLE_2_DATA):
-        taken = None if exact else _published(source, method, level, n)
-        cells.append("–" if taken is None else duration(taken))
-    return tuple(cells)
+def _paper(image: str, method: str, level: int, k: int) -> float:
+    stated = _published(PAPER, image, method, level, TABLE_2_DATA[k])
+    assert stated is not None
+    return stated
 
 
-def _published(source: Source, method: str, level: int, n_data: int) -> float | None:
-    found = published_time(source, method, level, PAPER_CELLS, n_data)
-    return None if found is None else found.cpu_seconds
-
-
-def _paper(method: str, level: int, k: int) -> float:
-    taken = _published(PAPER, method, level, TABLE_2_DATA[k])
-    assert taken is not None
-    return taken
-
-
-def _ratio(
-    times: Times, first: tuple[str, int, int], second: tuple[str, int, int]
-) -> tuple[float, float]:
-    """Return our and the paper's ratio of the CPU times of two cases (method, level, k)."""
-    ours = [times[method, level, True, k].seconds for method, level, k in (first, second)]
-    return ours[0] / ours[1], _paper(*first) / _paper(*second)
-
-
-def _methods(times: Times) -> Iterator[Judgement]:
-    """Judge whether CCWSIM or MS-CCSIM is faster at levels 1 and 3, with all data honoured."""
+def _methods_timed(name: str, times: Times) -> Iterator[Judgement]:
+    """Judge whether CCWSIM or MS-CCSIM is faster at levels 1 and 3."""
     claim = "Table 2: CCWSIM takes less time than MS-CCSIM at level 1, about the same at level 3."
-    shares = []
-    for level, (k, n) in product(LEVELS_OF_TABLE_2, enumerate(TABLE_2_DATA)):
-        ours, theirs = _ratio(times, ("ccwsim", level, k), ("ms-ccsim", level, k))
-        shares.append(ours)
-        found = f"Level {level}, {n} data: {ours:.2f} times as long, in the paper {theirs:.2f}."
-        yield verdicts.of_ratio(claim, found, ours, theirs)
-    less = [f"{share:.2f}" for share in shares]
-    efficient = said("efficient", ratios=", ".join(less[:-1]), last=less[-1])
-    word = AGREES if max(shares) < 1 / NOISE else PART if min(shares) < 1 / NOISE else DIFFERS
-    claim = "CCWSIM is efficient: it takes less time than MS-CCSIM (title, section 5.6)."
-    yield verdicts.judged(claim, efficient, word)
+    for variant in COMPARED:
+        shares, title = [], COLUMNS[variant].capitalize()
+        for level, k in product(LEVELS_OF_TABLE_2, range(len(TABLE_2_DATA))):
+            theirs = _paper(name, "ccwsim", level, k) / _paper(name, "ms-ccsim", level, k)
+            ours = _quotient(times, variant, ("ccwsim", level, k), ("ms-ccsim", level, k))
+            shares.append(ours)
+            finding = said(
+                "faster",
+                title=title,
+                name=name,
+                level=level,
+                n=TABLE_2_DATA[k],
+                ours=ours,
+                theirs=theirs,
+            )
+            yield verdicts.of_ratio(claim, finding, ours, theirs)
+        listed = ", ".join(f"{share:.2f}" for share in shares)
+        finding = said("efficient", title=title, name=name, ratios=listed)
+        word = AGREES if max(shares) < 1 / NOISE else PART if min(shares) < 1 / NOISE else DIFFERS
+        efficient = "CCWSIM is efficient: it takes less time than MS-CCSIM (title, section 5.6)."
+        yield verdicts.judged(efficient, finding, word)
 
 
-def _ratios(times: Times) -> Iterator[Judgement]:
-    """Judge the cost of twice the data and the gain of level 3, with all data honoured."""
+def _quotient(
+    times: Times, variant: Variant, first: tuple[str, int, int], second: tuple[str, int, int]
+) -> float:
+    """Return the ratio of the CPU times of two cases (method, level, k) of a variant."""
+    seconds = [times[method, level, variant, k].seconds for method, level, k in (first, second)]
+    return seconds[0] / seconds[1]
+
+
+def _ratios(name: str, times: Times) -> Iterator[Judgement]:
+    """Judge the cost of twice the data and the gain of level 3."""
     twice = "Table 2: cost of twice the data, 2000 instead of 1000."
     coarser = "Table 2: CPU time of CCWSIM at level 1 relative to level 3."
     pairs = [
         (twice, f"{TITLES[method]}, level {level}", (method, level, 1), (method, level, 0))
-        for method in ("ccwsim", "ms-ccsim")
+        for method in METHODS_OF_TABLE_2
         for level in LEVELS_OF_TABLE_2
     ]
     pairs += [
         (coarser, f"{n} data", ("ccwsim", 1, k), ("ccwsim", 3, k))
         for k, n in enumerate(TABLE_2_DATA)
     ]
-    for claim, case, first, second in pairs:
-        ours, theirs = _ratio(times, first, second)
-        found = f"{case}: {ours:.2f} times, in the paper {theirs:.2f}."
-        yield verdicts.of_ratio(claim, found, ours, theirs)
+    for variant, (claim, case, first, second) in product(COMPARED, pairs):
+        theirs = _paper(name, *first) / _paper(name, *second)
+        ours = _quotient(times, variant, first, second)
+        title = COLUMNS[variant].capitalize()
+        finding = f"{title}, {name}, {case}: {ours:.2f} times, in the paper {theirs:.2f}."
+        yield verdicts.of_ratio(claim, finding, ours, theirs)

@@ -21,13 +21,13 @@ ALIKE = 1.25
 NOISE = 1.1
 
 
-def judged(claim: str, found: str, word: str) -> Judgement:
+def judged(claim: str, finding: str, word: str) -> Judgement:
     """Return a judgement; its tone is neutral if `word` is not a constant of this module."""
-    return Judgement(claim, found, word, TONES.get(word, "plain"))
+    return Judgement(claim, finding, word, TONES.get(word, "plain"))
 
 
 def by_claim(judgements: Iterable[Judgement]) -> tuple[Judgement, ...]:
-    """Return one judgement a claim: several cases agree, differ, or bear the claim out in part."""
+    """Return one judgement a claim; cases with different verdicts are merged to "in part"."""
     cases: dict[str, list[Judgement]] = {}
     for judgement in judgements:
         cases.setdefault(judgement.claim, []).append(judgement)
@@ -37,19 +37,19 @@ def by_claim(judgements: Iterable[Judgement]) -> tuple[Judgement, ...]:
 def _merged(cases: list[Judgement]) -> Judgement:
     words = {case.word for case in cases}
     if len(words) == 1:
-        return judged(cases[0].claim, " ".join(case.found for case in cases), cases[0].word)
-    found = " ".join(f"{case.found.removesuffix('.')}: {case.word}." for case in cases)
-    return judged(cases[0].claim, found, PART)
+        return judged(cases[0].claim, " ".join(case.finding for case in cases), cases[0].word)
+    finding = " ".join(f"{case.finding.removesuffix('.')}: {case.word}." for case in cases)
+    return judged(cases[0].claim, finding, PART)
 
 
-def of_claim(claim: str, found: str, holds: bool) -> Judgement:
+def of_claim(claim: str, finding: str, holds: bool) -> Judgement:
     """Return a judgement that states whether a claim of the paper holds in this run."""
-    return judged(claim, found, AGREES if holds else DIFFERS)
+    return judged(claim, finding, AGREES if holds else DIFFERS)
 
 
-def of_order(claim: str, found: str, order: int) -> Judgement:
+def of_order(claim: str, finding: str, order: int) -> Judgement:
     """Judge our number as worse than (−1), equal to (0) or better than (1) another number."""
-    return judged(claim, found, {-1: BEHIND, 0: AGREES, 1: BETTER}[order])
+    return judged(claim, finding, {-1: BEHIND, 0: AGREES, 1: BETTER}[order])
 
 
 def sign_of(difference: float, alike: float = 0.0) -> int:
@@ -70,25 +70,25 @@ def of_time(
     if not comparable:
         return judged(claim, f"{duration(ours)} on a smaller grid; not comparable.", OPEN)
     ratio = theirs / ours
-    how = f"{ratio:.3g} times less" if ratio >= 1 else f"{1 / ratio:.3g} times more"
-    found = said("time", ours=duration(ours), how=how)
+    factor = f"{ratio:.3g} times less" if ratio >= 1 else f"{1 / ratio:.3g} times more"
+    finding = said("time", ours=duration(ours), how=factor)
     words = {-1: "more time", 0: "like time", 1: "less time"}
-    return judged(claim, found, words[order_of(ratio, ALIKE)])
+    return judged(claim, finding, words[order_of(ratio, ALIKE)])
 
 
 def of_ratio(
-    claim: str, found: str, ours: float, theirs: float, error: float = log(NOISE)
+    claim: str, finding: str, ours: float, theirs: float, error: float = log(NOISE)
 ) -> Judgement:
     """Judge a ratio against the paper's; `error` is the standard error of the logarithm of ours."""
     if isnan(error):  # too few realizations
-        return judged(claim, found, OPEN)
+        return judged(claim, finding, OPEN)
     apart = abs(log(ours / theirs))
     if not apart <= error and order_of(ours) != order_of(theirs):
-        return judged(claim, found, DIFFERS)
-    return judged(claim, found, AGREES if apart <= 2 * error else SAME_ORDER)
+        return judged(claim, finding, DIFFERS)
+    return judged(claim, finding, AGREES if apart <= 2 * error else SAME_ORDER)
 
 
-def of_levels(times: Mapping[int, float]) -> Judgement:
+def of_levels(times: Mapping[int, float], title: str) -> Judgement:
     """Judge whether each level takes less CPU time (in seconds) than the level below."""
     levels = sorted(times)
     words = {-1: "less than", 0: "as long as", 1: "more than"}
@@ -97,7 +97,7 @@ def of_levels(times: Mapping[int, float]) -> Judgement:
     each = ", ".join(f"level {level} {duration(times[level])}" for level in levels)
     falls = all(order < 0 for order in orders.values())
     claim = "Fig. 13: each level takes less CPU time than the level below."
-    return of_claim(claim, f"{each}: {', '.join(steps)}.", falls)
+    return of_claim(claim, f"{title}, {each}: {', '.join(steps)}.", falls)
 
 
 def of_both(connectivity: int, patterns: int) -> str:
@@ -107,14 +107,15 @@ def of_both(connectivity: int, patterns: int) -> str:
     return PART if max(connectivity, patterns) > 0 else DIFFERS
 
 
-def of_data(wrong: float, n_data: int, theirs: float | None) -> Judgement:
+def of_data(wrong: float, n_data: int, theirs: float | None, title: str) -> Judgement:
     """Judge the share of missed data, compared with the published code's share if that is known."""
-    found = said("honoured" if wrong == 0 else "missed", n=n_data, wrong=percent(wrong))
+    text = "honoured" if wrong == 0 else "missed"
+    finding = said(text, title=title, n=n_data, wrong=percent(wrong))
     claim = "Section 4.4: the method searches for a candidate that honours the data."
     if theirs is None:
-        return of_claim(claim, found, wrong == 0)
-    found += f" Realizations of the authors' code miss {percent(theirs)}."
-    return of_order(claim, found, sign_of(theirs - wrong))
+        return of_claim(claim, finding, wrong == 0)
+    finding += f" Realizations of the authors' code miss {percent(theirs)}."
+    return of_order(claim, finding, sign_of(theirs - wrong))
 
 
 def percent(share: float) -> str:

@@ -1,4 +1,4 @@
-/* Unpack plotly and draw each chart from the figure that stands in its place. */
+/* Unpack plotly and draw each chart in place of the JSON of its figure. */
 (async () => {
   const packed = document.getElementById("plotly");
   const bytes = Uint8Array.from(atob(packed.textContent), (letter) => letter.charCodeAt(0));

@@ -86,7 +86,7 @@ class Chart:
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    """Pictures or charts side by side, equally wide in `columns` unless 0, with a caption."""
+    """Pictures or charts side by side, in equal `columns` unless 0, with a caption."""
 
     items: tuple[Picture | Chart, ...]
     caption: str = ""
@@ -95,21 +95,21 @@ class Row:
 
 @dataclass(frozen=True)
 class Judgement:
-    """A statement (`claim`), our result (`found`), and a verdict (`word`) with a tone."""
+    """A statement (`claim`), our result (`finding`), and a verdict (`word`) with a tone."""
 
     claim: str
-    found: str
+    finding: str
     word: str
     tone: Tone = "plain"
 
 
 @dataclass(frozen=True)
 class Judgements:
-    """A table of judgements; `claimed` and `found` are the titles of two columns."""
+    """A table of judgements; `claimed` and `finding` are the titles of two columns."""
 
     rows: tuple[Judgement, ...]
     claimed: str = "Statement"
-    found: str = "Found"
+    finding: str = "Found"
 
 
 Block = Text | Code | Facts | Table | Row | Picture | Chart | Judgements
@@ -128,7 +128,7 @@ class Section:
 
 @dataclass(frozen=True, eq=False)
 class Document:
-    """A report; `opening` precedes the table of contents, `colophon` has facts for reproduction."""
+    """A report; `opening` precedes the table of contents, `colophon` states how it was made."""
 
     title: str
     sections: tuple[Section, ...]

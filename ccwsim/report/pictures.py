@@ -49,9 +49,10 @@ def map_picture(
 
 def share_picture(shares: Floats, caption: str) -> Picture:
     """Return a picture of a share per cell of a map or volume: 0 is dark blue, 1 is yellow."""
+    steps, colours = figures.steps_of(shares)
     if shares.ndim == N_AXES:
-        return _slices(figures.slices_png(*figures.steps_of(shares)), caption)
-    png = figures.data_map_png(*figures.steps_of(shares))
+        return _slices(figures.slices_png(steps, colours), caption)
+    png = figures.data_map_png(steps, colours)
     return Picture(png, caption, f"Map: {caption}", pixelated=True)
 
 
@@ -65,20 +66,27 @@ def bundle_of(
     images: Images,
     image: TrainingImage,
     facies: int,
-    way: Direction,
+    direction: Direction,
     lags: NDArray,
     progress: Fraction | None = None,
 ) -> Bundle:
     """Return a bundle of the curves of a statistic for a facies code, along one direction."""
-    reference = curves_of(statistic, image, facies, way, lags)[0]
-    each = curves_of(statistic, images, facies, way, lags, progress)
+    reference = curves_of(statistic, image, facies, direction, lags)[0]
+    each = curves_of(statistic, images, facies, direction, lags, progress=progress)
     return bundle_of_curves(lags.astype(float), reference, each)
 
 
 def bundle_of_curves(lags: Floats, reference: Floats, each: Floats) -> Bundle:
     """Return a bundle of curves with their quantiles; quantiles are NaN at lags without values."""
     spread = band(each, 0.05, 0.95)
-    return Bundle(lags, reference, each, spread.low, spread.median, spread.high)
+    return Bundle(
+        lags=lags,
+        reference=reference,
+        each=each,
+        low=spread.low,
+        median=spread.median,
+        high=spread.high,
+    )
 
 
 def layers_bundle(ensemble: Ensemble, facies: int) -> Bundle:
@@ -99,8 +107,8 @@ def layers_of_image(grid: Grid, n_layers: int) -> Floats:
 def layer_data(data: HardData, grid: Grid, code: int) -> LayerData:
     """Return the share of a facies among the hard data of each layer with data."""
     layers, count = np.unique(data.cells[:, 0], return_counts=True)
-    own = np.bincount(data.cells[data.facies == code, 0], minlength=grid.nz or 1)[layers]
-    return LayerData(np.asarray(grid.axes[-1], float)[layers], own / count, count)
+    facies_count = np.bincount(data.cells[data.facies == code, 0], minlength=grid.nz or 1)[layers]
+    return LayerData(np.asarray(grid.axes[-1], float)[layers], facies_count / count, count)
 
 
 def layers_chart(
@@ -119,11 +127,11 @@ def layers_chart(
 
 
 def bundle_chart(
-    bundle: Bundle, statistic: Statistic, way: Direction, facies: str, top: float, height: int
+    bundle: Bundle, statistic: Statistic, direction: Direction, facies: str, top: float, height: int
 ) -> Chart:
     """Return the chart of a bundle; the y axis ends at `top` for variograms, otherwise at 1."""
     top = 1.04 if statistic == "connectivity" else top
-    title = f"{curve_title(statistic, way)} of {facies}"
+    title = f"{curve_title(statistic, direction)} of {facies}"
     figure = figures.curves_chart(
         bundle, LIGHT, y_title=SIGNS[statistic], y_range=(0, top), height=height
     )

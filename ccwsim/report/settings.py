@@ -1,4 +1,4 @@
-"""Short descriptions of parameters, and captions of charts that say what the charts are of."""
+"""Short descriptions of parameters, and captions that state the inputs of charts."""
 
 from dataclasses import fields, replace
 from typing import Any
@@ -20,7 +20,7 @@ SHORT_NAMES = {
 }
 VALUES = {"ccwsim": "CCWSIM", "ccsim": "CCSIM", "ms-ccsim": "MS-CCSIM", "ssd": "squared difference"}
 VALUES |= {
-    "ours": "as in our method",
+    "ours": "ours",
     "paper": "as in the paper",
     "code": "as in the authors' code",
 }
@@ -33,8 +33,8 @@ def caption_of(ensemble: Ensemble) -> str:
     """Return the image, data, grid, setting, number of realizations and seed of an ensemble."""
     p = ensemble.parameters
     usual = replace(Parameters().as_in(p.variant), variant="ours")
-    others = describe_setting(p, replace(usual, **{n: getattr(p, n) for n in USUAL}))
-    setting = describe_parameters(p) + (f", {others}" if others != "the same" else "")
+    differences = describe_setting(p, replace(usual, **{n: getattr(p, n) for n in USUAL}))
+    setting = describe_parameters(p) + (f", {differences}" if differences != "the same" else "")
     count = plural(ensemble.n, "realization")
     edited = ", re-simulated locally around edited data" if ensemble.revised else ""
     return f"{describe_inputs(ensemble)}; {setting}; {count}, seed {ensemble.seed}{edited}"
@@ -43,14 +43,16 @@ def caption_of(ensemble: Ensemble) -> str:
 def describe_inputs(study: Any) -> str:
     """Return the training image, number of hard data and grid of a study, run or ensemble."""
     image, n = study.training_image, study.hard_data.n
-    data = f"{n} hard data" if n else "no hard data"
-    data += ", secondary information" if study.secondary else ""
-    return f"{image.name or 'unnamed image'}, {data}, grid {describe_shape(study.grid.shape)}"
+    data_text = f"{n} hard data" if n else "no hard data"
+    data_text += ", secondary information" if study.secondary else ""
+    return f"{image.name or 'unnamed image'}, {data_text}, grid {describe_shape(study.grid.shape)}"
 
 
-def describe_setting(p: Parameters, own: Parameters) -> str:
+def describe_setting(p: Parameters, study_setting: Parameters) -> str:
     """Describe how a setting differs from the setting of the study."""
-    names = [f.name for f in fields(Parameters) if getattr(p, f.name) != getattr(own, f.name)]
+    names = [
+        f.name for f in fields(Parameters) if getattr(p, f.name) != getattr(study_setting, f.name)
+    ]
     if p.method == "ccsim":  # CCSIM has no level
         names = [name for name in names if name != "wavelet_level"]
     names.sort(key=lambda name: name != "method")
@@ -60,8 +62,8 @@ def describe_setting(p: Parameters, own: Parameters) -> str:
 def describe_parameters(p: Parameters) -> str:
     """Describe a setting in one line."""
     names = ["wavelet_level", "template_size", "overlap_size", "n_candidates"]
-    said = [_describe(name, getattr(p, name)) for name in names[p.method == "ccsim" :]]
-    return ", ".join([p.method.upper(), *said])
+    texts = [_describe(name, getattr(p, name)) for name in names[p.method == "ccsim" :]]
+    return ", ".join([p.method.upper(), *texts])
 
 
 def _describe(name: str, value: object) -> str:

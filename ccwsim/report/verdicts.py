@@ -21,7 +21,7 @@ SIGNS: dict[Statistic, str] = {"variogram": "γ", "connectivity": "τ"}
 
 
 class Verdict(NamedTuple):
-    """What was found, in at most eight words, with the numbers and whether the finding is good."""
+    """A finding in at most eight words, with its numbers, and whether it is good."""
 
     words: str
     numbers: str = ""
@@ -60,18 +60,20 @@ def describe_scaling(stress: float, note: str) -> Verdict:
     return Verdict(f"distances are distorted; {note}", numbers, None)
 
 
-def way_name(way: Direction) -> str:
+def way_name(direction: Direction) -> str:
     """Return the name of a direction, such as "E–W", or an azimuth in degrees."""
-    if isinstance(way, str):
-        return way.replace("-", "–")
-    return f"{way:.0f}°" if isinstance(way, (int, float)) else f"({', '.join(map(str, way))})"
+    if isinstance(direction, str):
+        return direction.replace("-", "–")
+    if isinstance(direction, (int, float)):
+        return f"{direction:.0f}°"
+    return f"({', '.join(map(str, direction))})"
 
 
-def curve_title(statistic: Statistic, way: Direction) -> str:
+def curve_title(statistic: Statistic, direction: Direction) -> str:
     """Return the title for a chart of a statistic along a direction."""
-    if way == VERTICAL:
+    if direction == VERTICAL:
         return f"Vertical {statistic}"
-    return f"{statistic.capitalize()} {way_name(way)}"
+    return f"{statistic.capitalize()} {way_name(direction)}"
 
 
 def size_text(fit: Fit) -> str:
@@ -90,8 +92,8 @@ def describe_curve(fit: Fit | None, statistic: Statistic) -> Verdict:
     low, high = VERDICTS[statistic]
     verdict = high if fit.found[k] > fit.reference[k] else low
     digits = 3 if statistic == "variogram" else 2
-    found, reference = (f"{value:.{digits}f}" for value in (fit.found[k], fit.reference[k]))
-    numbers = f"{SIGNS[statistic]}({int(fit.at[k])}) {found} in pieces, {reference} in TI crops"
+    value, reference = (f"{v:.{digits}f}" for v in (fit.found[k], fit.reference[k]))
+    numbers = f"{SIGNS[statistic]}({int(fit.at[k])}) {value} in pieces, {reference} in TI crops"
     return Verdict(f"{verdict} {_lags_text(fit)}", f"{numbers} of {size_text(fit)}", False)
 
 
@@ -105,19 +107,19 @@ def describe_curves(fits: Mapping[str, Fit | None], statistic: Statistic) -> Ver
         verdict = describe_curve(next(iter(judged.values())), statistic)
         return verdict._replace(words=f"all {verdict.words}")
     off = {name: describe_curve(fit, statistic) for name, fit in judged.items() if not fit.fits}
-    said = [f"{name} {verdict.words}" for name, verdict in off.items()]
-    said += [f"{' and '.join(inside)} inside the band"] if inside else []
+    words = [f"{name} {verdict.words}" for name, verdict in off.items()]
+    words += [f"{' and '.join(inside)} inside the band"] if inside else []
     numbers = "; ".join(f"{name}: {verdict.numbers}" for name, verdict in off.items())
-    return Verdict("; ".join(said), numbers, False if off else None)
+    return Verdict("; ".join(words), numbers, False if off else None)
 
 
 def _lags_text(fit: Fit) -> str:
     """Describe the range of lags of consecutive outside values around the worst value."""
     above = fit.found > fit.reference
-    same = fit.outside & (above == above[fit.worst])
-    inside = np.flatnonzero(~same)
+    outside = fit.outside & (above == above[fit.worst])
+    inside = np.flatnonzero(~outside)
     first = int(inside[inside < fit.worst].max(initial=-1)) + 1
-    last = int(inside[inside > fit.worst].min(initial=len(same))) - 1
+    last = int(inside[inside > fit.worst].min(initial=len(outside))) - 1
     start, end = int(fit.at[first]), int(fit.at[last])
     if last == len(fit.at) - 1:
         return f"beyond {plural(int(fit.at[first - 1]), 'cell')}" if first else "at all lags"
@@ -127,18 +129,18 @@ def _lags_text(fit: Fit) -> str:
 def describe_proportion(ensemble: Ensemble, facies: int) -> str:
     """Describe the share of a facies (given by index) in realizations, training image and data."""
     image, secondary = ensemble.training_image, ensemble.secondary
-    mean, own = (
+    mean, image_share = (
         float(p[..., facies].mean()) for p in (ensemble.proportions, ensemble.image_proportions)
     )
-    others = [f"{'TIs' if secondary and secondary.images else 'TI'} {100 * own:.1f} %"]
+    comparisons = [f"{'TIs' if secondary and secondary.images else 'TI'} {100 * image_share:.1f} %"]
     expected = float(ensemble.expected_proportions[facies])
     if secondary is not None and secondary.probabilities is not None:
-        others.insert(0, f"given {100 * expected:.1f} %")
+        comparisons.insert(0, f"given {100 * expected:.1f} %")
     if ensemble.hard_data.n:
         share = float((ensemble.hard_data.facies == image.codes[facies]).mean())
-        others.append(f"data {100 * share:.1f} %")
+        comparisons.append(f"data {100 * share:.1f} %")
     off = f"; {relative_text(mean, expected)}" if expected else ""
-    return f"{image.facies_names[facies]} {100 * mean:.1f} % ({', '.join(others)}{off})"
+    return f"{image.facies_names[facies]} {100 * mean:.1f} % ({', '.join(comparisons)}{off})"
 
 
 def relative_text(value: float, reference: float) -> str:
@@ -148,7 +150,7 @@ def relative_text(value: float, reference: float) -> str:
 
 
 def lost_at_edges(ensemble: Ensemble) -> int | None:
-    """Return the index of a facies at the edges of the image that realizations have too little."""
+    """Return the index of a facies at the image's edges that realizations have too rarely."""
     image = ensemble.training_image
     k = facies_at_edges(ensemble.parameters, image)
     if k is None:
@@ -187,48 +189,50 @@ def describe_geobodies(fit: Fit | None, name: str) -> list[Verdict]:
     """Describe Γ and the percolation of a facies if these values are outside the band of crops."""
     if fit is None:
         return []
-    (gamma, *ways), (own, *own_ways) = fit.found, fit.reference
+    (gamma, *percolation), (image_gamma, *image_ways) = fit.found, fit.reference
     crops = f"in TI crops of {size_text(fit)}"
-    found = []
+    verdicts = []
     if fit.outside[0]:
-        word = "more" if gamma > own else "less"
-        numbers = f"Γ {gamma:.2f} in pieces, {own:.2f} {crops}"
-        found.append(Verdict(f"geobodies of {name} {word} connected", numbers, False))
+        word = "more" if gamma > image_gamma else "less"
+        numbers = f"Γ {gamma:.2f} in pieces, {image_gamma:.2f} {crops}"
+        verdicts.append(Verdict(f"geobodies of {name} {word} connected", numbers, False))
     for k, axis in enumerate(axes_of(fit.crop_shape)):
         if fit.outside[k + 1]:
-            way = "vertically" if axis == VERTICAL else way_name(axis)
-            word = "too often" if ways[k] > own_ways[k] else "too seldom"
-            numbers = f"{100 * ways[k]:.0f} % of the pieces, {100 * own_ways[k]:.0f} % {crops}"
-            found.append(Verdict(f"{name} percolates {way} {word}", numbers, False))
-    return found
+            direction = "vertically" if axis == VERTICAL else way_name(axis)
+            word = "too often" if percolation[k] > image_ways[k] else "too seldom"
+            numbers = (
+                f"{100 * percolation[k]:.0f} % of the pieces, {100 * image_ways[k]:.0f} % {crops}"
+            )
+            verdicts.append(Verdict(f"{name} percolates {direction} {word}", numbers, False))
+    return verdicts
 
 
-def describe_flow(found: FlowFit, axis: int) -> Verdict:
+def describe_flow(flow_fit: FlowFit, axis: int) -> Verdict:
     """Compare the flow efficiency of pieces along an axis with that of crops."""
-    fit = found.fit
+    fit = flow_fit.fit
     if fit is None or np.isnan(fit.tolerance[axis]):
         return NOT_JUDGED
-    own, image = float(fit.found[axis]), float(fit.reference[axis])
-    numbers = f"E {own:.3f} in pieces, {image:.3f} in TI crops of {size_text(fit)}"
+    pieces, crops = float(fit.found[axis]), float(fit.reference[axis])
+    numbers = f"E {pieces:.3f} in pieces, {crops:.3f} in TI crops of {size_text(fit)}"
     if not fit.outside[axis]:
         return Verdict("flows like the TI", numbers)
-    return Verdict("flows too well" if own > image else "flows too badly", numbers, False)
+    return Verdict("flows too well" if pieces > crops else "flows too badly", numbers, False)
 
 
 def describe_patterns(fit: Fit | None) -> list[Verdict]:
-    """Compare pieces with crops by pattern size; less than the crops' distance is good."""
+    """Compare pieces with crops by pattern size; a distance below the crops' is good."""
     if fit is None or not fit.judged:
         return [NOT_JUDGED]
-    said = []
+    verdicts = []
     for k, side in enumerate(fit.at.astype(int).tolist()):
         size = describe_shape((*(min(side, n) for n in fit.crop_shape[:-2]), side, side))
-        found, own = float(fit.found[k]), float(fit.reference[k])
-        numbers = f"{size} cells, {found:.4f} bits in pieces, {own:.4f} in TI crops"
+        pieces, crops = float(fit.found[k]), float(fit.reference[k])
+        numbers = f"{size} cells, {pieces:.4f} bits in pieces, {crops:.4f} in TI crops"
         far = bool(fit.outside[k])
         words = "patterns farther from the TI than crops"
         words = words if far else "patterns as near to the TI as crops"
-        said.append(Verdict(words, f"{numbers} of {size_text(fit)}", not far))
-    return said
+        verdicts.append(Verdict(words, f"{numbers} of {size_text(fit)}", not far))
+    return verdicts
 
 
 def describe_checks(checks: Sequence[Check], names: Sequence[str]) -> list[Verdict]:
@@ -236,41 +240,43 @@ def describe_checks(checks: Sequence[Check], names: Sequence[str]) -> list[Verdi
     if not checks:
         return [Verdict("curves not judged", NOT_JUDGED.numbers, None)]
     off = [check for check in checks if not check.fit.fits]
-    what = "proportions, patterns, and curves, geobodies and measures of the facies"
-    numbers = f"{what}, along all axes; in about {CHANCE} of good ensembles any check differs"
+    kinds = "proportions, patterns, and curves, geobodies and measures of the facies"
+    numbers = f"{kinds}, along all axes; in about {CHANCE} of good ensembles any check differs"
     if not off:
         return [Verdict(f"all {len(checks)} checks fit the training image", numbers)]
     word = "differ" if len(off) > 1 else "differs"
-    said = [Verdict(f"{len(off)} of {len(checks)} checks {word} from the TI", numbers, False)]
-    for kind, facies, way, fit in off:
+    verdicts = [Verdict(f"{len(off)} of {len(checks)} checks {word} from the TI", numbers, False)]
+    for kind, facies, direction, fit in off:
         name = "" if facies is None else names[facies]
-        if way is not None:
+        if direction is not None:
             verdict = describe_curve(fit, "variogram" if kind == "variogram" else "connectivity")
-            said.append(verdict._replace(words=f"{name}, {way_name(way)}: {verdict.words}"))
+            verdicts.append(
+                verdict._replace(words=f"{name}, {way_name(direction)}: {verdict.words}")
+            )
         elif kind == "geobodies":
-            said += describe_geobodies(fit, name)
+            verdicts += describe_geobodies(fit, name)
         elif kind == "measures":
-            said.append(_describe_worst_measure(fit, name))
+            verdicts.append(_describe_worst_measure(fit, name))
         elif kind == "patterns":
-            said += [verdict for verdict in describe_patterns(fit) if not verdict.good][:1]
-    return said
+            verdicts += [verdict for verdict in describe_patterns(fit) if not verdict.good][:1]
+    return verdicts
 
 
 def _describe_worst_measure(fit: Fit, facies: str) -> Verdict:
-    """Describe the measure that differs most from the crops; without a name, of all facies."""
+    """Describe the measure that differs most from the crops; an empty `facies` means all facies."""
     k = fit.worst
     measure = MEASURES[int(fit.at[k])]
     word = measure.words[int(fit.found[k] > fit.reference[k])]
-    found, own = measure.text(fit.found[k]), measure.text(fit.reference[k])
-    numbers = f"{measure.title} {found} in pieces, {own} in TI crops of {size_text(fit)}"
+    pieces, crops = measure.text(fit.found[k]), measure.text(fit.reference[k])
+    numbers = f"{measure.title} {pieces} in pieces, {crops} in TI crops of {size_text(fit)}"
     words = f"{measure.name} {word}"
     return Verdict(f"{facies}: {words}" if facies else words, numbers, False)
 
 
 def describe_unseen(share: float, at_data: float | None, size: str = "3 × 3 × 3") -> str:
     """Describe the share of patterns that do not occur in the image, overall and at hard data."""
-    data = "" if at_data is None else f", {100 * at_data:.2f} % of those at data,"
-    return f"{100 * share:.2f} % of the {size} patterns{data} do not occur in the TI"
+    data_text = "" if at_data is None else f", {100 * at_data:.2f} % of those at data,"
+    return f"{100 * share:.2f} % of the {size} patterns{data_text} do not occur in the TI"
 
 
 class MeasureRow(NamedTuple):
@@ -292,12 +298,12 @@ HOW_MEASURED = (
 MEASURES_HEAD = ("measure", "TI", "realizations, 5–95 %", "beside crops of the TI")
 
 
-def describe_measures(found: Measured) -> list[MeasureRow]:
+def describe_measures(measured: Measured) -> list[MeasureRow]:
     """Return all measures as text, with verdicts on realizations beside crops of the image."""
     rows = []
-    for k, measure in enumerate(found.measures):
-        text, fit = measure.text, found.fit
-        low, mean, high = _spread(found.each[:, k])
+    for k, measure in enumerate(measured.measures):
+        text, fit = measure.text, measured.fit
+        low, mean, high = _spread(measured.each[:, k])
         verdict, good = "not judged", True
         if fit is not None and np.isfinite(fit.found[k] - fit.reference[k] + fit.tolerance[k]):
             good = not fit.outside[k]
@@ -305,18 +311,26 @@ def describe_measures(found: Measured) -> list[MeasureRow]:
             crops = f"{text(fit.reference[k])} ± {text(fit.tolerance[k])}"
             verdict = f"{words}{text(fit.found[k])}, crops {crops}"
         spread = f"{text(mean)} ({text(low)} to {text(high)})"
-        values = text(found.reference[k]), spread, verdict, good
-        rows.append(MeasureRow(measure.title, measure.definition, *values))
+        rows.append(
+            MeasureRow(
+                title=measure.title,
+                definition=measure.definition,
+                image=text(measured.reference[k]),
+                realizations=spread,
+                verdict=verdict,
+                good=good,
+            )
+        )
     return rows
 
 
 def _spread(values: NDArray[np.float64]) -> tuple[float, float, float]:
     """Return the 5 % quantile, the mean and the 95 % quantile of the values that are not NaN."""
-    known = values[np.isfinite(values)]
-    if not len(known):
+    finite = values[np.isfinite(values)]
+    if not len(finite):
         return np.nan, np.nan, np.nan
-    low, high = np.quantile(known, (0.05, 0.95))
-    return float(low), float(known.mean()), float(high)
+    low, high = np.quantile(finite, (0.05, 0.95))
+    return float(low), float(finite.mean()), float(high)
 
 
 def describe_variety(differing: float, proportions: Sequence[float]) -> str:

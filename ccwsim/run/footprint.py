@@ -1,4 +1,4 @@
-"""An estimate of the memory that a run needs, a little too high rather than too low."""
+"""An estimate of the memory that a run needs, which is rather too high than too low."""
 
 from math import prod
 
@@ -43,7 +43,7 @@ def footprint(
     study: Study, n: int, n_workers: int | None = None, keep_sources: bool = False
 ) -> int:
     """Return an estimate of the bytes that `simulate` needs, including the result."""
-    cells, threads = study.grid.n_cells, min(n, n_workers or n_cores())
+    n_cells, threads = study.grid.n_cells, min(n, n_workers or n_cores())
     bytes_a_cell = 5 if keep_sources else 1
     grids = GRIDS_AT_WORK * bytes_a_cell + (GRIDS_OF_DATA if study.hard_data.n else 0)
     per_datum = BYTES_A_DATUM + 2 * n
@@ -51,9 +51,9 @@ def footprint(
     return kernels + int(
         MARGIN
         * (
-            _of_image(study, n, threads)
-            + threads * (cells * grids + _of_search(study))
-            + n * cells * bytes_a_cell
+            _bytes_of_image(study, n, threads)
+            + threads * (n_cells * grids + _bytes_of_search(study))
+            + n * n_cells * bytes_a_cell
             + study.hard_data.n * per_datum
         )
     )
@@ -63,58 +63,59 @@ def demand_of(
     study: Study, n: int, n_kept: int | None = None, n_workers: int | None = None, copies: int = 1
 ) -> Demand:
     """Return the resources of a run, with `n_kept` realizations in memory, and of its page."""
-    cells, image = study.grid.n_cells, study.training_image
+    n_cells, image = study.grid.n_cells, study.training_image
     kept = n if n_kept is None else min(n, n_kept)
     in_codes = 0 if image.codes[-1] == image.n_facies - 1 else image.codes.itemsize
-    run = footprint(study, kept, n_workers) + cells * kept * (copies - 1 + in_codes)
-    page = cells * (MAPS_BYTES + FACIES_BYTES * image.n_facies)
-    return Demand(cells * n, study.hard_data.n, run + page)
+    n_bytes = footprint(study, kept, n_workers) + n_cells * kept * (copies - 1 + in_codes)
+    page = n_cells * (MAPS_BYTES + FACIES_BYTES * image.n_facies)
+    return Demand(n_cells * n, study.hard_data.n, n_bytes + page)
 
 
-def _of_image(study: Study, n: int, n_threads: int) -> int:
+def _bytes_of_image(study: Study, n: int, n_threads: int) -> int:
     """Return the bytes of the prepared training image, for all orientations and template sizes."""
     p, image = study.parameters, study.training_image
     usual = lengths_of(p, study.grid.shape)[-1]
     sizes = templates(p, image.shape) if p.template_variation else [None]
     sizes = [lengths_of(p, study.grid.shape, size)[-1] for size in sizes]
-    oriented = [_of_oriented(study, lengths) for lengths in sizes]
+    oriented = [_bytes_of_oriented(study, lengths) for lengths in sizes]
     orientations = (2 if usual.volume else 1) * N_ORIENTATIONS if p.random_path else 1
     drawn = min(n, orientations * len(oriented))
     making = MAKING * _n_blocks(study, usual)
     if study.hard_data.n and p.exact_data:
         making = max(making, LOOKING_AROUND * n_cells_of_copies(study))
-    repair = _of_repair(study) if repairs(study) else 0
+    repair = _bytes_of_repair(study) if repairs(study) else 0
     if study.secondary and study.secondary.has_copies:
         repair += ORIGINS * n_cells_of_copies(study)
     largest = max(oriented)
-    repair += _of_guide(study, 0.0)  # maps of the grid, from which those of orientations are made
+    repair += _bytes_of_guide(study, 0.0)  # maps of the grid, which are oriented later
     return min(drawn * largest, KEPT_BYTES + n_threads * largest) + int(making) + repair
 
 
-def _of_repair(study: Study) -> int:
+def _bytes_of_repair(study: Study) -> int:
     """Return the bytes that seam repair needs for known patterns and running sums."""
     image, volume = study.training_image, len(study.grid.shape) == 3
-    cells = n_cells_of_copies(study)
-    blocks = cells / (8 if volume else 16)
+    n_cells = n_cells_of_copies(study)
+    blocks = n_cells / (8 if volume else 16)
     planes = 1 if image.n_facies <= 2 else image.n_facies
-    known = 2**NUMBER_BITS_VOLUME / 8 if volume else 2 * 2**NUMBER_BITS / 8
-    return int(known + (planes * 6 + MAKING) * blocks + 2 * cells)
+    patterns = 2**NUMBER_BITS_VOLUME / 8 if volume else 2 * 2**NUMBER_BITS / 8
+    return int(patterns + (planes * 6 + MAKING) * blocks + 2 * n_cells)
 
 
-def _of_oriented(study: Study, lengths: ScaledLengths) -> int:
+def _bytes_of_oriented(study: Study, lengths: ScaledLengths) -> int:
+    """Return the bytes of the prepared image in one orientation."""
     image = study.training_image
-    cells = n_cells_of_copies(study) / prod(lengths.cell_size)
+    n_cells = n_cells_of_copies(study) / prod(lengths.cell_size)
     blocks = _n_blocks(study, lengths)
-    bits = cells * max(image.n_facies - 1, 1).bit_length() / 8
+    bits = n_cells * max(image.n_facies - 1, 1).bit_length() / 8
     squares = blocks * _score_bytes(study, lengths)
     of_sums = block_sum_type(lengths.block).itemsize
     kind = sum_type(lengths.level, lengths.template, largest_code(study))
     of_running = 3 * np.dtype(kind).itemsize
     sums = n_planes(study) * blocks * (of_sums + of_running)
-    return int(3 * cells + bits + squares + sums) + _of_guide(study, blocks)
+    return int(3 * n_cells + bits + squares + sums) + _bytes_of_guide(study, blocks)
 
 
-def _of_guide(study: Study, blocks: float) -> int:
+def _bytes_of_guide(study: Study, blocks: float) -> int:
     """Return the bytes of the maps of secondary information in one orientation."""
     secondary, soft, several = study.secondary, 0, 0
     if secondary is not None:
@@ -124,12 +125,12 @@ def _of_guide(study: Study, blocks: float) -> int:
     return int(maps * 4 * blocks + (soft + several) * 8 * study.grid.n_cells)
 
 
-def _of_search(study: Study) -> int:
+def _bytes_of_search(study: Study) -> int:
     """Return the bytes that a thread needs for the scores of locations."""
     lengths = lengths_of(study.parameters, study.grid.shape)[-1]
     rankings = 2 if study.hard_data.n else 1
-    a_location = 3 * _score_bytes(study, lengths) + rankings * TOTALS_AND_PLACES
-    return int(a_location * _n_blocks(study, lengths))
+    per_location = 3 * _score_bytes(study, lengths) + rankings * TOTALS_AND_PLACES
+    return int(per_location * _n_blocks(study, lengths))
 
 
 def _n_blocks(study: Study, lengths: ScaledLengths) -> float:

@@ -68,7 +68,7 @@ class Memory:
 
 
 class MapFile:
-    """Writes a temporary file, not mapped (that would count as memory), and renames it."""
+    """Writes realizations to a temporary file and renames it; mapping it would count as memory."""
 
     def __init__(self, out: str | os.PathLike[str], codes: NDArray, shape: tuple[int, ...]) -> None:
         self._path = path = Path(out)
@@ -123,12 +123,12 @@ class MapFile:
         self._whole.drop()
 
     def _header_of(self, n: int) -> bytes:
-        """Return a header, whose length does not depend on n because NumPy pads the digits."""
+        """Return a header; its length does not depend on n, because NumPy pads the digits."""
         header = BytesIO()
         kind = np.lib.format.dtype_to_descr(self._codes.dtype)
         shape = n, *self._shape[1:]
-        of = {"descr": kind, "fortran_order": False, "shape": shape}
-        np.lib.format.write_array_header_1_0(header, of)
+        description = {"descr": kind, "fortran_order": False, "shape": shape}
+        np.lib.format.write_array_header_1_0(header, description)
         return header.getvalue()
 
 

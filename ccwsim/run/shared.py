@@ -30,7 +30,7 @@ class SharedRun(Future[Ensemble]):
             job.publish_partial(self.partial)
 
     def leave(self, job: Job[Ensemble]) -> None:
-        """Let a job leave; the simulation is asked to stop if it was the last one."""
+        """Let a job leave; the last job to leave asks the simulation to stop."""
         self._jobs.remove(job)
 
     def report(self, fraction: float, n_done: int) -> None:
@@ -50,15 +50,15 @@ class SharedRun(Future[Ensemble]):
 
 
 class SharedRuns(Memo[Ensemble]):
-    """Simulates each study once, by a key of all that decides it; keeps the latest ensembles."""
+    """Simulates each study, identified by a key, only once; keeps the latest ensembles."""
 
     def ensemble_for(
         self, job: Job[Ensemble], key: Hashable, work: Callable[[SharedRun], Ensemble]
     ) -> Ensemble:
         """Return the ensemble with this key; `work` simulates it unless it is kept or simulated.
 
-        A job that is cancelled leaves the simulation, which goes on for the other jobs, and
-        `Cancelled` has the part that the job has seen. The last job waits for its end instead.
+        A cancelled job leaves the simulation, which continues for the other jobs; the error
+        `Cancelled` contains the partial ensemble. The last job waits for the end of the simulation.
         """
 
         def simulate() -> Ensemble:

@@ -141,8 +141,8 @@ def simulate_study(
     check_callable("progress", progress)
     check_callable("cancel", cancel)
     watch = Watch(progress, cancel)
-    inner, part = study.around_active()
-    runner = runner_of(Work(inner, first, n, keep_sources), executor, n_workers)
+    active_study, part = study.around_active()
+    runner = runner_of(Work(active_study, first, n, keep_sources), executor, n_workers)
     try:
         data_status, seconds = np.zeros((n, study.hard_data.n), np.int16), np.zeros(n)
     except (MemoryError, ValueError):
@@ -150,12 +150,13 @@ def simulate_study(
     with store_of(study, n, keep_sources, out) as store:
 
         def take(k: int, r: Realization) -> None:
-            store.put(k, *expanded(study, part, r.indices, r.sources))
+            indices, sources = expanded(study, part, r.indices, r.sources)
+            store.put(k, indices, sources)
             data_status[k], seconds[k] = r.data_status, r.cpu_seconds
 
-        goes_on = runner.prepare(watch)
+        is_prepared = runner.prepare(watch)
         start = time.perf_counter()
-        finished = runner.run(take, watch) if goes_on else []
+        finished = runner.run(take, watch) if is_prepared else []
         indices, sources = store.finish(finished)
     ensemble = Ensemble(
         study=study,
@@ -180,11 +181,9 @@ def expanded(
     shape = study.grid.shape
     if indices.shape == shape:
         return indices, sources
-    whole = (
-        np.full(shape, UNKNOWN, np.uint8),
-        np.full(shape if sources.size else (0, 0), -1, np.int32),
-    )
-    whole[0][part] = indices
+    all_indices = np.full(shape, UNKNOWN, np.uint8)
+    all_indices[part] = indices
+    all_sources = np.full(shape if sources.size else (0, 0), -1, np.int32)
     if sources.size:
-        whole[1][part] = sources
-    return whole
+        all_sources[part] = sources
+    return all_indices, all_sources

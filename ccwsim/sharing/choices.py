@@ -104,7 +104,8 @@ class Gradient:
 
 @dataclass(frozen=True)
 class Directions:
-    """The position along equal directions (a trend is kept) or different ones (it is turned)."""
+    """Directions of image and grid whose positions correspond; a trend is turned from one to the
+    other."""
 
     image: float = 0.0  # azimuth in the training image, in degrees from north, clockwise
     grid: float = 0.0
@@ -119,7 +120,7 @@ class Stroke:
 
     value: float  # probability in the middle of the stroke
     radius: float  # half of the width of the brush, in world coordinates
-    softness: float  # share of the radius within which the probability becomes that around
+    softness: float  # share of the radius within which the probability fades into its surroundings
     points: Corners
 
     def __post_init__(self) -> None:
@@ -131,7 +132,7 @@ class Stroke:
 
 @dataclass(frozen=True)
 class ZoneLayers:
-    """Zones of a volume: each further image is used from its first layer upward to the next."""
+    """Zones of a volume: each further image is used from its first layer up to the next zone."""
 
     first: tuple[int, ...]  # number of a layer, from 0 at the bottom, for each further image
 
@@ -144,7 +145,8 @@ class GuideChoice:
     facies: int = 1  # index of the facies of a shape, or of a file with one variable
     soft_weight: float = 1.0
     active: Upload | Corners | None = None
-    auxiliary: tuple[Upload | None, Upload | None] | Directions | None = None  # of image and grid
+    # files of image and grid, or directions
+    auxiliary: tuple[Upload | None, Upload | None] | Directions | None = None
     auxiliary_weight: float = 1.0
     # degrees from north, clockwise; or lines, which a direction of the image follows
     angle: Upload | Gradient | tuple[Corners, ...] | float | None = None
@@ -163,30 +165,31 @@ class GuideChoice:
         shapes = [self.active if isinstance(self.active, tuple) else ()]
         shapes += self.zones if isinstance(self.zones, tuple) else ()
         shapes += self.angle if isinstance(self.angle, tuple) else ()
-        return tuple(chain(*shapes, *(stroke.points for stroke in strokes)))
+        return tuple(chain.from_iterable([*shapes, *(stroke.points for stroke in strokes)]))
 
     @property
     def files(self) -> tuple[Upload, ...]:
         """The uploaded files."""
         pair = self.auxiliary if isinstance(self.auxiliary, tuple) else ()
-        others = chain(*(image.files for image in self.images))
-        given = (self.probabilities, self.active, self.angle, self.zones, *pair, *others)
-        return tuple(file for file in given if isinstance(file, Upload))
+        image_files = chain.from_iterable(image.files for image in self.images)
+        guides = (self.probabilities, self.active, self.angle, self.zones, *pair, *image_files)
+        return tuple(file for file in guides if isinstance(file, Upload))
 
     @property
     def is_empty(self) -> bool:
         """Whether nothing is chosen."""
-        given = self.probabilities, self.active, self.auxiliary, self.angle, self.saved
-        some = self.scale != 1 or self.mirrored or self.images
-        return all(one is None for one in given) and not some
+        guides = self.probabilities, self.active, self.auxiliary, self.angle, self.saved
+        has_options = self.scale != 1 or self.mirrored or self.images
+        return all(one is None for one in guides) and not has_options
 
     @property
     def digest(self) -> str:
         """Short digest of all choices."""
         saved = self.saved and self.saved.digest
         names = [name for name in self.__dataclass_fields__ if name != "saved"]
-        plain = [repr(getattr(self, name)) for name in names]  # without the contents of files
-        return digest(*plain, *(file.digest for file in self.files), saved)
+        parts = [repr(getattr(self, name)) for name in names]  # without the contents of files
+        parts += [file.digest for file in self.files]
+        return digest(*parts, saved)
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,7 @@ class FieldSpec:
     key: str  # name in a link and in a project file
     part: str  # part of a study: a key of `parts_of`
     fields: tuple[str, ...]  # names in `part`; up to one per axis
-    # count, sizes, lengths, choice, a key of `_TEXTS`; whole or number, which `Parameters` checks
+    # count, sizes, lengths, choice or a key of `_TEXTS`; or whole or number (`Parameters` checks)
     kind: str
     low: float = 0  # minimum in a page, link or option
     high: float = 0  # maximum in a page, link or option
@@ -69,7 +69,7 @@ class FieldSpec:
     def write(self, value: Any) -> str:
         """Return a value as a text that `read` converts back."""
         if self.words:
-            return next(word for word, own in self.words.items() if own == value)
+            return next(word for word, meaning in self.words.items() if meaning == value)
         if self.kind in _TEXTS:
             return _TEXTS[self.kind][0](value)
         if isinstance(value, tuple):
@@ -139,8 +139,8 @@ def short_name(name: str) -> str:
 
 def parts_of(choices: Choices, shown: Shown) -> dict[str, Any]:
     """Return the parts of a study by the names used in `FIELDS`."""
-    own = {name: getattr(choices, name) for name in ("image", "data", "grid", "parameters")}
-    return {**own, "study": choices, "guides": choices, "shown": shown}
+    parts = {name: getattr(choices, name) for name in ("image", "data", "grid", "parameters")}
+    return {**parts, "study": choices, "guides": choices, "shown": shown}
 
 
 def _read_crs(text: str) -> str:
@@ -160,7 +160,7 @@ def _read_image(text: str) -> str:
 
 
 def _write_source(value: tuple[str, str]) -> str:
-    """Return a source of data and a bundled name as one word; the user's files have other names."""
+    """Return a source of data and a bundled name as one word, which is none for a user's file."""
     source, bundled = value
     return {"bundled": bundled, "file": "none"}.get(source, source)
 
@@ -168,9 +168,9 @@ def _write_source(value: tuple[str, str]) -> str:
 def _read_source(text: str) -> tuple[str, str]:
     if text in datasets.HARD_DATA:
         return "bundled", text
-    others = "sampled", "placed", "none"
-    if text not in others:
-        raise CCWSIMError(f"is none of {', '.join([*datasets.HARD_DATA, *others])}")
+    other_sources = "sampled", "placed", "none"
+    if text not in other_sources:
+        raise CCWSIMError(f"is none of {', '.join([*datasets.HARD_DATA, *other_sources])}")
     return text, ""
 
 
@@ -234,39 +234,47 @@ def _parameter(name: str, default: Any) -> FieldSpec:
     elif isinstance(default, str):
         kind = "word"
     key, (low, high) = short_name(name), bounds.PARAMETERS.get(name, (0, 0))
-    row = key, "parameters", (name,), kind, low, high
-    return FieldSpec(*row, words=words, option=f"--{key}")
+    return FieldSpec(
+        key, "parameters", (name,), kind, low=low, high=high, words=words, option=f"--{key}"
+    )
 
 
 _MAPS = {name.replace(" ", "-"): name for name in get_args(EMap)}
-_SIDE, _REAL, _SEED = bounds.MAX_GRID_SIDE_OFFERED, bounds.MAX_FLOAT, bounds.MAX_SEED
+_SIDE, _MAX_LENGTH, _SEED = bounds.MAX_GRID_SIDE_OFFERED, bounds.MAX_FLOAT, bounds.MAX_SEED
 _SIDES = ("nx", "ny", "nz")
-_LENGTHS = {"kind": "lengths", "high": _REAL, "project_high": _REAL}
+_LENGTHS = {"kind": "lengths", "high": _MAX_LENGTH, "project_high": _MAX_LENGTH}
 FIELDS = (
     FieldSpec("ti", "image", ("bundled",), "image"),
     FieldSpec("turn", "image", ("flip_ew", "flip_ns", "transpose"), "turns"),
     FieldSpec("name", "image", ("names",), "name", many=True),
     FieldSpec("colour", "image", ("colours",), "colour", many=True),
     FieldSpec("data", "data", ("source", "bundled"), "source"),
-    FieldSpec("data-n", "data", ("n_sampled",), "count", 1, bounds.MAX_SAMPLED),
-    FieldSpec("data-seed", "data", ("seed_sampled",), "count", 0, _SEED),
+    FieldSpec("data-n", "data", ("n_sampled",), "count", low=1, high=bounds.MAX_SAMPLED),
+    FieldSpec("data-seed", "data", ("seed_sampled",), "count", high=_SEED),
     FieldSpec("points", "data", ("placed",), "points"),
     FieldSpec("drop", "data", ("answers",), "drops"),
     FieldSpec("guides", "guides", ("guides",), "guides"),
-    FieldSpec("grid", "grid", _SIDES, "sizes", 1, _SIDE, option="--grid"),
+    FieldSpec("grid", "grid", _SIDES, "sizes", low=1, high=_SIDE, option="--grid"),
     FieldSpec(
         "cell", "grid", ("cell_size",), low=bounds.MIN_FLOAT, option="--cell-size", **_LENGTHS
     ),
-    FieldSpec("origin", "grid", ("origin",), low=-_REAL, option="--origin", **_LENGTHS),
+    FieldSpec("origin", "grid", ("origin",), low=-_MAX_LENGTH, option="--origin", **_LENGTHS),
     FieldSpec("crs", "grid", ("crs",), "crs", option="--crs"),
     *(_parameter(field.name, field.default) for field in fields(Parameters)),
     FieldSpec(
-        *("realizations", "study", ("n_realizations",), "count", 1, bounds.MAX_REALIZATIONS),
+        "realizations",
+        "study",
+        ("n_realizations",),
+        "count",
+        low=1,
+        high=bounds.MAX_REALIZATIONS,
         project_high=bounds.MAX_REALIZATIONS_OF_PROJECT,
     ),
-    FieldSpec("seed", "study", ("seed",), "count", 0, _SEED),
-    FieldSpec("show", "shown", ("realization",), "count", 0, bounds.MAX_REALIZATIONS - 1, first=1),
-    FieldSpec("facies", "shown", ("facies",), "count", 0, bounds.MAX_FACIES - 1),
+    FieldSpec("seed", "study", ("seed",), "count", high=_SEED),
+    FieldSpec(
+        "show", "shown", ("realization",), "count", high=bounds.MAX_REALIZATIONS - 1, first=1
+    ),
+    FieldSpec("facies", "shown", ("facies",), "count", high=bounds.MAX_FACIES - 1),
     FieldSpec("map", "shown", ("e_type",), "choice", words=_MAPS),
 )
 

@@ -43,74 +43,76 @@ MAX_NAME = round(max(map(len, KEYS)) * (2 / LIKENESS - 1))
 
 def link_of(choices: Choices, shown: Shown | None = None) -> dict[str, list[str]]:
     """Return the names and values by which an address describes a study, except default values."""
-    own, usual = parts_of(choices, shown or Shown()), parts_of(Choices(), Shown())
+    present, usual = parts_of(choices, shown or Shown()), parts_of(Choices(), Shown())
     usual["data"] = usual_data(choices.image)
     named = {KEY_OF[type(choice)]: name for name, choice in own_choices(choices).items()}
     parts = {row.part for row in FIELDS if row.key in named}
-    changed = [row for row in FIELDS if row.value_in(own) != row.value_in(usual)]
-    query = {row.key: row.texts(row.value_in(own)) for row in changed if row.part not in parts}
+    changed = [row for row in FIELDS if row.value_in(present) != row.value_in(usual)]
+    query = {row.key: row.texts(row.value_in(present)) for row in changed if row.part not in parts}
     query |= {key: [name] for key, name in named.items()}
     return {key: texts for key, texts in query.items() if texts}
 
 
 def settings_of(choices: Choices, parts: Sequence[str]) -> dict[str, list[str]]:
     """Return the names and values of parts of a study, including default values."""
-    own = parts_of(choices, Shown())
-    return {row.key: row.texts(row.value_in(own)) for row in FIELDS if row.part in parts}
+    present = parts_of(choices, Shown())
+    return {row.key: row.texts(row.value_in(present)) for row in FIELDS if row.part in parts}
 
 
 def usual_data(image: ImageChoice) -> DataChoice:
     """Return the default hard data for an image: bundled data of this image, or no data."""
     usual = Choices().data
-    own = datasets.hard_data_training_image(usual.bundled)
-    return usual if image.upload is None and image.bundled == own else DataChoice()
+    image_name = datasets.hard_data_training_image(usual.bundled)
+    return usual if image.upload is None and image.bundled == image_name else DataChoice()
 
 
 def left_out(choices: Choices) -> tuple[str, ...]:
     """Return a description of each part of a study that an address cannot contain."""
-    found = []
+    descriptions = []
     for choice in own_choices(choices).values():
         names = ", ".join(file.name for file in choice.files)
         what = "training image" if isinstance(choice, ImageChoice) else "hard data"
         if isinstance(choice, GuideChoice):
-            found.append(f"the secondary information {names}".strip())
+            descriptions.append(f"the secondary information {names}".strip())
         elif choice.files:
-            found.append(f"the {what} {names}")
+            descriptions.append(f"the {what} {names}")
         elif isinstance(choice, DataChoice) and choice.placed is not None:
             n = choice.placed.n
-            found.append(f"the {n} data placed by hand (a link contains at most {MAX_LINK_DATA})")
-    return tuple(found)
+            descriptions.append(
+                f"the {n} data placed by hand (a link contains at most {MAX_LINK_DATA})"
+            )
+    return tuple(descriptions)
 
 
 def own_choices(choices: Choices) -> dict[str, Own]:
     """Return the parts of a study, by name, whose content does not fit into an address."""
-    image, data, found = choices.image, choices.data, dict[str, Own]()
+    image, data, choice_by_name = choices.image, choices.data, dict[str, Own]()
     if image.upload is not None:
-        found[f"{OWN}-{image.digest}"] = image
+        choice_by_name[f"{OWN}-{image.digest}"] = image
     if data.source == "file" and data.upload is not None:
         files = tuple(file.digest for file in data.files)
-        found[f"{OWN}-{digest(*files, data.answers)}"] = data
+        choice_by_name[f"{OWN}-{digest(*files, data.answers)}"] = data
     placed = data.placed if data.source == "placed" else None
     if placed is not None and placed.n > MAX_LINK_DATA:
-        found[f"{OWN}-{digest(placed.digest, data.answers)}"] = replace(
+        choice_by_name[f"{OWN}-{digest(placed.digest, data.answers)}"] = replace(
             data, upload=None, tables=None
         )
     guides = choices.guides
     if guides.files or guides.saved is not None or len(guides.points) > MAX_LINK_DATA:
-        found[f"{OWN}-{guides.digest}"] = guides
-    return found
+        choice_by_name[f"{OWN}-{guides.digest}"] = guides
+    return choice_by_name
 
 
 def read_link(
-    query: Mapping[str, Sequence[str]], own: Mapping[str, Own] | None = None
+    query: Mapping[str, Sequence[str]], available: Mapping[str, Own] | None = None
 ) -> tuple[Choices, Shown, tuple[str, ...]]:
     """Return the study in an address, and a sentence for each part that cannot be read.
 
     Unknown names are ignored; if one resembles a known name, a sentence suggests the known name.
-    `own` contains the user's available images and data, by the names that `own_choices` returns.
+    `available` contains the user's own images and data, by the names that `own_choices` returns.
     """
     first = first_values(query.items())
-    reader = StudyReader(first, own or {})
+    reader = StudyReader(first, available or {})
     image = reader.own("ti") or reader.image()
     data = DataChoice() if reader.names_own("data") else usual_data(image)
     choices = Choices(
@@ -127,10 +129,10 @@ def read_link(
             reader.notes.append(
                 f"There is no setting {printable(name, 40)}. Did you mean {meant(name)}?"
             )
-    left = next((name for name in query if name not in first), None)
-    if left is not None:
+    ignored = next((name for name in query if name not in first), None)
+    if ignored is not None:
         reader.notes.append(
-            f"The address is too long: {printable(left, 40)} and everything after it is ignored."
+            f"The address is too long: {printable(ignored, 40)} and everything after it is ignored."
         )
     return choices, shown, tuple(reader.notes)
 
@@ -169,11 +171,11 @@ class StudyReader:
     def __init__(
         self,
         query: Mapping[str, Sequence[str]],
-        own: Mapping[str, Own] | None = None,
+        available: Mapping[str, Own] | None = None,
         *,
         project: bool = False,
     ) -> None:
-        self._query, self._own, self._project = query, own or {}, project
+        self._query, self._available, self._project = query, available or {}, project
         self.notes: list[str] = []
 
     def part(self, name: str, usual: Any) -> Any:
@@ -203,15 +205,15 @@ class StudyReader:
         return replace(image, names=())
 
     def names_own(self, key: str) -> bool:
-        """Return whether a value is the name of an image or of data of the sender's own."""
+        """Return whether a value is the name of the sender's own image, data or guides."""
         text = (self._query.get(key) or [""])[-1]
         return text == OWN or text.startswith(f"{OWN}-")
 
     def own(self, key: str) -> Any:
-        """Return the user's own part of a study; None if the link names none, or a missing one."""
+        """Return the user's own part of a study; None if the link names no available part."""
         if not self.names_own(key):
             return None
-        choice = self._own.get(self._query[key][-1])
+        choice = self._available.get(self._query[key][-1])
         if KEY_OF.get(type(choice)) == key:
             return choice
         self.notes.append(MISSING[key])

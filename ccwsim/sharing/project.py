@@ -39,7 +39,7 @@ class Project:
     study: Study
     n_realizations: int = 1
     settings: Mapping[str, Sequence[str]] = field(default_factory=dict)
-    """Names and values as in a link; those of grid, parameters and seed are taken from `study`."""
+    """Names and values as in a link; `study` overrides those of grid, parameters and seed."""
     versions: Mapping[str, str] = field(default_factory=dict)  # versions of software
     digest: str = ""  # digest of the realizations, if they were simulated
 
@@ -56,7 +56,10 @@ class Project:
         """
         s = self.study
         return simulate(
-            *(s.training_image, s.grid, s.parameters, s.hard_data),
+            s.training_image,
+            s.grid,
+            s.parameters,
+            s.hard_data,
             n_realizations=self.n_realizations if n_realizations is None else n_realizations,
             seed=s.seed if seed is None else seed,
             **{"secondary": s.secondary, **options},
@@ -73,9 +76,9 @@ def save_project(path_or_file: Any, project: Project) -> None:
 
 def project_as_bytes(project: Project) -> bytes:
     """Return the bytes of a project file, for a download."""
-    study, data = project.study, project.study.hard_data
+    study, hard_data = project.study, project.study.hard_data
     arrays = {"training_image": study.training_image.array}
-    arrays |= {"hard_cells": data.cells, "hard_facies": data.facies}
+    arrays |= {"hard_cells": hard_data.cells, "hard_facies": hard_data.facies}
     arrays |= arrays_of_secondary(study.secondary)
     members = {STUDY: json.dumps(_as_json(project), indent=1, ensure_ascii=False).encode()}
     members |= {f"{name}.npy": _npy(array) for name, array in arrays.items()}
@@ -97,35 +100,35 @@ def read_project(path_or_file: PathOrFile) -> Project:
     content, name = read_bytes(path_or_file)
     text = _study_json(content, name)
     try:
-        study = json.loads(text.decode())
+        entries = json.loads(text.decode())
     except (ValueError, RecursionError) as error:
         reason = " ".join(str(error).split())[:100]
         raise CCWSIMError(f"{name}: {STUDY} is not valid JSON ({reason}); save it again") from error
-    _check_version(study, name)
+    _check_version(entries, name)
     arrays = npz_arrays(content, name, ARRAYS | KINDS_OF_ARRAYS)
     if missing := next((key for key in ARRAYS if key not in arrays), None):
         raise CCWSIMError(f"{name} is not a project of CCWSIM: {missing}.npy is missing")
     try:
-        return _project(study, arrays)
+        return _project(entries, arrays)
     except CCWSIMError as error:
         raise CCWSIMError(f"{name}: {error}") from error
 
 
-def _check_version(given: Any, name: str) -> None:
-    if not isinstance(given, dict) or given.get("format") != FORMAT:
+def _check_version(entries: Any, name: str) -> None:
+    if not isinstance(entries, dict) or entries.get("format") != FORMAT:
         raise CCWSIMError(f"{name} is not a project of CCWSIM")
-    version = given.get("version")
+    version = entries.get("version")
     if not isinstance(version, int) or version < 1:
         raise CCWSIMError(f"{name}: version {shown(version)} of the file is unknown; save it again")
     if version > VERSION:
         raise CCWSIMError(f"{name} was saved by a newer version of CCWSIM; update this version")
 
 
-def _project(given: dict[str, Any], arrays: Mapping[str, np.ndarray]) -> Project:
+def _project(entries: dict[str, Any], arrays: Mapping[str, np.ndarray]) -> Project:
     """Build a project from JSON and arrays; most classes check their values themselves."""
-    image = _take(given, "training_image", dict)
-    facies_names = [printable(text) for text in _texts(image, "facies_names")]
-    texts = _take(given, "settings", dict)
+    image_entry = _take(entries, "training_image", dict)
+    facies_names = [printable(text) for text in _texts(image_entry, "facies_names")]
+    texts = _take(entries, "settings", dict)
     settings = {printable(key): _texts(texts, key) for key in texts}
     reader = StudyReader(settings, project=True)
     for key in REQUIRED:
@@ -135,8 +138,8 @@ def _project(given: dict[str, Any], arrays: Mapping[str, np.ndarray]) -> Project
     if unknown:
         raise refused("unknown_entry", unknown=shown(unknown[0]))
     grid, parameters = reader.part("grid", Grid(1, 1)), reader.part("parameters", Parameters())
-    numbers = reader.part("study", Choices())
-    image_name = printable(_take(image, "name", str))
+    choices = reader.part("study", Choices())
+    image_name = printable(_take(image_entry, "name", str))
     training_image = TrainingImage(
         arrays["training_image"], name=image_name, facies_names=facies_names
     )
@@ -145,15 +148,15 @@ def _project(given: dict[str, Any], arrays: Mapping[str, np.ndarray]) -> Project
         grid,
         parameters,
         HardData(arrays["hard_cells"], arrays["hard_facies"]),
-        numbers.seed,
-        secondary_of_arrays(arrays, grid, training_image),
+        seed=choices.seed,
+        secondary=secondary_of_arrays(arrays, grid, training_image),
     )
     versions = {
         printable(key): printable(shown(value) if not isinstance(value, str) else value)
-        for key, value in _take(given, "made_with", dict).items()
+        for key, value in _take(entries, "made_with", dict).items()
     }
-    digest = printable(_take(given, "digest", str))
-    return Project(study, numbers.n_realizations, settings, versions, digest)
+    digest = printable(_take(entries, "digest", str))
+    return Project(study, choices.n_realizations, settings, versions, digest)
 
 
 def _as_json(project: Project) -> dict[str, Any]:
@@ -164,7 +167,7 @@ def _as_json(project: Project) -> dict[str, Any]:
         n_realizations=project.n_realizations,
         seed=study.seed,
     )
-    own = settings_of(choices, ("grid", "parameters", "study"))
+    current = settings_of(choices, ("grid", "parameters", "study"))
     return {
         "format": FORMAT,
         "version": VERSION,
@@ -173,7 +176,7 @@ def _as_json(project: Project) -> dict[str, Any]:
             "name": study.training_image.name,
             "facies_names": list(study.training_image.facies_names),
         },
-        "settings": {**project.settings, **own},
+        "settings": {**project.settings, **current},
         "digest": project.digest,
     }
 
@@ -197,15 +200,15 @@ def _study_json(content: bytes, name: str) -> bytes:
         return archive.read(STUDY)
 
 
-def _take(given: Mapping[str, Any], key: str, kind: type) -> Any:
-    value = given.get(key)
+def _take(entries: Mapping[str, Any], key: str, kind: type) -> Any:
+    value = entries.get(key)
     if not isinstance(value, kind):
         raise CCWSIMError(f"{key} is missing or broken in its settings; save it again")
     return value
 
 
-def _texts(given: Mapping[str, Any], key: str) -> list[str]:
-    texts = _take(given, key, list)
+def _texts(entries: Mapping[str, Any], key: str) -> list[str]:
+    texts = _take(entries, key, list)
     if not all(isinstance(text, str) for text in texts):
         raise CCWSIMError(f"{key} must be a list of words; save it again")
     return [printable(text, MAX_LINK_LETTERS) for text in texts]

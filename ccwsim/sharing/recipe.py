@@ -32,10 +32,10 @@ def reproduction_recipe(choices: Choices, study: Study, project: str) -> Recipe:
 
 
 def _python(choices: Choices, study: Study, project: str) -> tuple[list[str], bool]:
-    image, data = _image_lines(choices), _data_lines(choices, study)
-    reads = image is None or data is None or study.secondary is not None
+    image_lines, data_lines = _image_lines(choices), _data_lines(choices, study)
+    reads = image_lines is None or data_lines is None or study.secondary is not None
     lines = ["import ccwsim"]
-    needed = [*(image or ()), *(data or ())]
+    needed = [*(image_lines or ()), *(data_lines or ())]
     if any("datasets." in line for line in needed):
         lines.append("from ccwsim import datasets")
     if any("sample_random" in line for line in needed):
@@ -43,15 +43,15 @@ def _python(choices: Choices, study: Study, project: str) -> tuple[list[str], bo
     lines.append("")
     if reads:
         lines.append(f"study = ccwsim.read_project({project!r}).study")
-    lines += image or ["ti = study.training_image"]
+    lines += image_lines or ["ti = study.training_image"]
     sides = ("ny", "nx") if study.grid.nz is None else ("ny", "nx", "nz")
-    lines.append(f"grid = {_call(study.grid, _usual(study.grid), *sides)}")
+    lines.append(f"grid = {_call(study.grid, _usual(study.grid), sides)}")
     lines.append(f"p = {_call(study.parameters, Parameters())}")
-    lines += ["hd = study.hard_data"] if data is None else data
-    given = ", hd" if data is None or data else ""
+    lines += ["hd = study.hard_data"] if data_lines is None else data_lines
+    data_argument = ", hd" if data_lines is None or data_lines else ""
     guided = ", secondary=study.secondary" if study.secondary else ""
     lines.append(
-        f"e = ccwsim.simulate(ti, grid, p{given}, n_realizations={choices.n_realizations}, "
+        f"e = ccwsim.simulate(ti, grid, p{data_argument}, n_realizations={choices.n_realizations}, "
         f"seed={study.seed}{guided})"
     )
     lines += [f"ccwsim.write_realizations({OUTPUT!r}, e)", ""]
@@ -79,8 +79,8 @@ def _image_lines(choices: Choices) -> list[str] | None:
 
 def _data_lines(choices: Choices, study: Study) -> list[str] | None:
     """Return code that makes the hard data; None if the code must read the project file."""
-    choice, data = choices.data, study.hard_data
-    if not data.n:
+    choice, hard_data = choices.data, study.hard_data
+    if not hard_data.n:
         return []
     if choice.source == "bundled" and is_bundled(choices, study):
         return [f"hd = datasets.load_hard_data({choice.bundled!r})"]
@@ -89,9 +89,9 @@ def _data_lines(choices: Choices, study: Study) -> list[str] | None:
             f"truth = ccwsim.simulate(ti, grid, p, seed={choice.seed_sampled}).realizations[0]",
             f"hd = sample_random(truth, {choice.n_sampled}, seed={choice.seed_sampled})",
         ]
-    if data.n > MAX_WRITTEN_DATA:
+    if hard_data.n > MAX_WRITTEN_DATA:
         return None
-    return [f"hd = ccwsim.HardData({data.cells.tolist()}, {data.facies.tolist()})"]
+    return [f"hd = ccwsim.HardData({hard_data.cells.tolist()}, {hard_data.facies.tolist()})"]
 
 
 def is_bundled(choices: Choices, study: Study) -> bool:
@@ -107,12 +107,12 @@ def _usual(grid: Grid) -> Grid:
     return Grid(1, 1, nz=None if grid.nz is None else 1)
 
 
-def _call(own: Grid | Parameters, usual: Grid | Parameters, *always: str) -> str:
-    """Return Python code for an object, with changed fields and the fields in `always`."""
-    names = [f.name for f in fields(own) if getattr(own, f.name) != getattr(usual, f.name)]
+def _call(value: Grid | Parameters, usual: Grid | Parameters, always: tuple[str, ...] = ()) -> str:
+    """Return Python code for an object, with its changed fields and the fields in `always`."""
+    names = [f.name for f in fields(value) if getattr(value, f.name) != getattr(usual, f.name)]
     names = [*always, *(name for name in names if name not in always)]
-    parts = [f"{name}={getattr(own, name)!r}" for name in names]
-    return f"ccwsim.{type(own).__name__}({', '.join(parts)})"
+    parts = [f"{name}={getattr(value, name)!r}" for name in names]
+    return f"ccwsim.{type(value).__name__}({', '.join(parts)})"
 
 
 def _command(choices: Choices, study: Study, project: str) -> tuple[list[str], bool]:
@@ -131,18 +131,18 @@ def _command(choices: Choices, study: Study, project: str) -> tuple[list[str], b
     return [*words, "--output", OUTPUT], False
 
 
-def _options(part: str, own: Grid | Parameters, usual: Grid | Parameters) -> list[str]:
+def _options(part: str, settings: Grid | Parameters, defaults: Grid | Parameters) -> list[str]:
     words: list[str] = []
     for row in fields_of(part):
-        value = row.value_in({part: own})
-        if value == row.value_in({part: usual}) and row.kind != "sizes":
+        value = row.value_in({part: settings})
+        if value == row.value_in({part: defaults}) and row.kind != "sizes":
             continue
         if row.no_option:
             words.append(row.option if value else row.no_option)
         elif row.kind == "lengths":
             words += [row.option, *map(format_number, value[:2])]
             along_z = value[2:]
-            if along_z and along_z != row.value_in({part: usual})[2:]:
+            if along_z and along_z != row.value_in({part: defaults})[2:]:
                 words += [ALONG_Z[row.key], format_number(along_z[0])]
         else:
             words += [row.option, row.write(value)]

@@ -38,12 +38,12 @@ def study_report(
     colours: Sequence[str],
     facts: Sequence[str],
     link: str,
-    how: Recipe,
+    recipe: Recipe,
 ) -> document.Document:
     """Return the report of a study and of its results.
 
     `shown` selects the realization and the facies; `colours` has one colour per facies. `facts` are
-    short phrases on the results. `link` opens the study, and `how` reproduces the study.
+    short phrases on the results. `link` opens the study, and `recipe` reproduces the study.
     """
     image, grid = ensemble.training_image, ensemble.grid
     facies = min(shown.facies, image.n_facies - 1)
@@ -52,10 +52,10 @@ def study_report(
     maps = first_maps, _small_maps(ensemble, colours)
     e_type, curves = (_e_type_maps(ensemble, facies),), _curve_charts(ensemble, facies)
     counts = (_times_and_proportions(ensemble, colours), _table_of_realizations(ensemble))
-    study = (_study(ensemble), _facies(ensemble), *_data(ensemble))
+    study_blocks = (_study(ensemble), _facies(ensemble), *_data(ensemble))
     mean = float(ensemble.cpu_seconds.mean())
     sections = (
-        ("Study", study, f"{name}, {ensemble.hard_data.n} hard data"),
+        ("Study", study_blocks, f"{name}, {ensemble.hard_data.n} hard data"),
         ("Realizations", maps, f"{ensemble.n} of {describe_shape(grid.shape)} cells"),
         ("E-type", e_type, f"{of_facies}, in {ensemble.n} realizations"),
         ("Variograms and connectivity", curves, f"{of_facies}, compared with the training image"),
@@ -63,7 +63,7 @@ def study_report(
         ("Flow", (_flow(ensemble, facies),), f"{of_facies}, beside crops of the image"),
         ("CPU time and proportions", counts, f"{duration(mean)} a realization"),
         ("Parameters", (_parameters(ensemble),), ""),
-        ("Reproduction", _reproduction(ensemble, choices, link, how), ""),
+        ("Reproduction", _reproduction(ensemble, choices, link, recipe), ""),
     )
     opening = document.Text(". ".join(fact[:1].upper() + fact[1:] for fact in facts) + ".")
     digest = ("Realizations", f"digest {ensemble.digest}")
@@ -81,16 +81,16 @@ def _study(ensemble: Ensemble) -> document.Facts:
     ti = f"{image.name or 'unnamed'}, {describe_shape(image.shape)} cells"
     ti += f", {image.n_facies} facies"
     size = " × ".join(f"{side:g}" for side in grid.cell_size)
-    cells = f"{describe_shape(grid.shape)} cells of {size}"
+    grid_text = f"{describe_shape(grid.shape)} cells of {size}"
     corner = ", ".join(f"{place:g}" for place in grid.origin)
     rows: tuple[tuple[str, str], ...] = (
         ("Training image", f"{ti}, digest {image.digest}"),
-        ("Grid", f"{cells}, from ({corner})"),
+        ("Grid", f"{grid_text}, from ({corner})"),
         ("Hard data", f"{n}, digest {ensemble.hard_data.digest}" if n else "none"),
         ("Realizations", f"{ensemble.n}, seed {ensemble.seed}"),
     )
-    if (given := ensemble.secondary) is not None:
-        rows += (("Secondary information", f"{given.describe()}, digest {given.digest}"),)
+    if (secondary := ensemble.secondary) is not None:
+        rows += (("Secondary information", f"{secondary.describe()}, digest {secondary.digest}"),)
     return document.Facts(rows)
 
 
@@ -107,14 +107,14 @@ def _facies(ensemble: Ensemble) -> document.Table:
 
 
 def _data(ensemble: Ensemble) -> tuple[document.Block, ...]:
-    data = ensemble.hard_data
-    if not 0 < data.n <= MAX_LISTED:
+    hard_data = ensemble.hard_data
+    if not 0 < hard_data.n <= MAX_LISTED:
         return ()
     rows = []
     for place, cell, code in zip(
-        ensemble.grid.centers_of(data.cells), data.cells, data.facies, strict=True
+        ensemble.grid.centers_of(hard_data.cells), hard_data.cells, hard_data.facies, strict=True
     ):
-        rows.append((*(f"{at:g}" for at in place), *map(str, cell), str(code)))
+        rows.append((*(f"{coordinate:g}" for coordinate in place), *map(str, cell), str(code)))
     n = ensemble.grid.n_dimensions
     header = (*("x", "y", "z")[:n], *("layer", "row", "column")[-n:], "facies")
     return (document.Table(header, tuple(rows), "Hard data"),)
@@ -122,29 +122,31 @@ def _data(ensemble: Ensemble) -> tuple[document.Block, ...]:
 
 def _first_maps(ensemble: Ensemble, colours: Sequence[str], number: int) -> document.Row:
     """Return pictures of the training image and of a realization, with equal scales if possible."""
-    image, data = ensemble.training_image, ensemble.hard_data
+    image, hard_data = ensemble.training_image, ensemble.hard_data
     share = min(max(image.shape[-1] / ensemble.grid.nx, 0.5), 2.0)
     caption = f"Training image {image.name or ''}, {describe_shape(image.shape)} cells"
     ti = map_picture(image.indices, image, colours, caption, share=share)
     caption = f"Realization {number + 1} of {ensemble.n}"
-    caption += f", with {data.n} hard data" if data.n else ""
-    return document.Row((ti, map_picture(ensemble.indices[number], image, colours, caption, data)))
+    caption += f", with {hard_data.n} hard data" if hard_data.n else ""
+    return document.Row(
+        (ti, map_picture(ensemble.indices[number], image, colours, caption, hard_data))
+    )
 
 
 def _small_maps(ensemble: Ensemble, colours: Sequence[str]) -> document.Row:
-    shown = ensemble.indices[:MAX_MAPS]
-    layer, said = "", ""
+    realizations = ensemble.indices[:MAX_MAPS]
+    layer, layer_note = "", ""
     if ensemble.grid.nz is not None:
         middle = ensemble.grid.nz // 2
-        shown, said = shown[:, middle], f"layer {middle}, from the bottom"
-        layer = f", {said}"
+        realizations, layer_note = realizations[:, middle], f"layer {middle}, from the bottom"
+        layer = f", {layer_note}"
     items = tuple(
         document.Picture(
             map_png(one, colours), str(r), f"Realization {r}{layer}", 0.6, pixelated=True
         )
-        for r, one in enumerate(shown, start=1)
+        for r, one in enumerate(realizations, start=1)
     )
-    words = "; ".join(filter(None, [_first(len(shown), ensemble), said]))
+    words = "; ".join(filter(None, [_first(len(realizations), ensemble), layer_note]))
     return document.Row(items, words[:1].upper() + words[1:], columns=6)
 
 
@@ -155,11 +157,11 @@ def _first(n: int, ensemble: Ensemble) -> str:
 def _e_type_maps(ensemble: Ensemble, facies: int) -> document.Row:
     """Return pictures of a facies' probability and of the entropy in each cell."""
     image = ensemble.training_image
-    found = etype(ensemble)
+    e_type = etype(ensemble)
     probability = f"Probability of {image.facies_names[facies]}: dark blue 0, yellow 1"
     entropy = "Entropy: dark blue 0 (all realizations agree), yellow maximum"
-    likely = share_picture(found.probability[facies], probability)
-    return document.Row((likely, share_picture(found.entropy, entropy)))
+    likely = share_picture(e_type.probability[facies], probability)
+    return document.Row((likely, share_picture(e_type.entropy, entropy)))
 
 
 def _curve_charts(ensemble: Ensemble, facies: int) -> tuple[document.Row, ...]:
@@ -168,25 +170,27 @@ def _curve_charts(ensemble: Ensemble, facies: int) -> tuple[document.Row, ...]:
     name, code, rows = image.facies_names[facies], int(image.codes[facies]), []
     images = Stack(ensemble.indices[:MAX_CURVES], image.codes)
     for statistic in STATISTICS:
-        bundles, said = {}, []
+        bundles, notes = {}, []
         for way in axes_of(ensemble.grid.shape):
             lags = np.arange(max_lag(way, image.shape, ensemble.grid.shape) + 1)
-            bundles[way] = bundle_of(statistic, images, image, code, way, lags)
+            bundles[way] = bundle_of(statistic, images, image, code, direction=way, lags=lags)
             fit = fit_curve(ensemble, statistic, code, way)
-            said.append(f"{verdicts.way_name(way)}: {verdicts.describe_curve(fit, statistic)}")
+            notes.append(f"{verdicts.way_name(way)}: {verdicts.describe_curve(fit, statistic)}")
         each = [curves for b in bundles.values() for curves in (b.each.max(), b.reference.max())]
         top = 1.1 * float(np.nanmax(each)) or 1.0
-        charts = [bundle_chart(b, statistic, way, name, top, 240) for way, b in bundles.items()]
-        caption = f"{statistic.capitalize()} of {name}. {'. '.join(said)}. {caption_of(ensemble)}."
+        charts = [
+            bundle_chart(b, statistic, way, name, top=top, height=240) for way, b in bundles.items()
+        ]
+        caption = f"{statistic.capitalize()} of {name}. {'. '.join(notes)}. {caption_of(ensemble)}."
         rows.append(document.Row(tuple(charts), caption))
     return tuple(rows)
 
 
 def _measures(ensemble: Ensemble, facies: int) -> document.Table:
-    found = measure(ensemble, int(ensemble.training_image.codes[facies]))
+    measured = measure(ensemble, int(ensemble.training_image.codes[facies]))
     rows = [
         (row.title, row.image, row.realizations, row.verdict)
-        for row in verdicts.describe_measures(found)
+        for row in verdicts.describe_measures(measured)
     ]
     return document.Table(verdicts.MEASURES_HEAD, tuple(rows), verdicts.HOW_MEASURED)
 
@@ -194,16 +198,17 @@ def _measures(ensemble: Ensemble, facies: int) -> document.Table:
 def _flow(ensemble: Ensemble, facies: int) -> document.Table:
     """Return a table of the flow efficiency of a facies along each axis."""
     code = int(ensemble.training_image.codes[facies])
-    found = fit_flow(ensemble, code, max_cells=MAX_FLOW_CELLS)
+    flow_fit = fit_flow(ensemble, code, max_cells=MAX_FLOW_CELLS)
     rows = []
     for axis, way in enumerate(axes_of(ensemble.grid.shape)):
-        each, image = found.each[:, axis], f"{found.reference[axis]:.3f}".replace("nan", "–")
+        each = flow_fit.each[:, axis]
+        reference = f"{flow_fit.reference[axis]:.3f}".replace("nan", "–")
         spread = f"{each.mean():.3f} ({each.min():.3f} to {each.max():.3f})" if len(each) else "–"
-        verdict = str(verdicts.describe_flow(found, axis))
-        rows.append((verdicts.way_name(way), image, spread, verdict))
+        verdict = str(verdicts.describe_flow(flow_fit, axis))
+        rows.append((verdicts.way_name(way), reference, spread, verdict))
     words = (
         "E is the effective conductivity divided by the arithmetic mean if the facies conducts "
-        f"10 000 times as well as all others: 1 for layers along the flow. {len(found.each)} of "
+        f"10 000 times as well as all others: 1 for layers along the flow. {len(flow_fit.each)} of "
         f"{ensemble.n} realizations were solved as a whole; mean (minimum to maximum). Images, "
         "grids and crops that need more than seconds are not solved here, but on the page Validate."
     )
@@ -245,7 +250,7 @@ def _parameters(ensemble: Ensemble) -> document.Table:
 
 
 def _reproduction(
-    ensemble: Ensemble, choices: Choices, link: str, how: Recipe
+    ensemble: Ensemble, choices: Choices, link: str, recipe: Recipe
 ) -> tuple[document.Block, ...]:
     blocks: list[document.Block] = [document.Text(REVISED)] if ensemble.revised else []
     blocks.append(document.Code(link, "The link"))
@@ -254,6 +259,6 @@ def _reproduction(
         words = f"The link does not contain {' and '.join(missing)}. Use the project file instead."
         blocks.append(document.Text(words))
     beside = "; the project file must be in the same folder"
-    python = f"In Python{beside if how.python_needs_project else ''}"
-    command = f"On the command line{beside if how.command_needs_project else ''}"
-    return (*blocks, document.Code(how.python, python), document.Code(how.command, command))
+    python = f"In Python{beside if recipe.python_needs_project else ''}"
+    command = f"On the command line{beside if recipe.command_needs_project else ''}"
+    return (*blocks, document.Code(recipe.python, python), document.Code(recipe.command, command))

@@ -23,12 +23,12 @@ from ccwsim.sharing.choices import (
 
 Bounds = tuple[float, float]
 """Minimum and maximum of a number, both of type int if the number must be an integer."""
-BASE = 36  # of the integers in packed hard data
+BASE = 36  # base of the integers in packed hard data
 
 
 @dataclass(frozen=True)
 class GuideSpec:
-    """One row of the table of guides: a word of a link, and what follows it.
+    """One row of the table of guides: a word of a link, and the value that follows it.
 
     The value of a field is of the type `kind`, or a tuple of such items if there can be several.
     An item consists of some numbers and then any number of points, or of further numbers.
@@ -68,16 +68,17 @@ class GuideSpec:
                 raise ValueError(text)
             return self.kind(text)
         words, n = text.split("_"), len(self.numbers)
-        values = [_number(*each) for each in zip(words[:n], self.numbers, strict=True)]
-        more = [_number(word, self.more or _REAL) for word in words[n:]]
+        limited = zip(words[:n], self.numbers, strict=True)
+        values: list[Any] = [_number(word, limits) for word, limits in limited]
+        more = [_number(word, self.more or _ANY_NUMBER) for word in words[n:]]
         if self.points:
             points = tuple(zip(more[::2], more[1::2], strict=True))
             if not self.points <= len(points) <= MAX_LINK_DATA:
                 raise ValueError(text)
-            return self.kind(*values, points)
-        if self.more:
-            return self.kind(*values, tuple(more))
-        if more:
+            values.append(points)
+        elif self.more:
+            values.append(tuple(more))
+        elif more:
             raise ValueError(text)
         return self.kind(*values)
 
@@ -99,7 +100,7 @@ def _number(word: str, limits: Bounds) -> float:
     return value
 
 
-_REAL, _SHARE = (-bounds.MAX_FLOAT, bounds.MAX_FLOAT), (0.0, 1.0)
+_ANY_NUMBER, _SHARE = (-bounds.MAX_FLOAT, bounds.MAX_FLOAT), (0.0, 1.0)
 _DEGREES = -bounds.MAX_DEGREES, bounds.MAX_DEGREES
 _FACIES, _LAYERS = (0, bounds.MAX_FACIES - 1), (0, bounds.MAX_GRID_SIDE_OFFERED - 1)
 _SOFT, _AUXILIARY = (0.0, bounds.MAX_SOFT_WEIGHT), (0.0, bounds.MAX_AUXILIARY_WEIGHT)
@@ -107,14 +108,14 @@ _SCALE = bounds.MIN_SCALE, bounds.MAX_SCALE
 _AXES = "x", "y", "z", "xy", "xz", "yz", "xyz"
 _IMAGES = tuple(datasets.IMAGES)
 GUIDES = (
-    GuideSpec("gradient", "probabilities", Gradient, (_REAL, _SHARE, _SHARE)),
-    GuideSpec("stroke", "probabilities", Stroke, (_REAL,) * 3, points=1, several=True),
+    GuideSpec("gradient", "probabilities", Gradient, (_ANY_NUMBER, _SHARE, _SHARE)),
+    GuideSpec("stroke", "probabilities", Stroke, (_ANY_NUMBER,) * 3, points=1, several=True),
     GuideSpec("facies", "facies", int, (_FACIES,)),
     GuideSpec("soft", "soft_weight", float, (_SOFT,)),
     GuideSpec("polygon", "active", tuple, points=3),
-    GuideSpec("along", "auxiliary", Directions, (_REAL, _REAL)),
+    GuideSpec("along", "auxiliary", Directions, (_ANY_NUMBER, _ANY_NUMBER)),
     GuideSpec("weight", "auxiliary_weight", float, (_AUXILIARY,)),
-    GuideSpec("turning", "angle", Gradient, (_REAL, _DEGREES, _DEGREES)),
+    GuideSpec("turning", "angle", Gradient, (_ANY_NUMBER, _DEGREES, _DEGREES)),
     GuideSpec("line", "angle", tuple, points=2, several=True),
     GuideSpec("angle", "angle", float, (_DEGREES,)),
     GuideSpec("flow", "flow_azimuth", float, (_DEGREES,)),
@@ -142,34 +143,35 @@ def guides_of(text: str) -> GuideChoice:
     """Return the guides of words; raise `CCWSIMError` for another text."""
     try:
         parts = [part.partition("_") for part in text.split("~")]
-        specs = [(_BY_WORD[word], rest) for word, _, rest in parts]
-        return GuideChoice(**{spec.field: spec.read(rest) for spec, rest in specs})
+        specs = [(_BY_WORD[word], value) for word, _, value in parts]
+        return GuideChoice(**{spec.field: spec.read(value) for spec, value in specs})
     except (CCWSIMError, KeyError, ValueError):
         raise CCWSIMError("does not describe secondary information") from None
 
 
-def packed(data: HardData) -> str:
+def packed(hard_data: HardData) -> str:
     """Return hard data, at most `MAX_LINK_DATA`, as words of integers in base 36.
 
     The first word is the box of the data: its first cell and its sides. For each facies, a word has
     the code and the steps from datum to datum, in cells of the box, which are counted row by row.
     The last word is the number of data, so that a cut link is noticed.
     """
-    if data.n > MAX_LINK_DATA:
-        raise refused("too_many_data_for_link", n=data.n, most=MAX_LINK_DATA)
-    low = data.cells.min(axis=0, initial=0).tolist()
-    high = data.cells.max(axis=0, initial=0).tolist()
+    if hard_data.n > MAX_LINK_DATA:
+        raise refused("too_many_data_for_link", n=hard_data.n, most=MAX_LINK_DATA)
+    low = hard_data.cells.min(axis=0, initial=0).tolist()
+    high = hard_data.cells.max(axis=0, initial=0).tolist()
     sides = [end - start + 1 for start, end in zip(low, high, strict=True)]
     places: dict[int, list[int]] = {}
-    for cell, code in zip(data.cells.tolist(), data.facies.tolist(), strict=True):
+    for cell, code in zip(hard_data.cells.tolist(), hard_data.facies.tolist(), strict=True):
         place = 0
         for index, start, side in zip(cell, low, sides, strict=True):
             place = place * side + index - start
         places.setdefault(code, [0]).append(place)
     steps = [
-        [code, *(after - before for before, after in pairwise(own))] for code, own in places.items()
+        [code, *(after - before for before, after in pairwise(positions))]
+        for code, positions in places.items()
     ]
-    words = [[*low, *sides], *steps, [data.n]]
+    words = [[*low, *sides], *steps, [hard_data.n]]
     return "~".join("_".join(np.base_repr(number, BASE) for number in word) for word in words)
 
 

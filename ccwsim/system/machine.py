@@ -38,9 +38,15 @@ def n_cores() -> int:
 
 def this_machine() -> Machine:
     """Return a description of this machine, with the memory that is available now."""
-    system, python = platform.system(), platform.python_version()
-    versions = version("numpy"), version("numba")
     lines = lines_of(Path("/proc/cpuinfo"))
     named = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
     name = next(named, "") or platform.processor() or platform.machine() or "unknown processor"
-    return Machine(name, n_cores(), system, python, *versions, free_memory())
+    return Machine(
+        processor=name,
+        n_cores=n_cores(),
+        system=platform.system(),
+        python=platform.python_version(),
+        numpy=version("numpy"),
+        numba=version("numba"),
+        free_bytes=free_memory(),
+    )

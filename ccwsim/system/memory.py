@@ -21,9 +21,9 @@ name of the entry for reclaimable memory."""
 
 def free_memory(root: Path = ROOT) -> int | None:
     """Return the bytes available to machine and control groups, or None if unknown."""
-    found = [_field(root / "proc/meminfo", "MemAvailable"), *_of_groups(root)]
-    known = [free for free in found if free is not None]
-    return max(min(known), 0) if known else _of_pages()
+    limits = [_field(root / "proc/meminfo", "MemAvailable"), *_free_in_groups(root)]
+    known_limits = [free for free in limits if free is not None]
+    return max(min(known_limits), 0) if known_limits else _free_pages()
 
 
 def used_memory(root: Path = ROOT, process: int | None = None) -> int | None:
@@ -32,7 +32,7 @@ def used_memory(root: Path = ROOT, process: int | None = None) -> int | None:
 
 
 def proportional_memory(process: int, root: Path = ROOT) -> int:
-    """Return the bytes of memory of a process, of which shared pages count as a part; 0 if unknown.
+    """Return the bytes of memory of a process, with a share of shared pages; 0 if unknown.
 
     A page that n processes share counts as 1 / n of a page.
     """
@@ -61,7 +61,7 @@ def settle_memory(n_arenas: int) -> None:
         library.mallopt(M_TRIM_THRESHOLD, 8 * OWN_PIECE)
 
 
-def _of_groups(root: Path) -> Iterator[int | None]:
+def _free_in_groups(root: Path) -> Iterator[int | None]:
     """Yield the bytes available in the control groups (versions 1 and 2) of this process."""
     for line in lines_of(root / "proc/self/cgroup"):
         _, kinds, path = [*line.split(":", 2), "", ""][:3]
@@ -72,20 +72,22 @@ def _of_groups(root: Path) -> Iterator[int | None]:
 
 
 def _along(top: Path, path: str, names: tuple[str, str, str]) -> list[int | None]:
-    """Return the bytes available in each group up to the top, which in a container is its own."""
+    """Return the bytes available in each group up to the top, in a container its own group."""
     parts = [part for part in path.split("/") if part not in ("", "..")]
-    return [_left(top.joinpath(*parts[:n]), *names) for n in range(len(parts), -1, -1)]
+    groups = (top.joinpath(*parts[:n]) for n in range(len(parts), -1, -1))
+    return [_unused(group, names) for group in groups]
 
 
-def _left(group: Path, limit: str, usage: str, reclaimable: str) -> int | None:
-    """Return the unused bytes below a limit. Cached files count as unused."""
+def _unused(group: Path, names: tuple[str, str, str]) -> int | None:
+    """Return the unused bytes below the limit of a group. Cached files count as unused."""
+    limit, usage, reclaimable = names
     maximum, used = _number(group / limit), _number(group / usage)
     if maximum is None or used is None or maximum >= UNLIMITED:
         return None
     return maximum - used + (_field(group / "memory.stat", reclaimable, unit=1) or 0)
 
 
-def _of_pages() -> int | None:
+def _free_pages() -> int | None:
     try:
         return os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     except (AttributeError, ValueError, OSError):

@@ -34,6 +34,7 @@ PAGES = (
     ("Flow", "pages/flow.py"),
     ("Examples", "pages/examples.py"),
     ("How it works", "pages/how_it_works.py"),
+    ("The paper's and ours", "pages/paper_and_ours.py"),
     ("Paper", "pages/paper.py"),
     ("Benchmark", "pages/benchmark.py"),
 )
@@ -46,7 +47,7 @@ MENU = {
     "Learn": PAGES[6:],
     "Menu": PAGES[5:],
 }
-"""Pages by what one does; on phones, “Menu” replaces the groups after the third."""
+"""Pages by purpose; on phones, “Menu” replaces the groups after the third."""
 OFF_MENU = (("Import", IMPORT_PAGE),)
 """Pages that are not in the menu; steps in the study column link to these pages."""
 
@@ -110,11 +111,12 @@ def _menu(title: str) -> None:
     with st.container(horizontal=True, key="menu", gap="small"):
         for name, pages in MENU.items():
             if len(pages) == 1:
-                page_link(*reversed(pages[0]))
+                [(label, path)] = pages
+                page_link(path, label)
                 continue
-            here = title in dict(pages)
+            is_present = title in dict(pages)
             # with the page in its key, the menu is closed on the next page
-            with st.popover(f"**{name}**" if here else name, key=f"menu_{name}_{title}"):
+            with st.popover(f"**{name}**" if is_present else name, key=f"menu_{name}_{title}"):
                 for label, path in pages:
                     page_link(path, label)
         script = MENU_SCRIPT.read_text("utf-8")

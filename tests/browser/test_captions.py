@@ -1,4 +1,4 @@
-"""Saved charts: they have a title, and a caption that says what they are of."""
+"""Test that saved charts have a title and a caption that names the study."""
 
 from __future__ import annotations
 

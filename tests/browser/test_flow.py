@@ -38,7 +38,7 @@ def spot(tab, key: str, x: float, y: float) -> tuple[float, float]:
 
 
 def head_at(tab, x: float, y: float) -> str:
-    """Return what the map of heads says about a position."""
+    """Return the label of the map of heads at a position."""
     tab.mouse.move(*spot(tab, "heads", x, y))
     said = settled(tab, tab.locator(".st-key-map_heads .readout").first.inner_text, pause=300)
     return said.split(") ")[1].split(" ·")[0]

@@ -82,7 +82,7 @@ def changed(page: Any, old: str) -> None:
 
 
 def read(page: Any, key: str, x: float, y: float, **edges: int) -> str:
-    """Return what a map says about the cell at a position."""
+    """Return the label of a map for the cell at a position."""
     page.mouse.move(*spot(page, key, x, y, **edges))
     return settled(page, page.locator(f".st-key-{key} .readout").first.inner_text, pause=200)
 

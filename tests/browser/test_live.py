@@ -59,7 +59,7 @@ SOUTH = """() => {
   pen.drawImage(canvas, 0, 198 - canvas.height);
   return pen.getImageData(0, 0, canvas.width, 99).data.join();
 }"""
-"""Cells in the south of the realization, below the words that say which one is shown."""
+"""Cells in the south of the realization, below the text with its number."""
 
 
 def own(seed: int, level: int = 2):
@@ -179,7 +179,7 @@ def test_a_click_in_the_history_brings_study_and_results_back(page):
     complete(page)
     expect(page.locator(".st-key-wavelet_level input")).to_have_value("2", timeout=SLOW)
     assert np.array_equal(downloaded(page), before)
-    # and forth with the mouse
+    # and forward with the mouse
     until(
         lambda: first.click(),
         lambda wait: expect(first).to_have_attribute("aria-current", "true", timeout=wait),

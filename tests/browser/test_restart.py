@@ -66,7 +66,7 @@ def test_a_page_that_the_client_has_lost_is_opened_again_once(tab, address):
     tab.wait_for_function("() => !window.lost", timeout=SLOW)
     large(tab, 1, 3)
     tab.wait_for_function(SAME, arg=before, timeout=SLOW)
-    tab.evaluate("sessionStorage.setItem('openedAgain', Date.now())")  # as if it were just now
+    tab.evaluate("sessionStorage.setItem('openedAgain', Date.now())")  # as if just opened
     tab.evaluate(lose)
     tab.wait_for_timeout(1000)
     assert tab.evaluate("window.lost")  # no endless loop

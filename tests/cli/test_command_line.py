@@ -400,13 +400,13 @@ def test_bad_input_is_said_in_a_sentence_and_exits_with_2(capsys, arguments, sai
 
 
 def test_what_could_not_be_written_is_said_before_the_run(tmp_path, monkeypatch):
-    monkeypatch.setattr("ccwsim.run.simulation.simulate", lambda *_: pytest.fail("it ran"))
+    monkeypatch.setattr("ccwsim.run.simulation.simulate", lambda *_, **__: pytest.fail("it ran"))
     assert run("simulate", "channels", "-o", tmp_path) == 2
     assert run("simulate", "channels", "-o", tmp_path / "none" / "out.npz") == 2
 
 
 def test_without_an_output_the_option_is_named_before_anything_runs(monkeypatch, capsys):
-    monkeypatch.setattr("ccwsim.run.simulation.simulate", lambda *_: pytest.fail("it ran"))
+    monkeypatch.setattr("ccwsim.run.simulation.simulate", lambda *_, **__: pytest.fail("it ran"))
     assert run("simulate", "channels") == 2
     assert "'--output'" in capsys.readouterr().err
 

@@ -28,7 +28,7 @@ SMALL = Parameters(24, 6, 1)
 
 
 def along_east(cells: np.ndarray) -> float:
-    """Return the share of equal neighbours from west to east, less that from south to north."""
+    """Return the share of equal neighbours from west to east, minus that from south to north."""
     return float((cells[:, 1:] == cells[:, :-1]).mean() - (cells[1:] == cells[:-1]).mean())
 
 
@@ -63,7 +63,7 @@ def test_many_angles_take_at_most_sixteen_copies():
 
 
 def test_north_turns_to_the_azimuth():
-    """Stripes from west to east run from north to south if north is turned to the east."""
+    """Test that stripes from west to east run north to south if north is turned to the east."""
     for angle, sign in ((0.0, 1), (90.0, -1), (180.0, 1), (270.0, -1)):
         e = simulate(STRIPES, (60, 70), SMALL, secondary=Secondary(angle=angle), seed=1)
         assert np.sign(along_east(e.indices[0])) == sign, angle
@@ -76,7 +76,7 @@ def test_a_quarter_turn_is_exact():
     copies = make_copies(study)
     assert copies is not None
     np.testing.assert_array_equal(copies.indices[0], np.rot90(image.indices, 1))
-    assert copies.known.all()  # row 0 is the south, so `rot90` turns clockwise
+    assert copies.known_mask.all()  # row 0 is the south, so `rot90` turns clockwise
 
 
 @pytest.mark.parametrize("angle", [0.0, 20.0, 45.0, 133.0])
@@ -89,13 +89,13 @@ def test_copies_keep_proportions_and_every_cell(angle, scale):
     copies = make_copies(study)
     if copies is None:
         return
-    known = copies.indices[copies.known]
+    known = copies.indices[copies.known_mask]
     share = np.bincount(known, minlength=2) / known.size
     np.testing.assert_allclose(share, CHANNELS.proportions, atol=0.005)
     n = CHANNELS.indices.size * scale**2
     assert abs(known.size - n) < 0.02 * n
     assert copies.indices.size <= n_cells_of_copies(study)
-    origins = copies.origins[copies.known]
+    origins = copies.origins[copies.known_mask]
     np.testing.assert_array_equal(known, CHANNELS.indices.ravel()[origins])
 
 
@@ -233,13 +233,13 @@ def test_volumes_of_every_kind_honour_their_data(seed):
 
 
 def test_a_piece_is_never_pasted_across_a_border():
-    """The image has one facies, the gaps of its turned copy would be seen as another."""
+    """Test an image of one facies: pasted gaps of its turned copy would show as a second facies."""
     image = TrainingImage(np.pad(np.zeros((50, 50), int), ((0, 0), (0, 1)), constant_values=1))
     study = Study(image, Grid(40, 40), Parameters(12, 4, 1), secondary=Secondary(angle=45.0))
     prepared = PreparedImage(study)
     oriented = prepared.oriented(0, (1, 12, 12))
     for z, y, x in np.argwhere(oriented.illegal == 0):
-        piece = prepared.copies.known[z, 2 * y : 2 * y + 12, 2 * x : 2 * x + 12]
+        piece = prepared.copies.known_mask[z, 2 * y : 2 * y + 12, 2 * x : 2 * x + 12]
         assert piece.all()
 
 
@@ -267,7 +267,7 @@ def test_a_traced_patch_comes_from_the_copy_of_its_kind():
 
 
 def test_kernels_are_compiled_for_a_mask_without_the_first_corner(monkeypatch):
-    monkeypatch.setattr("ccwsim.engine.realization._compiled", set())
+    monkeypatch.setattr("ccwsim.engine.realization._compiled_kinds", set())
     secondary = Secondary(angle=20.0, active=EAST > 60)
     e = simulate(CHANNELS, (80, 90), SMALL, secondary=secondary, seed=1)
     assert (e.indices[:, e.active] < 2).all()

@@ -79,7 +79,7 @@ def test_a_truncated_file_is_left_to_the_process_that_compiles(function, tmp_pat
 def test_a_moved_copied_or_touched_file_finds_what_is_compiled(function, tmp_path):
     folder = tmp_path / "kernels-1"
     assert compiled(function, folder)(3) == 6
-    gc.collect()  # after the first function is gone, Numba imports its module
+    gc.collect()  # Numba imports the module once the first function is deleted
     copy = tmp_path / "copy"
     shutil.copytree(folder, copy / folder.name)
     os.utime(tmp_path / "a_module.py", (1e9, 1e9))
@@ -154,8 +154,8 @@ def test_only_folders_of_other_versions_that_were_long_unused_are_removed(tmp_pa
 
 def test_the_private_parts_of_numba_are_those_that_were_tested():
     assert numba_hooks.are_known(), (
-        f"Numba {numba.__version__} is installed, but the private parts in numba_hooks.py are "
-        f"known of {numba_hooks.TESTED} only, and kernels compile slowly. Read what has changed in "
+        f"Numba {numba.__version__} is installed, but the private parts used in numba_hooks.py are "
+        f"tested only with {numba_hooks.TESTED}, so kernels compile slowly. Read the changes of "
         "numba.core.caching, codegen and compiler, run the golden tests, then change TESTED."
     )
 

@@ -154,7 +154,7 @@ def test_calibration_is_in_percent_with_dots_by_number_of_cells():
     assert list(named(chart)["perfect"].x) == [0, 100]
     assert chart.layout.xaxis.title.text == "probability in the realizations (%)"
     empty = np.empty(0, int)
-    chart = calibration_chart(empty, empty, empty, LIGHT, given=True)
+    chart = calibration_chart(empty, empty, empty, LIGHT, guided=True)
     assert chart.layout.xaxis.title.text == "given probability (%)"
     assert chart.layout.yaxis.title.text == "share in the realizations (%)"
 

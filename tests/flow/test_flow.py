@@ -266,7 +266,7 @@ def test_the_datum_of_heads_changes_nothing(n, contrast):
         found = darcy(k, west_east=(datum + 1.0, datum))
         assert found.effective_k == pytest.approx(exact, rel=1e-6)
         assert abs(found.balance) < 1e-6
-    # bodies of different levels: each has its own datum
+    # unconnected bodies with different heads: each has its own datum
     k[n // 3] = np.nan
     ends = np.where(np.arange(n) < n // 3, 1e5, 2.0), np.where(np.arange(n) < n // 3, 1e5, 1.0)
     found = darcy(k, west_east=ends)
@@ -276,7 +276,7 @@ def test_the_datum_of_heads_changes_nothing(n, contrast):
 
 
 def test_iterations_end_when_the_residuals_are_small_beside_the_flows():
-    """The balance of all cells, not only of the sides, is at most the tolerance."""
+    """Test that the balance of all cells, not only at the sides, is within the tolerance."""
     rng = np.random.default_rng(8)
     for contrast in (1e1, 1e4, 1e8):
         k = np.where(ndimage.gaussian_filter(rng.normal(size=(40, 50)), 2) < 0, 1.0, 1 / contrast)

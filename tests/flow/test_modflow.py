@@ -109,7 +109,7 @@ def test_a_run_of_modflow_finds_the_same_heads_and_flows(dimension, kind, shapes
 
 
 def store() -> None:
-    """Store what MODFLOW 6 finds for the small cases."""
+    """Store the results of MODFLOW 6 for the small cases."""
     found = {}
     for dimension, kind in CASES:
         heads, through = modflow(*case(dimension, kind, SMALL))

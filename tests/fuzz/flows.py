@@ -94,7 +94,7 @@ def flow_arguments(source: random.Random, spoil: Callable[[Any], Any]) -> list[d
 
 
 def flow_call(source: random.Random, maybe: Callable[..., Any]) -> Callable[[], object]:
-    """Return the call of a function of flow, in a folder of its own.
+    """Return the call of a function of flow, in a separate folder.
 
     `maybe(source, value, share)` returns the value, or sometimes an absurd one.
     """

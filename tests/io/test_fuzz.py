@@ -189,7 +189,7 @@ def test_an_evil_file_does_no_harm(reader, name, tmp_path, monkeypatch):
     outcome = measured(name, iter(acts.items()))
     assert outcome.faults == []
     assert outcome.megabytes < MEGABYTES
-    assert list(tmp_path.iterdir()) == [], f"{SPRUNG}: it was run"
+    assert list(tmp_path.iterdir()) == [], f"{SPRUNG}: its code was executed"
     if opening.kind_of(content) != "tiff":  # reading the tags of a TIFF would take long here
         kind = opening._recognized(content, name)[0]
         assert kind in (reader, "npz" if reader == "project" else "")

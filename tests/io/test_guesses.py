@@ -191,7 +191,7 @@ def test_what_is_too_large_even_for_a_part_is_refused(shape):
 
 
 def ranks(codes: np.ndarray) -> list[list[int]]:
-    """Return codes numbered from 0, because a picture has codes of its own."""
+    """Return codes numbered from 0, because a picture has other codes."""
     return np.unique(codes, return_inverse=True)[1].reshape(codes.shape).tolist()
 
 

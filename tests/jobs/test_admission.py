@@ -125,7 +125,7 @@ def test_kernels_count_until_the_process_has_run_them(monkeypatch):
     p = STUDY.parameters
     simulate(STRIPES, (50, 50), p)
     compiled = footprint(STUDY, 10)
-    monkeypatch.setattr(realization, "_compiled", set())
+    monkeypatch.setattr(realization, "_compiled_kinds", set())
     assert footprint(STUDY, 10) == compiled + KERNELS
 
 

@@ -183,7 +183,7 @@ class Simulation:
                     self.cores.request(lease, first=True)
 
     def used_in(self, seconds: float, *usages: Usage) -> list[float]:
-        """Return the core seconds that users get in the next seconds."""
+        """Return the core seconds of users in the next seconds."""
         before = dict(self.used)
         self.run(self.clock.now + seconds)
         return [self.used.get(usage, 0.0) - before.get(usage, 0.0) for usage in usages]

@@ -97,7 +97,7 @@ def test_only_what_is_made_of_the_image_as_it_was_read_is_judged_by_its_crops(se
     kinds = {check.kind for check in check_ensemble(e)}
     assert ("patterns" in kinds) == ("variogram" in kinds) == ("geobodies" in kinds) == judged
     several = secondary is not None and bool(secondary.images)
-    assert ("proportions" in kinds) == (not several)  # these do not change with an angle
+    assert ("proportions" in kinds) == (not several)  # an angle does not change proportions
     assert describe_proportion(e, 1).count("TIs") == several
 
 

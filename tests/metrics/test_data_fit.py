@@ -259,7 +259,7 @@ class TestLeaveOut:
 
 @pytest.mark.slow
 def test_the_right_image_is_seldom_rejected():
-    """Test one reference field of each size; 3 alarms in 10 would be found 9 times in 10."""
+    """Test one field of each size; 3 false alarms in 10 would fail with a probability of .9."""
     found = [
         alarm
         for name in NAMES

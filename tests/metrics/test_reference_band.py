@@ -79,8 +79,8 @@ def without(k: int, alone: Ensemble, function, *which) -> bool:
     """Return whether a crop fits the band of the other crops."""
     of_crops = reference_band.band_of_crops
 
-    def others(*about) -> ReferenceBand:
-        band = of_crops(*about)
+    def others(*about, **limits) -> ReferenceBand:
+        band = of_crops(*about, **limits)
         return replace(band, values=np.delete(band.values, k, axis=0))
 
     with pytest.MonkeyPatch.context() as patch:

@@ -1,4 +1,4 @@
-"""Messages of errors: each of `errors.toml` is raised, with the values that it names."""
+"""Test that each message of `errors.toml` is raised with the values that it names."""
 
 import ast
 import tomllib
@@ -19,7 +19,7 @@ def test_a_message_contains_its_values():
 
 
 def keys_of(node: ast.expr, messages: Collection[str]) -> set[str]:
-    """Return the keys of messages that a text, or an f-string that begins with a text, can name."""
+    """Return the keys that a text names, or that an f-string can name according to its start."""
     if isinstance(node, ast.JoinedStr):
         start = ast.literal_eval(node.values[0])
         return {key for key in messages if key.startswith(start)}

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from ccwsim import CCWSIMError, Parameters
-from ccwsim.model.parameters import METHODS, SIMILARITIES, parameter_table
+from ccwsim.model.parameters import METHODS, SIMILARITIES, fitted, parameter_table
 from ccwsim.model.sizes import legal_sizes
 
 NAMES = [f.name for f in fields(Parameters)]
@@ -177,6 +177,16 @@ def test_every_parameter_is_part_of_the_digest():
     paper, unnamed = base.as_in("paper"), replace(base.as_in("paper"), variant="ours")
     assert paper.digest != unnamed.digest
     assert base.digest == Parameters(template_size=np.int16(64), overlap_size=16).digest
+
+
+def test_a_fitted_variant_brings_its_parameters_and_a_volume_has_ours():
+    usual = Parameters(22, 6, 1, n_candidates=5)
+    for variant in ("paper", "code"):
+        assert fitted(usual, (100, 100), variant=variant) == usual.as_in(variant)
+        assert fitted(usual.as_in(variant), (100, 100), variant="ours") == usual
+        volume = fitted(usual.as_in(variant), (30, 100, 100))
+        assert volume == fitted(usual, (30, 100, 100))
+    assert fitted(usual.as_in("paper"), (100, 100), refine=True).variant == "ours"
 
 
 def test_a_published_variant_fixes_its_parameters_and_no_others():

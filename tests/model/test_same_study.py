@@ -1,4 +1,4 @@
-"""A study tells in which inputs it differs from another study."""
+"""Test that a study names the inputs in which it differs from another study."""
 
 from dataclasses import replace
 from typing import Any

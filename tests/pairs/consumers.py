@@ -44,7 +44,7 @@ from ccwsim.sharing.study_report import study_report
 
 @dataclass(frozen=True)
 class Case:
-    """An ensemble, and what functions are called with."""
+    """An ensemble, and arguments for the calls of functions."""
 
     study: Study
     ensemble: Ensemble
@@ -153,7 +153,7 @@ class Case:
 
 
 def written(write: Callable[..., Any], *values: Any, **options: Any) -> bytes:
-    """Return what `write` writes into a file object."""
+    """Return the content that `write` writes to a file object."""
     file = BytesIO()
     write(file, *values, **options)
     return file.getvalue()
@@ -461,7 +461,7 @@ WITHOUT_STUDIES = {
         *("pareto_front", "recommended", "run_trials", "usual_work"),
     },
 }
-"""Functions that take files, settings or numbers, but neither a study nor what is made of it."""
+"""Functions that take files, settings or numbers, but neither a study nor its results."""
 
 
 def public_functions() -> set[str]:

@@ -293,7 +293,7 @@ def check_rows(rows: Sequence[Row], file: Path) -> None:
 
 
 def faults_of(study: Study) -> list[str]:
-    """Return what is wrong in the realizations of a study and whatever is made from them."""
+    """Return the faults in the realizations of a study and in everything derived from them."""
     ensemble = run_study(study, n_workers=1)
     faults = faults_in(ensemble)
     if not _are_equal(ensemble, run_study(study, n_workers=2)):
@@ -319,7 +319,7 @@ def faults_of(study: Study) -> list[str]:
 
 
 def _faults_of_revision(study: Study, ensemble: Ensemble) -> list[str]:
-    """Return what is wrong after some data were removed, changed and added."""
+    """Return the faults after some data were removed, changed and added."""
     rng = np.random.default_rng(study.seed)
     image, data = study.training_image, study.hard_data
     values = np.full(study.grid.shape, np.nan)
@@ -344,7 +344,7 @@ def _are_equal(a: Ensemble, b: Ensemble) -> bool:
 
 
 def faults_in(ensemble: Ensemble) -> list[str]:
-    """Return what is wrong in realizations, by plain comparisons with their inputs."""
+    """Return the faults in realizations, by plain comparisons with their inputs."""
     faults, indices = [], np.asarray(ensemble.indices)
     image, data, shape = ensemble.training_image, ensemble.hard_data, ensemble.grid.shape
     active = np.ones(shape, bool) if ensemble.active is None else ensemble.active

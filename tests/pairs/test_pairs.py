@@ -1,4 +1,4 @@
-"""Test studies that combine each pair of features, and everything that is made from them."""
+"""Test studies that combine each pair of features, and everything derived from them."""
 
 from __future__ import annotations
 

@@ -12,7 +12,6 @@ import pytest
 
 from ccwsim import CCWSIMError, HardData, Parameters, TrainingImage
 from ccwsim.cli.program import main
-from ccwsim.paper.comparison import sampled_data, stone_wall, variability
 from ccwsim.paper.experiment import (
     FULL,
     QUICK,
@@ -22,19 +21,19 @@ from ccwsim.paper.experiment import (
     inputs_in,
     inside,
 )
-from ccwsim.paper.methods import paper_parameters, wrong_share
+from ccwsim.paper.methods import COLUMNS, paper_parameters, wrong_share
 from ccwsim.paper.published_times import TABLE_1
-from ccwsim.paper.realizations import limits, unconditional
 from ccwsim.paper.reproduction import (
     EXPERIMENTS,
     Finished,
     document_of,
     reproduce,
     summary,
+    usual_seconds,
     verdict_of,
     with_largest_grid,
 )
-from ccwsim.paper.times import grid_size, level_change
+from ccwsim.paper.times import level_change
 from ccwsim.paper.verdicts import (
     by_claim,
     judged,
@@ -55,9 +54,13 @@ from ccwsim.report.document import (
     report_html,
 )
 
-UNCONDITIONAL, GRID_SIZE, LIMITS = (
-    next(e for e in EXPERIMENTS if e.run is run) for run in (unconditional, grid_size, limits)
-)
+
+def experiment_of(figure: str) -> Experiment:
+    """Return the experiment that repeats a figure or table of the paper."""
+    return next(e for e in EXPERIMENTS if figure in e.place.split(", "))
+
+
+UNCONDITIONAL, GRID_SIZE, LIMITS = map(experiment_of, ("Fig. 6", "Fig. 13", "Fig. 17"))
 TINY = replace(QUICK, n_many=3, n_few=2, n_anodi=2, timed_sides=(64, 96), largest_side=96)
 OUTSIDE = re.compile(r"""(?:src|href)\s*=\s*["'](?!data:|#)|@import|url\((?!data:)""", re.I)
 ODD = "</script><b>&\"'"
@@ -121,7 +124,8 @@ def test_the_same_seed_gives_the_same_words():
     a, b = (reproduce(extent=TINY, seed=5, experiments=chosen) for _ in range(2))
     for one, other in zip(a.finished, b.finished, strict=True):
         first, second = (
-            [j.found for j in f.outcome.judgements if " ms" not in j.found] for f in (one, other)
+            [j.finding for j in f.outcome.judgements if " ms" not in j.finding]
+            for f in (one, other)
         )
         assert first == second
 
@@ -168,10 +172,10 @@ def test_progress_never_falls_and_ends_at_one():
 def test_words_follow_the_numbers():
     times = [of_time("x", s, 2.0, "Fig.").word for s in (0.1, 1.9, 9.0)]
     assert times == ["less time", "like time", "more time"]
-    assert "no speed-up of the method" in of_time("x", 0.1, 2.0, "Fig.").found
-    beside_code = [of_data(w, 100, t).word for w, t in ((0, 0.1), (0, 0), (0.2, 0.1))]
+    assert "no speed-up of the method" in of_time("x", 0.1, 2.0, "Fig.").finding
+    beside_code = [of_data(w, 100, t, "Ours").word for w, t in ((0, 0.1), (0, 0), (0.2, 0.1))]
     assert beside_code == ["better", "agrees", "behind"]
-    assert [of_data(w, 100, None).word for w in (0.0, 0.1)] == ["agrees", "differs"]
+    assert [of_data(w, 100, None, "Ours").word for w in (0.0, 0.1)] == ["agrees", "differs"]
 
 
 @pytest.mark.parametrize(
@@ -197,24 +201,24 @@ def test_ratios_agree_where_order_and_size_do(ours, theirs, word):
 
 
 def test_levels_take_less_time_only_where_each_does():
-    told = of_levels({1: 0.0101, 2: 0.00434, 3: 0.00522})
+    told = of_levels({1: 0.0101, 2: 0.00434, 3: 0.00522}, "Ours")
     assert told.word == "differs"
-    assert "level 1 10.1 ms, level 2 4.34 ms, level 3 5.22 ms" in told.found
-    assert "level 2 takes less than level 1, level 3 takes more than level 2" in told.found
-    assert of_levels({1: 56.0, 2: 32.0, 3: 20.0}).word == "agrees"
-    assert of_levels({1: 56.0, 2: 32.0, 3: 31.0}).word == "differs"  # equal times, within noise
-    ends = of_levels({1: 10.0, 2: 12.0, 3: 5.0})  # decreases overall, but not in the middle
+    assert "level 1 10.1 ms, level 2 4.34 ms, level 3 5.22 ms" in told.finding
+    assert "level 2 takes less than level 1, level 3 takes more than level 2" in told.finding
+    assert of_levels({1: 56.0, 2: 32.0, 3: 20.0}, "Ours").word == "agrees"
+    assert of_levels({1: 56.0, 2: 32.0, 3: 31.0}, "Ours").word == "differs"
+    ends = of_levels({1: 10.0, 2: 12.0, 3: 5.0}, "Ours")  # not in the middle
     assert ends.word == "differs"
 
 
 def test_the_change_from_level_to_level_is_set_beside_the_papers():
     taken = {1: [0.002, 0.0101], 2: [0.0009, 0.00434], 3: [0.0008, 0.00522]}
-    first, second = level_change(taken, 1, 2), level_change(taken, 2, 3)
+    first, second = (level_change(taken, a, a + 1, "Ours") for a in (1, 2))
     assert "−54.8 %" in first.claim
     assert (first.word, second.word) == ("agrees", "differs")
-    assert "−56.0 %" in first.found
+    assert "−56.0 %" in first.finding
     assert "−17.4 %" in second.claim
-    assert "+4.6 %" in second.found
+    assert "+4.6 %" in second.finding
 
 
 def test_two_measures_bear_a_claim_out_only_where_both_do():
@@ -224,7 +228,7 @@ def test_two_measures_bear_a_claim_out_only_where_both_do():
 
 
 def test_table_1_is_set_beside_what_is_found(small):
-    outcome = next(f for f in small.finished if f.experiment.run is variability).outcome
+    outcome = next(f for f in small.finished if f.experiment is experiment_of("Table 1")).outcome
     page = report_html(document_of(small))
     assert "0.95 0.92 1.02" in page
     assert "0.78 0.77 0.99" in page
@@ -237,23 +241,45 @@ def test_table_1_is_set_beside_what_is_found(small):
         assert r == pytest.approx(paper.ratio, abs=0.03)
 
 
-def test_both_methods_are_compared_as_published_and_again_by_default(small):
-    outcomes = {f.experiment.run: f.outcome for f in small.finished}
-    assert not paper_parameters("ms-ccsim", 1).repair_seams
-    assert paper_parameters("ms-ccsim", 1).published_draw
-    for method in ("ccwsim", "ms-ccsim"):
-        own = paper_parameters(method, 1, default=True)
-        assert own == Parameters(32, 8, 1, method=method)
-    for run in (sampled_data, stone_wall, variability):
-        blocks, judgements = outcomes[run].blocks, outcomes[run].judgements
-        first = {row[0] for b in blocks if isinstance(b, Table) for row in b.rows}
-        for method in ("CCWSIM", "MS-CCSIM"):
-            assert any(method in row and row.endswith("by default") for row in first)
-            assert any(method in row and "default" not in row for row in first)
-        found = [j.found for j in judgements if "by default" in j.found]
-        assert 1 <= len(found) <= len(judgements)
-        words = [b.words for b in blocks if isinstance(b, Text)]
-        assert any("and seams are repaired" in text for text in words)
+def tables_of(finished: Finished) -> list[Table]:
+    return [block for block in finished.outcome.blocks if isinstance(block, Table)]
+
+
+def test_each_figure_and_table_is_repeated():
+    places = {part for e in EXPERIMENTS for part in e.place.split(", ")}
+    assert {f"Fig. {k}" for k in range(6, 18)} | {"Table 1", "Table 2"} <= places
+    assert [e.place for e in EXPERIMENTS] == sorted(
+        (e.place for e in EXPERIMENTS), key=lambda place: place.split(",")[0]
+    )
+
+
+def test_the_paper_the_published_method_and_ours_stand_side_by_side(small):
+    for finished in small.finished:
+        texts = [
+            " ".join((*table.header, *(row[0] for row in table.rows)))
+            for table in tables_of(finished)
+        ]
+        assert any("as published" in text and "ours" in text for text in texts)
+        if finished.experiment not in map(experiment_of, ("Fig. 10", "Fig. 11")):
+            assert any("the paper" in text for text in texts)  # these have no numbers
+
+
+@pytest.mark.parametrize("method", ["ccwsim", "ms-ccsim"])
+def test_as_published_is_the_method_of_the_paper_to_the_letter(method):
+    level = 2 if method == "ms-ccsim" else 3  # MS-CCSIM counts levels from 1
+    as_published, ours = (paper_parameters(method, 3, variant) for variant in ("paper", "ours"))
+    assert as_published == Parameters.published(
+        "paper", template_size=32, overlap_size=8, wavelet_level=level, method=method
+    )
+    assert ours == Parameters(32, 8, level, method=method)
+
+
+def test_verdicts_name_the_column_that_they_judge(small):
+    titles = [COLUMNS[column].capitalize() for column in ("paper", "ours")]
+    for figure in ("Fig. 6", "Fig. 7", "Fig. 13", "Fig. 14", "Fig. 17", "Table 2"):
+        outcome = next(f for f in small.finished if f.experiment is experiment_of(figure)).outcome
+        text = " ".join(judgement.finding for judgement in outcome.judgements)
+        assert all(title in text for title in titles)
 
 
 def test_what_the_paper_gives_is_not_said_to_be_missing(small):
@@ -295,7 +321,7 @@ def test_the_authors_files_are_used_and_the_rest_is_ours(tmp_path):
         assert found.image("stone wall").name == "stone_wall"
         assert found.data("channel", 100, (512, 512)).n == 2
         assert found.data("channel", 100, (96, 96)).cells.tolist() == [[0, 1]]
-        assert found.data("stone wall", 300, (512, 512)).n == 300
+        assert found.data("stone wall", 300, (512, 512)) is None
 
 
 def test_published_realizations_are_read_and_broken_ones_named(tmp_path):
@@ -324,8 +350,8 @@ def test_the_published_data_are_found(data_dir):
     found = inputs_in(data_dir / "paper")
     assert all(found.is_own(name) for name in ("channel", "stone wall", "three facies"))
     assert found.data("channel", 1000, (512, 512)).n == 1000
-    data, truth = found.dense_reference((256, 256))
-    assert data.n_mismatched(truth.array) == 0
+    dense = "channel", 4000, (256, 256)
+    assert found.data(*dense).n_mismatched(found.reference(*dense)) == 0
     image = found.image("channel")
     assert found.published("CCWSIM_channel512_hd400_L2", image).shape[1:] == (512, 512)
 
@@ -347,12 +373,25 @@ def test_the_command_writes_a_report(few, tmp_path, capsys):
     out = tmp_path / "report.html"
     assert main(["paper", "--quick", "-o", str(out), "--seed", "4"]) == 0
     said = capsys.readouterr().err
+    assert re.search(r"^3 experiments, about .+ on this machine$", said, re.MULTILINE)
     assert "3 experiments were run, 1 of them failed" in said
     assert f"Written: {out}" in said
     assert "<dt>Seed</dt><dd>4</dd>" in out.read_text("utf-8")
     assert [p.name for p in tmp_path.iterdir()] == ["report.html"]
     assert main(["paper", "-q", "--quick", "-o", str(out)]) == 0
     assert capsys.readouterr().err == ""
+
+
+def test_the_command_reads_the_folder_of_the_environment(few, tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("CCWSIM_DATA", str(tmp_path / "none"))
+    assert main(["paper", "--quick", "-o", str(tmp_path / "report.html")]) == 2
+    assert "none: no such folder" in capsys.readouterr().err
+
+
+def test_a_larger_grid_is_expected_to_take_longer():
+    usual = [usual_seconds(with_largest_grid(FULL, side)) for side in (None, 2500, 5000)]
+    assert usual[0] == usual[1] < usual[2]
+    assert usual_seconds(QUICK) < usual[0]
 
 
 @pytest.mark.parametrize(

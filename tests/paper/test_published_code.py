@@ -36,7 +36,7 @@ def test_wrong_data_and_patterns_are_those_of_the_code(
     theirs = np.load(data_dir / f"reference/{method}_{name}512_{data}_L{level}.npz")["r"]
     coarser = level if method == "CCWSIM" else level - 1  # MS-CCSIM counts images from 1
     p = Parameters.published("code", wavelet_level=coarser, method=method.lower())
-    # their realizations take the directions 0, 1, 2 … in turn
+    # the authors' realizations use the directions 0, 1, 2 … in turn
     same = [k for k in range(N) if random_numbers(SEED, k).integers(8) < len(theirs)]
     inputs = image, (512, 512), p, hard_data
     ours = np.concatenate(
@@ -47,7 +47,7 @@ def test_wrong_data_and_patterns_are_those_of_the_code(
     )
     assert abs(wrong[0] - wrong[1]) < 0.02
     means = [d.mean() for d in distances]
-    # of ours, because a few realizations of theirs tell little about their spread
+    # from our spread, because the authors' few realizations do not determine theirs
     error = distances[1].std(ddof=1) * np.sqrt(sum(1 / len(d) for d in distances))
     assert abs(means[1] - means[0]) < max(0.1 * means[0], 3 * error)
 

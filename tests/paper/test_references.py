@@ -155,7 +155,7 @@ def test_data_are_not_in_algorithm_1_and_figure_5_is_the_inverse_transform():
     assert "Algorithm" not in PAPER["data"]
     assert named("figure", PAPER["inverse"]) == ["5"]
     method = (ROOT / "docs" / "method.md").read_text("utf-8")
-    rows = {row.split("|")[1].strip(): row for row in method.splitlines() if row.count("|") == 5}
+    rows = {row.split("|")[1].strip(): row for row in method.splitlines() if row.count("|") == 6}
     assert named("figure", rows["inverse DWT"]) == ["5"]
     assert named("figure", rows["hard data, virtual template"]) == []
 

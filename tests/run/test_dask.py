@@ -142,7 +142,7 @@ def test_a_part_that_ends_its_workers_is_said_in_words():
             if n_done and pids:
                 os.kill(pids.pop(), signal.SIGKILL)
 
-        with pytest.raises(CCWSIMError, match="workers ended again and again"):
+        with pytest.raises(CCWSIMError, match="workers ended repeatedly"):
             study(300, executor=client, progress=kill)
 
 

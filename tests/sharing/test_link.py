@@ -106,7 +106,7 @@ FROM_FILES = {
     GuideChoice: ("saved",),
     Parameters: ("method", "template_size", "overlap_size", "wavelet_level", "variant"),
 }
-"""Fields that a link cannot contain, and those of sizes, which `parameters` draws together."""
+"""Fields that a link cannot contain, and parameters that are drawn together by `parameters`."""
 VALUES: dict[type, dict[str, st.SearchStrategy]] = {
     ImageChoice: {
         "bundled": st.sampled_from(datasets.names()),
@@ -178,7 +178,7 @@ N_WORDS = {
     **{"soft": 1, "weight": 1, "flow": 1, "mirrored": 1, "layers": 2, "polygon": 8, "zone": 6},
     **{"line": 4, "stroke": 7, "bogus": 1},
 }
-"""Names of the shapes that guide in a link, and the usual number of values after each."""
+"""Words for guides in a link, and the usual number of values after each word."""
 NUMBERS = st.one_of(
     st.integers(0, 2).map(str),
     st.floats(-10, 200).map(lambda value: f"{value:.3f}"),

@@ -25,7 +25,7 @@ SIDE = 6000
 DATA = HardData(np.argwhere(np.ones((150, 150))), np.zeros(150 * 150, int))
 COLOURS = ["#000000", "#ffffff"]
 MAX_GAP = 0.5
-"""Maximum seconds of CPU time of this process, which do not grow on a busy machine."""
+"""Maximum gap in seconds of CPU time of this process, which a busy machine does not lengthen."""
 
 TRIES = 3
 """A step that holds the lock does so in each try; a thread waits for a core only by chance."""

@@ -210,7 +210,7 @@ class Session:
         if name in self._menus:
             state = WidgetState(id=self._menus[name], bool_value=True)
             self._states[state.id] = state
-            for _ in range(2):  # the first may lead through app.py, which forgets what is open
+            for _ in range(2):  # the first request may run app.py, which forgets open menus
                 self._ask()
                 self.settle()
 

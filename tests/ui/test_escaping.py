@@ -145,7 +145,7 @@ def test_plain_words_keep_every_sign(text):
 
 @pytest.mark.parametrize("address", ["http://e.vil/x", "HTTPS://e.vil", "www.e.vil", "a.b@e.vil"])
 def test_addresses_are_not_links(address):
-    """Test that an address has none of the forms of which Markdown makes links."""
+    """Test that no address has a form that Markdown turns into a link."""
     shown = plain(f"{address}, ({address}) _{address}_").replace("\\", "")
     assert not re.search(r"https?://|www\.|[-.\w+]@", shown, re.IGNORECASE)
 

@@ -180,7 +180,7 @@ def test_what_cannot_run_is_said_instead():
 
 def test_advice_says_its_price_compared_with_the_study_of_today():
     study = Choices(data=DataChoice())
-    assert describe_price(study, wavelet_level=2).endswith("a realization, 1 × today's")
+    assert describe_price(study, wavelet_level=2).endswith("a realization, 1 × the present time")
     words = describe_price(study, wavelet_level=0)
     ratio = float(words.split(", ")[1].split(" ")[0])
     finer = replace(study, parameters=replace(study.parameters, wavelet_level=0))

@@ -26,6 +26,7 @@ from ccwsim.io import can_write, read_realizations, training_image_as_bytes
 from ccwsim.jobs.job import Job
 from ccwsim.metrics import diagnose, variogram
 from ccwsim.model.parameters import fitted, parameter_table
+from ccwsim.model.published import WITHOUT_ADDITIONS
 from ccwsim.model.sizes import overlap_sizes, template_sizes
 from ccwsim.model.watch import Watch
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload
@@ -176,9 +177,35 @@ def test_the_help_comes_from_the_table_of_parameters():
     kinds = (app.selectbox, app.number_input, app.checkbox, app.slider)
     helps = [element.help for kind in kinds for element in kind]
     for row in parameter_table():
-        if row["name"] == "variant":
-            continue  # of links, project files, scripts and the command line
         assert any(row["meaning"] in text for text in helps if text), row["name"]
+
+
+def test_the_rules_of_the_paper_are_chosen_and_left_again():
+    app = launched()
+    usual = app.session_state[KEY].choices.parameters
+    for variant in ("paper", "code", "ours"):
+        app.selectbox(key="p_variant").set_value(variant).run()
+        assert app.session_state[KEY].choices.parameters == usual.as_in(variant)
+
+
+def test_what_the_paper_does_not_have_is_marked_and_off_under_its_rules():
+    for variant in ("ours", "paper"):
+        app = launched(replace(SMALL, parameters=Parameters().as_in(variant)))
+        widgets = {w.key: w for w in (*app.selectbox, *app.checkbox, *app.slider)}
+        for name in WITHOUT_ADDITIONS:
+            assert widgets[f"p_{name}"].label.endswith("⁺")
+            assert widgets[f"p_{name}"].disabled == (variant == "paper")
+        assert not widgets["p_search_fraction"].disabled
+        assert "⁺" not in widgets["p_search_fraction"].label
+
+
+def test_volumes_have_only_our_rules():
+    app = launched(replace(SMALL, parameters=Parameters.published("code")))
+    app.selectbox(key="image_bundled").set_value("stacked_lenses").run()
+    p = app.session_state[KEY].choices.parameters
+    assert p.variant == "ours"
+    assert p.exact_data
+    assert not [w for w in app.selectbox if w.key == "p_variant"]
 
 
 def test_without_a_wavelet_the_level_is_zero():
@@ -265,7 +292,7 @@ def test_what_a_browser_still_says_of_replaced_widgets_changes_nothing():
 def test_an_image_says_on_demand_which_parameters_suit_it_and_they_can_be_taken():
     app = launched(SMALL)
     app.switch_page(IMPORT_PAGE).run()
-    assert "What suits it" in html(app)
+    assert "Advised values" in html(app)
     settled(app.button(key="use_advice").click().run())
     advised = diagnose(datasets.load("channels"))
     parameters = app.session_state[KEY].choices.parameters
@@ -322,7 +349,7 @@ def test_the_state_is_kept_when_a_page_is_left():
     app = launched()
     app.number_input(key="seed").set_value(5).run()
     other = open_menus(AppTest.from_file(str(ROOT / "app.py"), default_timeout=120))
-    other.session_state[KEY] = app.session_state[KEY]  # a change of the page keeps only this
+    other.session_state[KEY] = app.session_state[KEY]  # only this survives a change of page
     other.run()
     assert other.number_input(key="seed").value == 5
     assert other.session_state[KEY].ensemble is app.session_state[KEY].ensemble

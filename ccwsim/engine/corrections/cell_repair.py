@@ -59,7 +59,7 @@ class RepairedPart(NamedTuple):
     unseen: NDArray[np.uint32]  # indices of the unseen patterns
     n_unseen: NDArray[np.uint8]  # number of unseen patterns that contain a cell
     was_tried: NDArray[np.bool_]  # True if no other facies of a cell helps
-    stays: NDArray[np.uint16]  # number of changes until which a cell must stay
+    stays: NDArray[np.uint16]  # number of changes before which a cell must not change again
     near: NDArray[np.uint64]  # shape (LONGEST,): patterns among which a tabu search chooses
     changed: NDArray[np.uint64]  # shape (LONGEST,): cells that a tabu search changed, in order
     before: NDArray[np.uint8]  # shape (LONGEST,): facies of these cells before the change
@@ -83,15 +83,14 @@ def repair_cells(
     If `walks` is true, tabu searches start at unseen patterns for which no single change helps;
     only tabu searches use `rng`. `patterns` must be patterns of adjacent cells. The source of a
     changed cell continues the source of a neighbour if the training image has the new facies at
-    that location; otherwise the source is −1. `report` is called with the finished share of the
-    work and may raise an error to stop. About `trials_a_cell` changes per cell are tried in each
-    part of the grid; the rest of a part stays as it is. Parts without `active` cells, shape of the
-    grid, are not changed.
+    that location; otherwise the source is −1. `watch` gets the finished share of the work and may
+    stop it. About `trials_a_cell` changes per cell are tried in each part of the grid; the rest of
+    a part stays as it is. Parts without `active` cells, shape of the grid, are not changed.
     """
     shape = target.grid.shape
     if any(r >= n for r, n in zip(patterns.reach, shape, strict=True)):
         return 0
-    volume = patterns.cells[0] > 1
+    volume = patterns.size[0] > 1
     most = PART_VOLUME if volume else PART
     share = float(np.mean(target.data != UNKNOWN)) if volume and walks else 0.0
     ends, ends_at_data = ends_of_walks(volume, 0.0), ends_of_walks(volume, share)
@@ -103,13 +102,14 @@ def repair_cells(
     firsts = list(product(*map(range, begin, end, lengths)))
     if active is not None:
         parts = [tuple(slice(k, k + m) for k, m in zip(f, most, strict=True)) for f in firsts]
-        firsts = [first for first, own in zip(firsts, parts, strict=True) if active[own].any()]
+        firsts = [f for f, cells in zip(firsts, parts, strict=True) if active[cells].any()]
     part, n_changed = make_part(patterns, lengths), 0  # type: ignore[arg-type]
     for k in range(0, len(firsts), PARTS_PER_CALL):
         watch.tell(k / len(firsts))
-        some = np.array(firsts[k : k + PARTS_PER_CALL])
-        limits = walks, ends, ends_at_data, trials_a_cell * prod(lengths)
-        n_changed += change_cells(target, patterns, some, lengths, part, rng, *limits)
+        batch, n_trials = np.array(firsts[k : k + PARTS_PER_CALL]), trials_a_cell * prod(lengths)
+        n_changed += change_cells(
+            target, patterns, batch, lengths, part, rng, walks, ends, ends_at_data, n_trials
+        )
     return n_changed
 
 
@@ -129,25 +129,35 @@ def make_part(patterns: Patterns, lengths: Triple) -> RepairedPart:
     """Return the arrays for parts of a grid."""
     nz, ny, nx = (n + 2 * r for n, r in zip(lengths, patterns.reach, strict=True))
     n = nz * ny * nx
-    facies, is_inside, is_unseen, n_unseen = (np.zeros(n, np.uint8) for _ in range(4))
-    rows, line, numbers, unseen = (np.zeros(n, np.uint32) for _ in range(4))
-    is_free, was_tried = np.zeros(n, np.bool_), np.zeros(n, np.bool_)
-    near, changed = np.zeros(LONGEST, np.uint64), np.zeros(LONGEST, np.uint64)
-    walked = np.zeros(n, np.uint16), near, changed, np.zeros(LONGEST, np.uint8)
-    trials = np.zeros(1, np.int64)
-    counted = rows, line, numbers, is_unseen, unseen, n_unseen, was_tried
-    steps = [(z * ny + y) * nx + x for z, y, x in np.ndindex(patterns.cells)]
-    of_cells = np.array(steps, np.uint64), cell_weights(patterns)
-    ways = [n for n, r in zip((1, nx, ny * nx), patterns.reach[::-1], strict=True) if r > 0]
-    aside = np.array([step for n in ways for step in (-n, n)], np.int64).astype(np.uint64)
+    steps = [(z * ny + y) * nx + x for z, y, x in np.ndindex(patterns.size)]
+    strides = [s for s, r in zip((1, nx, ny * nx), patterns.reach[::-1], strict=True) if r > 0]
+    aside = np.array([step for s in strides for step in (-s, s)], np.int64)
     return RepairedPart(
-        (nz, ny, nx), facies, is_free, is_inside, *counted, *walked, trials, aside, *of_cells
+        shape=(nz, ny, nx),
+        facies=np.zeros(n, np.uint8),
+        is_free=np.zeros(n, np.bool_),
+        is_inside=np.zeros(n, np.uint8),
+        rows=np.zeros(n, np.uint32),
+        line=np.zeros(n, np.uint32),
+        numbers=np.zeros(n, np.uint32),
+        is_unseen=np.zeros(n, np.uint8),
+        unseen=np.zeros(n, np.uint32),
+        n_unseen=np.zeros(n, np.uint8),
+        was_tried=np.zeros(n, np.bool_),
+        stays=np.zeros(n, np.uint16),
+        near=np.zeros(LONGEST, np.uint64),
+        changed=np.zeros(LONGEST, np.uint64),
+        before=np.zeros(LONGEST, np.uint8),
+        trials=np.zeros(1, np.int64),
+        aside=aside.astype(np.uint64),
+        steps=np.array(steps, np.uint64),
+        weights=cell_weights(patterns),
     )
 
 
 def cell_weights(patterns: Patterns) -> NDArray[np.uint32]:
     """Return the factor of each cell's label in the number of a pattern, raveled."""
-    (nz, ny, nx), size = patterns.cells, 2**32
+    (nz, ny, nx), size = patterns.size, 2**32
     of_rows = [pow(int(patterns.row_base), nz * ny - 1 - k, size) for k in range(nz * ny)]
     in_row = [pow(int(patterns.base), nx - 1 - k, size) for k in range(nx)]
     return np.array([a * b % size for a in of_rows for b in in_row], np.uint32)
@@ -193,7 +203,7 @@ def change_cells(target, patterns, firsts, lengths, part, rng, walks, ends, ends
 def box_of(first, origin, patterns, part):
     """Return the box of grid cells that a pattern of a part covers."""
     z, y, x = place_of(np.int64(first), (part.shape[1], part.shape[2]), (1, 1, 1))
-    nz, ny, nx = patterns.cells
+    nz, ny, nx = patterns.size
     return Box(origin[0] + z, origin[1] + y, origin[2] + x, nz, ny, nx, 0, 0, 0, 0)
 
 
@@ -225,7 +235,7 @@ def copy_part(grid, data, origin, lengths, patterns, part):
     nz, ny, nx = part.shape
     (reach_z, reach_y, reach_x), (z0, y0, x0) = patterns.reach, origin
     facies, is_free, is_inside = part.facies, part.is_free, part.is_inside
-    cells, known, size = grid.reshape(-1), data.reshape(-1), np.uint64(len(part.facies))
+    of_grid, of_data, size = grid.reshape(-1), data.reshape(-1), np.uint64(len(part.facies))
     for u in range(size):
         facies[u] = UNKNOWN
     for u in range(size):
@@ -239,11 +249,11 @@ def copy_part(grid, data, origin, lengths, patterns, part):
             to = np.uint64((z * ny + y) * nx)
             first = np.uint64(((z0 + z) * grid.shape[1] + y0 + y) * grid.shape[2] + x0)
             for x in range(low, high):
-                facies[to + x] = cells[first + x]
-                has_unknown |= cells[first + x] == UNKNOWN
+                facies[to + x] = of_grid[first + x]
+                has_unknown |= of_grid[first + x] == UNKNOWN
             if reach_z <= z < reach_z + lengths[0] and reach_y <= y < reach_y + lengths[1]:
                 for x in range(wide, min(wide + np.uint64(lengths[2]), high)):
-                    free = (known[first + x] == UNKNOWN) & (cells[first + x] != UNKNOWN)
+                    free = (of_data[first + x] == UNKNOWN) & (of_grid[first + x] != UNKNOWN)
                     is_free[to + x] = free
             ends = z0 + z + reach_z < grid.shape[0] and y0 + y + reach_y < grid.shape[1]
             if ends and z < nz - reach_z and y < ny - reach_y:
@@ -261,7 +271,7 @@ def find_unseen_patterns(patterns, part):
     numbers, rows, steps = part.numbers, part.rows, part.steps
     is_unseen, n_unseen, was_tried = part.is_unseen, part.n_unseen, part.was_tried
     size, base = np.uint64(len(numbers)), patterns.row_base
-    n, n_in_row, n_cells = size - steps[-1], np.uint64(patterns.cells[2]), np.uint64(len(steps))
+    n, n_in_row, n_cells = size - steps[-1], np.uint64(patterns.size[2]), np.uint64(len(steps))
     number_run(part.facies, 0, rows, 0, len(rows) - patterns.reach[2], patterns, part.line)
     for u in range(n):
         numbers[u] = rows[u]
@@ -297,7 +307,7 @@ def best_change(first, balance, patterns, part):
     `balance`, shape (n_facies,), closer to 0. The new facies is UNKNOWN if no change reduces the
     number of unseen patterns.
     """
-    cells, aside = part.facies, part.aside
+    facies_of, aside = part.facies, part.aside
     n_aside = np.uint64(len(aside))
     gain, best, best_facies, best_excess = np.int64(1), first, np.uint8(UNKNOWN), np.int64(1 << 60)
     for step in part.steps:
@@ -305,17 +315,17 @@ def best_change(first, balance, patterns, part):
         n = np.int64(part.n_unseen[cell])
         if n < gain or part.was_tried[cell] or not part.is_free[cell]:
             continue
-        own = latest = cells[cell]
+        old = latest = facies_of[cell]
         for a in range(n_aside):
-            facies = cells[cell + aside[a]]
-            is_new = facies != own and facies != latest
+            facies = facies_of[cell + aside[a]]
+            is_new = facies != old and facies != latest
             if is_new and facies != UNKNOWN:
                 latest = facies
                 part.trials[0] -= 1
-                left = n_unseen_after(cell, facies, n - gain + 1, patterns, part)
-                excess = balance[facies] - balance[own]
-                if n - left > gain or (n - left == gain and excess < best_excess):
-                    gain, best, best_facies, best_excess = n - left, cell, facies, excess
+                n_after = n_unseen_after(cell, facies, n - gain + 1, patterns, part)
+                excess = balance[facies] - balance[old]
+                if n - n_after > gain or (n - n_after == gain and excess < best_excess):
+                    gain, best, best_facies, best_excess = n - n_after, cell, facies, excess
         if best_facies == UNKNOWN:
             part.was_tried[cell] = True
     return best, best_facies
@@ -364,7 +374,7 @@ def next_change(first, n_changed, better, balance, patterns, part, rng):
     cell changes only if the change adds fewer than `better` unseen patterns; `better` is at most 0.
     The facies is UNKNOWN if no cell can change.
     """
-    cells, aside = part.facies, part.aside
+    facies_of, aside = part.facies, part.aside
     n_aside, n_equal = np.uint64(len(aside)), 0
     least, best, best_facies = np.int64(1 << 20), first, np.uint8(UNKNOWN)
     least_excess = np.int64(0)
@@ -372,26 +382,26 @@ def next_change(first, n_changed, better, balance, patterns, part, rng):
         cell = first + step
         if not part.is_free[cell]:
             continue
-        n, own = np.int64(part.n_unseen[cell]), cells[cell]
-        latest = own
+        n, old = np.int64(part.n_unseen[cell]), facies_of[cell]
+        latest = old
         limit = n + better if part.stays[cell] > n_changed else np.int64(1 << 20)
         for a in range(n_aside):
-            facies = cells[cell + aside[a]]
-            is_new = facies != own and facies != latest
+            facies = facies_of[cell + aside[a]]
+            is_new = facies != old and facies != latest
             if not is_new or facies == UNKNOWN:
                 continue
             latest = facies
             most = min(n + least + 1, limit)
             part.trials[0] -= 1
-            left = n_unseen_after(cell, facies, most, patterns, part)
-            if left >= most:
+            n_after = n_unseen_after(cell, facies, most, patterns, part)
+            if n_after >= most:
                 continue
-            excess, is_equal = balance[facies] - balance[own], left - n == least
+            excess, is_equal = balance[facies] - balance[old], n_after - n == least
             if is_equal and excess > least_excess:
                 continue
             n_equal = n_equal + 1 if is_equal and excess == least_excess else 1
             if n_equal == 1 or draw_index(rng, n_equal) == 0:
-                least, best, best_facies, least_excess = left - n, cell, facies, excess
+                least, best, best_facies, least_excess = n_after - n, cell, facies, excess
     return best, best_facies, least
 
 

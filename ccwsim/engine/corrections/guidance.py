@@ -47,15 +47,16 @@ MAX_RANDOM, N_SHIFTS = 12.0, 4096
 """Maximum of a random cost with a spread of 1, and number of ways to assign the random numbers to
 locations."""
 CERTAIN = 0.002  # probabilities are limited to CERTAIN … 1 − CERTAIN, because λ would be infinite
-MAX_TILT = 60.0  # maximum of |λ|; no patch has then another proportion than the extreme one
+MAX_TILT = 60.0  # maximum of |λ|, at which drawn patches have the most extreme proportion
 N_TILTS, N_SHARES = 241, 5000
 """Numbers of λ and of locations from which the relation of λ and probability is computed."""
 LIMITS = -0.5, 1.5  # limits of values of the grid, with the range of the image as unit
 AT_ONCE = 4  # number of terms that are added in one loop over locations
-WHOLE, SMALLER, EVERY = -1, -2, -3  # patches for which the factor of a plane is constant
+WHOLE, SMALLER, EVERY = -1, -2, -3
+"""Values of `Guide.tables_of` if the factor of a plane is constant: for which patches it holds."""
 POSITION = -4
-"""Minus an axis of the path: the factor is the relative position of the patch along this axis;
-minus 3 more if the axis is reversed."""
+"""The value POSITION − axis of `Guide.tables_of` means that the factor is the relative position of
+the patch along this axis of the path; 3 is subtracted if the axis is reversed."""
 
 
 class Guide(NamedTuple):
@@ -69,8 +70,8 @@ class Guide(NamedTuple):
     # shape (n_tables, sz, sy, sx): made by `summed_up` from maps of the grid, a view in path
     # coordinates; a single layer has no layer of zeros before it
     tables: NDArray[np.float64]
-    # shape (n_planes,): number of the table whose means over parts are factors, the patches for
-    # which the factor is constant, or from `POSITION`
+    # shape (n_planes,): number of the table whose means over parts are factors; or WHOLE, SMALLER,
+    # EVERY or a value of `POSITION`
     tables_of: NDArray[np.int64]
     weights: NDArray[np.float64]  # shape (n_planes,): weight of the means, or the constant
     n_soft: int  # number of planes of probabilities, which are the first
@@ -88,7 +89,7 @@ class Guide(NamedTuple):
     terms: NDArray[np.float32]
     costs: NDArray[np.float32]
     random: NDArray[np.float32]  # minus Gumbel numbers, for a layer of locations and all shifts
-    spread: float  # factor of `random`, unless all costs are smaller
+    spread: float  # maximum factor of `random`; the factor is smaller if all other costs are small
 
 
 def score_bound(study: Study, lengths: ScaledLengths, planes: int) -> float:
@@ -116,36 +117,37 @@ def random_costs(n: int) -> NDArray[np.float32]:
 
 def tilts_of(
     soft: NDArray[np.float64],
-    own: NDArray[np.float64],
+    proportions: NDArray[np.float64],
     sums: NDArray[np.integer[Any]],
     illegal: NDArray[np.uint8],
     lengths: ScaledLengths,
 ) -> NDArray[np.float64]:
     """Return λ of facies 1 … n − 1 in each cell of the grid, shape (n − 1, *shape of the grid).
 
-    `soft` are the probabilities, shape (n, *shape of the grid), `own` the proportions of the image,
+    `soft` are the probabilities, shape (n, *shape of the grid), `proportions` those of the image,
     shape (n,), and `sums` its block sums, shape (n_planes, nz, ny, nx). `illegal` locations do not
     count.
     """
     size = tuple(t // b for t, b in zip(lengths.template, lengths.block, strict=True))
-    cells = prod(lengths.template)
-    shares = patch_shares(sums, size, cells, illegal)  # type: ignore[arg-type]
-    known = np.clip(soft, CERTAIN, 1 - CERTAIN)
-    if len(own) <= 2:
-        return np.nan_to_num(_tilt_of(shares[:, -1], known[-1:] if len(own) == 2 else known[:0]))
-    variances = np.maximum(shares[:, -len(own) :].var(axis=0), 1e-9)
-    effective = own * (1 - own) / variances  # cells of a patch that vary independently
+    n_cells = prod(lengths.template)
+    shares = patch_shares(sums, size, n_cells, illegal)  # type: ignore[arg-type]
+    p, n = np.clip(soft, CERTAIN, 1 - CERTAIN), len(proportions)
+    if n <= 2:
+        return np.nan_to_num(_tilt_of(shares[:, -1], p[-1:] if n == 2 else p[:0]))
+    variances = np.maximum(shares[:, -n:].var(axis=0), 1e-9)
+    effective = proportions * (1 - proportions) / variances  # number of independent cells
     column = (-1, *[1] * (soft.ndim - 1))
-    tilts = effective.reshape(column) * np.log(known / own.reshape(column))
+    tilts = effective.reshape(column) * np.log(p / proportions.reshape(column))
     return np.nan_to_num(np.clip(tilts[1:] - tilts[:1], -MAX_TILT, MAX_TILT))
 
 
 def _tilt_of(shares: NDArray[np.float64], p: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return λ for which patches drawn with weights exp(λ·share) have a mean share of p."""
-    some = shares[:: -(-len(shares) // N_SHARES)]
+    shares = shares[:: -(-len(shares) // N_SHARES)]
     tilts = np.linspace(-MAX_TILT, MAX_TILT, N_TILTS)
-    weights = np.exp(tilts[:, None] * (some - np.where(tilts > 0, some.max(), some.min())[:, None]))
-    means = weights @ some / weights.sum(axis=1)
+    extremes = np.where(tilts > 0, shares.max(), shares.min())
+    weights = np.exp(tilts[:, None] * (shares - extremes[:, None]))
+    means = weights @ shares / weights.sum(axis=1)
     return np.interp(p, means, tilts)
 
 
@@ -156,9 +158,9 @@ def guide_terms(guide, box):
     Return the number of terms, and the overlap cells as a share of those of a whole patch.
 
     The factor of a part comes from the mean of a map of the grid over the cells of the part. Parts
-    of small patches overlap. A part outside the grid takes the nearest cells. Small patches have
-    smaller costs, because fewer overlap cells can mismatch; and the proportions of facies vary more
-    in small patches, so that λ should be smaller.
+    of small patches overlap. For a part outside the grid, the nearest cells are used. Small patches
+    have smaller costs, because fewer overlap cells can mismatch; and the proportions of facies vary
+    more in small patches, so that λ should be smaller.
     """
     _, mz, my, mx = guide.values.shape
     _, sz, sy, sx = guide.tables.shape
@@ -197,8 +199,10 @@ def guide_terms(guide, box):
                 axis = (POSITION - table) % 3
                 scale, offset = guide.cell_size[axis], guide.offset[axis]
                 room = max(sides[axis] - 1 - guide.template[axis] * scale, 1)
-                at = min(max((firsts[axis] * scale - offset) / room, LIMITS[0]), LIMITS[1])
-                factor = guide.weights[plane] * (1 - at if table <= POSITION - 3 else at)
+                position = (firsts[axis] * scale - offset) / room
+                position = min(max(position, LIMITS[0]), LIMITS[1])
+                factor = guide.weights[plane]
+                factor *= 1 - position if table <= POSITION - 3 else position
             term = np.float32(factor * (share * share if plane < guide.n_soft else share))
             if term != 0:
                 guide.offsets[n] = ((plane * mz + start[0]) * my + start[1]) * mx + start[2]
@@ -228,7 +232,7 @@ def guided_energies(guide, box, illegal, layer, energies, guided, rng):
     my, mx = guide.values.shape[2], guide.values.shape[3]
     nz, ny, nx = energies.shape
     kind, length = guided.dtype.type, np.uint64((ny - 1) * mx + nx)
-    out, own = guided.reshape(-1), energies.reshape(-1)
+    out, old = guided.reshape(-1), energies.reshape(-1)
     for z in range(nz):
         base = (layer + z) * my * mx
         for k in range(0, n, AT_ONCE):
@@ -251,6 +255,6 @@ def guided_energies(guide, box, illegal, layer, energies, guided, rng):
             first, of_run = np.uint64((z * ny + y) * nx), np.uint64(y * mx)
             for x in range(np.uint64(nx)):
                 cost = kind(costs[of_run + x]) if n > 0 else kind(0)
-                out[first + x] = own[first + x] + cost
+                out[first + x] = old[first + x] + cost
     exclude_illegal(illegal, layer, guided, 2 * excluded_from(guided) - 1)
     return guided

@@ -50,7 +50,7 @@ class FlowWorkspace(NamedTuple):
     beside: NDArray[np.uint8]  # shape (n,): number of neighbours that DIFFER
     capacity: NDArray[np.uint8]  # shape (8 * n,): capacity of each link, see `_link`
     # shape (n,): remaining capacity, from the old cells if positive, to the new cells if negative
-    rest: NDArray[np.int32]
+    remaining: NDArray[np.int32]
     tree: NDArray[np.uint8]  # shape (n,)
     parent: NDArray[np.uint8]  # shape (n,): direction of the parent
     distance: NDArray[np.int32]  # shape (n,): number of steps to the root of the tree
@@ -65,12 +65,20 @@ def make_flow(template: Triple) -> FlowWorkspace:
     """Return the workspace to cut boxes of at most `template` cells."""
     nz, ny, nx = template
     n = (nz + 2) * (ny + 2) * (nx + 2) if nz else 0
-    state, beside, tree, parent = (np.zeros(n, np.uint8) for _ in range(4))
-    rest, distance, time = (np.zeros(n, np.int32) for _ in range(3))
-    cells, queue, orphans = (np.zeros(n, np.uint32) for _ in range(3))
-    capacity, is_queued = np.zeros(8 * n, np.uint8), np.zeros(n, np.bool_)
-    trees = tree, parent, distance, time
-    return FlowWorkspace(state, beside, capacity, rest, *trees, cells, queue, is_queued, orphans)
+    return FlowWorkspace(
+        state=np.zeros(n, np.uint8),
+        beside=np.zeros(n, np.uint8),
+        capacity=np.zeros(8 * n, np.uint8),
+        remaining=np.zeros(n, np.int32),
+        tree=np.zeros(n, np.uint8),
+        parent=np.zeros(n, np.uint8),
+        distance=np.zeros(n, np.int32),
+        time=np.zeros(n, np.int32),
+        cells=np.zeros(n, np.uint32),
+        queue=np.zeros(n, np.uint32),
+        is_queued=np.zeros(n, np.bool_),
+        orphans=np.zeros(n, np.uint32),
+    )
 
 
 @part_of_kernel
@@ -110,9 +118,9 @@ def _mark_states(grid, image, place, box, flow):
     low_z, high_z, low_y, high_y, low_x, high_x = inside_overlap(box)
     below, above = box.sides & BELOW, box.sides & ABOVE
     top, bottom = box.sides & TOP, box.sides & BOTTOM
-    left, right = box.sides & LEFT, box.sides & RIGHT
+    west, east = box.sides & LEFT, box.sides & RIGHT
     state, row = flow.state, np.uint64(box.nx + 2)
-    cells, after = grid.reshape(-1), image.reshape(-1)
+    of_grid, of_image = grid.reshape(-1), image.reshape(-1)
     _, ny, nx = grid.shape
     _, my, mx = image.shape
     u = np.uint64(0)
@@ -127,13 +135,13 @@ def _mark_states(grid, image, place, box, flow):
                 for x in range(row):
                     state[u + x] = ALL_OLD if old else NOTHING
             else:
-                state[u] = ALL_OLD if left else NOTHING
-                state[u + row - np.uint64(1)] = ALL_OLD if right else NOTHING
+                state[u] = ALL_OLD if west else NOTHING
+                state[u + row - np.uint64(1)] = ALL_OLD if east else NOTHING
                 to = u + np.uint64(1)
                 first = np.uint64(((box.z0 + z) * ny + box.y0 + y) * nx + box.x0)
                 new = np.uint64(((tz + z) * my + ty + y) * mx + tx)
                 for x in range(np.uint64(box.nx)):
-                    state[to + x] = cells[first + x] != after[new + x]
+                    state[to + x] = of_grid[first + x] != of_image[new + x]
                 if low_z <= z < high_z and low_y <= y < high_y:
                     for x in range(np.uint64(low_x), np.uint64(high_x)):
                         state[to + x] = ALL_NEW
@@ -147,13 +155,13 @@ def _count_beside(box, row, layer, flow):
     for z in range(1, box.nz + 1):
         for y in range(1, box.ny + 1):
             u = np.uint64(z * layer + y * row + 1)
-            left, right = u - np.uint64(1), u + np.uint64(1)
+            before, after = u - np.uint64(1), u + np.uint64(1)
             top, bottom = u - np.uint64(row), u + np.uint64(row)
             below, above = u - np.uint64(layer), u + np.uint64(layer)
             for x in range(n):
                 k = np.uint64(x)
                 n_different = np.uint8(0)
-                for v in (left, right, top, bottom, below, above):
+                for v in (before, after, top, bottom, below, above):
                     n_different += np.uint8(state[v + k] == DIFFERS)
                 beside[u + k] = np.uint8(n_different)
 
@@ -171,20 +179,20 @@ def _make_graph(grid, data, image, place, box, steps, flow):
             first = np.uint64(((z + 1) * (box.ny + 2) + y + 1) * (box.nx + 2) + 1)
             for x in range(box.nx):
                 u = first + np.uint64(x)
-                own = np.int32(state[u])
-                if own > DIFFERS:
+                cell_state = np.int32(state[u])
+                if cell_state > DIFFERS:
                     continue
-                if own == SAME and flow.beside[u] < 2:
+                if cell_state == SAME and flow.beside[u] < 2:
                     continue  # no flow passes through a cell with a link on only one side
                 source, sink = np.int32(0), np.int32(0)
                 for a in range(6):
                     other = np.int32(state[u + steps[a]])
                     free = other <= DIFFERS
-                    flow.capacity[_link(u, a)] = own + other if free else 0
-                    sink += 2 * own if other == ALL_NEW else 0
-                    source += 2 * own if other == ALL_OLD else 0
+                    flow.capacity[_link(u, a)] = cell_state + other if free else 0
+                    sink += 2 * cell_state if other == ALL_NEW else 0
+                    source += 2 * cell_state if other == ALL_OLD else 0
                 datum = data[box.z0 + z, box.y0 + y, box.x0 + x]
-                if own == DIFFERS and datum != UNKNOWN:
+                if cell_state == DIFFERS and datum != UNKNOWN:
                     old = grid[box.z0 + z, box.y0 + y, box.x0 + x]
                     side = forced_side(old, image[tz + z, ty + y, tx + x], datum)
                     if side:
@@ -194,7 +202,7 @@ def _make_graph(grid, data, image, place, box, steps, flow):
                             sink += BROKEN_CELL
                 through = min(source, sink)
                 total += through
-                flow.rest[u] = source - sink
+                flow.remaining[u] = source - sink
                 flow.cells[n] = u
                 n += 1
     return n, total
@@ -219,16 +227,16 @@ def _largest_flow(n, steps, flow):
         u = np.uint64(flow.cells[k])
         time[u], is_queued[u] = 0, False
         tree[u], parent[u] = FREE, NONE
-        if flow.rest[u] != 0:
-            tree[u] = OF_OLD if flow.rest[u] > 0 else OF_NEW
+        if flow.remaining[u] != 0:
+            tree[u] = OF_OLD if flow.remaining[u] > 0 else OF_NEW
             parent[u], distance[u] = ROOT, 1
             queue[tail], is_queued[u] = u, True
             tail += 1
     n_queued = tail
     while n_queued > 0:
         u = np.uint64(queue[head])
-        own = tree[u]
-        if own == FREE:
+        own_tree = tree[u]
+        if own_tree == FREE:
             is_queued[u] = False
             head = head + 1 if head + 1 < size else 0
             n_queued -= 1
@@ -239,17 +247,17 @@ def _largest_flow(n, steps, flow):
             other = tree[v]
             if other == INACTIVE:
                 continue
-            left = capacity[_link(u, a)] if own == OF_OLD else capacity[_link(v, a ^ 1)]
-            if left == 0:
+            residual = capacity[_link(u, a)] if own_tree == OF_OLD else capacity[_link(v, a ^ 1)]
+            if residual == 0:
                 continue
             if other == FREE:
-                tree[v], parent[v] = own, a ^ 1
+                tree[v], parent[v] = own_tree, a ^ 1
                 time[v], distance[v] = time[u], distance[u] + 1
                 if not is_queued[v]:
                     queue[tail], is_queued[v] = v, True
                     tail = tail + 1 if tail + 1 < size else 0
                     n_queued += 1
-            elif other != own:
+            elif other != own_tree:
                 meets = a
                 break
             elif time[v] <= time[u] and distance[v] > distance[u]:
@@ -262,7 +270,7 @@ def _largest_flow(n, steps, flow):
             continue
         now += 1
         v = u + steps[meets]
-        if own == OF_OLD:
+        if own_tree == OF_OLD:
             n_orphans, amount = _augment(u, v, meets, steps, flow)
         else:
             n_orphans, amount = _augment(v, u, meets ^ 1, steps, flow)
@@ -281,18 +289,19 @@ def _augment(old, new, meets, steps, flow):
 
     Return the number of cells that the flow cuts off from their tree, and the amount of flow.
     """
-    capacity, parent, rest, orphans = flow.capacity, flow.parent, flow.rest, flow.orphans
+    capacity, parent, orphans = flow.capacity, flow.parent, flow.orphans
+    remaining = flow.remaining
     amount, u = np.int32(capacity[_link(old, meets)]), old
     while parent[u] != ROOT:
         a = np.int64(parent[u])
         u += steps[a]
         amount = min(amount, np.int32(capacity[_link(u, a ^ 1)]))
-    amount, u = min(amount, rest[u]), new
+    amount, u = min(amount, remaining[u]), new
     while parent[u] != ROOT:
         a = np.int64(parent[u])
         amount = min(amount, np.int32(capacity[_link(u, a)]))
         u += steps[a]
-    amount = min(amount, -rest[u])
+    amount = min(amount, -remaining[u])
     n = 0
     capacity[_link(old, meets)] -= amount
     capacity[_link(new, meets ^ 1)] += amount
@@ -305,8 +314,8 @@ def _augment(old, new, meets, steps, flow):
         if capacity[_link(u, a ^ 1)] == 0:
             parent[child], orphans[n] = ORPHAN, child
             n += 1
-    rest[u] -= amount
-    if rest[u] == 0:
+    remaining[u] -= amount
+    if remaining[u] == 0:
         parent[u], orphans[n] = ORPHAN, u
         n += 1
     u = new
@@ -318,8 +327,8 @@ def _augment(old, new, meets, steps, flow):
         if capacity[_link(child, a)] == 0:
             parent[child], orphans[n] = ORPHAN, child
             n += 1
-    rest[u] += amount
-    if rest[u] == 0:
+    remaining[u] += amount
+    if remaining[u] == 0:
         parent[u], orphans[n] = ORPHAN, u
         n += 1
     return n, amount
@@ -333,13 +342,13 @@ def _adopt(u, n_orphans, tail, n_queued, now, steps, flow):
     """
     tree, parent, distance, time = flow.tree, flow.parent, flow.distance, flow.time
     capacity, queue = flow.capacity, flow.queue
-    own, nearest, best = tree[u], FAR, NONE
+    own_tree, nearest, best = tree[u], FAR, NONE
     for a in range(6):
         v = u + steps[a]
-        if tree[v] != own or parent[v] == ORPHAN:
+        if tree[v] != own_tree or parent[v] == ORPHAN:
             continue
-        left = capacity[_link(v, a ^ 1)] if own == OF_OLD else capacity[_link(u, a)]
-        if left == 0:
+        residual = capacity[_link(v, a ^ 1)] if own_tree == OF_OLD else capacity[_link(u, a)]
+        if residual == 0:
             continue
         steps_up, w = 0, v
         while True:  # follow parents to the root, or to a cell whose distance is up to date
@@ -369,10 +378,10 @@ def _adopt(u, n_orphans, tail, n_queued, now, steps, flow):
         return n_orphans, tail, n_queued
     for a in range(6):
         v = u + steps[a]
-        if tree[v] != own:
+        if tree[v] != own_tree:
             continue
-        left = capacity[_link(v, a ^ 1)] if own == OF_OLD else capacity[_link(u, a)]
-        if left > 0 and not flow.is_queued[v]:
+        residual = capacity[_link(v, a ^ 1)] if own_tree == OF_OLD else capacity[_link(u, a)]
+        if residual > 0 and not flow.is_queued[v]:
             queue[tail], flow.is_queued[v] = v, True
             tail = tail + 1 if tail + 1 < len(queue) else 0
             n_queued += 1

@@ -61,11 +61,11 @@ class Steering(NamedTuple):
 
 
 def patch_shares(
-    sums: NDArray[np.integer[Any]], size: Triple, cells: int, illegal: Bytes
+    sums: NDArray[np.integer[Any]], size: Triple, n_cells: int, illegal: Bytes
 ) -> Floats:
     """Return the proportions in patches at many locations, shape (n_locations, n_planes).
 
-    Patches have `size` blocks, or `cells` cells. `sums` are block sums, one plane for two facies.
+    Patches have `size` blocks, or `n_cells` cells. `sums` are block sums, one plane for two facies.
     Locations that are marked in `illegal`, unless it is empty, are left out.
     """
     planes, most = [], min(MAX_LOCATIONS, MAX_SHARES // len(sums))
@@ -73,7 +73,7 @@ def patch_shares(
         counts = box_sums(summed_up(plane.astype(np.int64)), size, (0, 0, 0), size).ravel()
         counts = counts[illegal.ravel() == 0] if illegal.size and not illegal.all() else counts
         planes.append(counts[:: -(-len(counts) // most)])
-    return np.stack(planes, axis=1) / cells
+    return np.stack(planes, axis=1) / n_cells
 
 
 def margin_weights(shares: Floats, proportions: Floats) -> Floats:
@@ -123,11 +123,11 @@ def draw_target(
     parts = [-(-m // PART) for m in image.shape]
     parts[:-2] = image.shape[:-2]
     sides = [min(m, n) for m, n in zip(parts, grid_shape, strict=True)]
-    cells = []
+    indices = []
     for m, n in zip(image.shape, sides, strict=True):  # mirrored, so that all cells count equally
         along = (rng.integers(2 * m if n < m else 1) + np.arange(n)) % (2 * m)
-        cells.append(np.minimum(along, 2 * m - 1 - along))
-    piece = image[np.ix_(*cells)]
+        indices.append(np.minimum(along, 2 * m - 1 - along))
+    piece = image[np.ix_(*indices)]
     counts = np.bincount(piece.ravel(), minlength=len(proportions))[: len(proportions)]
     n = int(counts.sum())  # known cells
     shares = counts / n if n else proportions
@@ -183,7 +183,7 @@ def draw_between(
     of data. Columns are resampled with replacement, so that the target reflects the uncertainty of
     data; `residual` is the share of their variance that a trend does not explain. Return None if
     data contradict the image, for example because wells were preferentially drilled into one
-    facies, and the variance `between` places along a trend does not explain the difference.
+    facies, and the variance `between` locations along a trend does not explain the difference.
     """
     n = len(data.weights)
     mean = data.weights @ data.shares
@@ -194,11 +194,11 @@ def draw_between(
     natural = data.natural + (between if off > data.natural + error else 0.0)
     if off > natural + error:
         return None
-    again = rng.integers(n, size=n)
-    seen = data.weights[again] @ data.shares[again] / data.weights[again].sum()
-    seen = mean + np.sqrt(residual) * (seen - mean)
+    columns = rng.integers(n, size=n)
+    resampled = data.weights[columns] @ data.shares[columns] / data.weights[columns].sum()
+    resampled = mean + np.sqrt(residual) * (resampled - mean)
     certain = natural / (natural + error)
-    return (1 - certain) * target + certain * seen
+    return (1 - certain) * target + certain * resampled
 
 
 @part_of_kernel
@@ -223,7 +223,7 @@ def draw_towards(
         tilt[k] = margin[k] + steering.gain[k] * excess
     if n_planes == 1:  # for two facies, block sums count only facies 1
         tilt[0] = tilt[1] - tilt[0] if len(counts) > 1 else 0.0
-    cells, least, flat = box.nz * box.ny * box.nx, np.inf, running.reshape(-1)
+    patch_cells, least, flat = box.nz * box.ny * box.nx, np.inf, running.reshape(-1)
     mz, my, mx = running.shape[2:]
     along_x = n_planes * mz * my * mx
     rows, columns = box.ny // block[1], box.nx // block[2]
@@ -238,17 +238,17 @@ def draw_towards(
                     low, high = flat[np.uint64(row)], flat[np.uint64(row + columns)]
                     n_cells += np.int64(flat.dtype.type(high - low))  # running sums may overflow
                     row += mx
-            exponent += tilt[plane] * n_cells / cells
+            exponent += tilt[plane] * n_cells / patch_cells
         chances[i] = exponent
         least = min(least, exponent)
     total = 0.0
     for i in range(len(candidates)):
         chances[i] = np.exp(least - chances[i])
         total += chances[i]
-    left = rng.random() * total
+    threshold = rng.random() * total
     for i in range(len(candidates)):
-        left -= chances[i]
-        if left < 0:
+        threshold -= chances[i]
+        if threshold < 0:
             return i
     return len(candidates) - 1
 
@@ -263,8 +263,8 @@ def closest_to_target(image, candidates, box, block, n_places, proportions, coun
     chosen = np.int64(0)
     smallest = np.inf
     for _ in range(N_COMPARED):
-        at = draw_index(rng, len(candidates))
-        tz, ty, tx = place_of(candidates[at], n_places, block)
+        drawn = draw_index(rng, len(candidates))
+        tz, ty, tx = place_of(candidates[drawn], n_places, block)
         for k in range(len(counts)):
             after[k] = counts[k]
         for z in range(tz, tz + box.nz):
@@ -277,5 +277,5 @@ def closest_to_target(image, candidates, box, block, n_places, proportions, coun
         for k in range(len(after)):
             off += abs(after[k] - proportions[k] * n)
         if off < smallest:
-            chosen, smallest = at, off
+            chosen, smallest = drawn, off
     return chosen

@@ -52,14 +52,14 @@ def data_at_stake(grid, data, box, at_stake):
     The columns of `at_stake`, shape (n, 4), are layer, row and column in the box, and facies. Data
     that the grid already honours in the overlap are omitted, because the cut can keep these cells.
     """
-    low_z, _, low_y, _, low_x, _ = inside_overlap(box)
+    inside = inside_overlap(box)
     shape, n = data.facies.shape, 0
     for z in range(box.z0, min(box.z0 + box.nz, shape[0])):
         for y in range(box.y0, min(box.y0 + box.ny, shape[1])):
-            across = z < box.z0 + low_z or y < box.y0 + low_y
-            width = box.nx if across else low_x
-            own_row = z * shape[1] + y
-            for i in range(data.first[own_row], data.first[own_row + 1]):
+            across = z < box.z0 + inside.low_z or y < box.y0 + inside.low_y
+            width = box.nx if across else inside.low_x
+            row = z * shape[1] + y
+            for i in range(data.first[row], data.first[row + 1]):
                 x = data.columns[i] - box.x0
                 if x < 0 or x >= box.nx:
                     continue

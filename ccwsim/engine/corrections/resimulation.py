@@ -78,18 +78,20 @@ class Target(NamedTuple):
     square_bits: NDArray[np.uint64]  # shape of `bits`: made by `to_square_bits`
     data: NDArray[np.uint8]  # shape (nz, ny, nx): all data, from `data_grid`
     grid: NDArray[np.uint8]  # shape (nz, ny, nx): the realization
-    # shape (nz, ny, nx) or empty: flat index in the TI for each cell; −1 for a cell changed singly
+    # shape (nz, ny, nx) or empty: flat index in the TI for each cell; −1 for a single changed cell
     sources: NDArray[np.int32]
     # shape (n_facies,): cells of each facies that seam repair has added so far
     balance: NDArray[np.int64]
     # if True, each location is compared with a fixed probability (as in the published draw); if
     # False, one location out of each group of a few is compared
     by_chance: bool = False
-    # shape (mz + 1, my + 1, mx + 1): running numbers of unknown cells of the image; empty if none
+    # shape (mz + 1, my + 1, mx + 1): running numbers of unknown cells of the image; empty if all
+    # cells are known
     unknown: NDArray[np.int32] = np.zeros((0, 0, 0), np.int32)
     # shape (n_kinds, 2): first layer and number of layers of each kind of copies (see `Copies`)
     layers: NDArray[np.int64] = np.zeros((0, 2), np.int64)
-    kinds: NDArray[np.uint8] = np.zeros((0, 0, 0), np.uint8)  # shape of the grid; empty without
+    # shape of the grid, or empty without copies
+    kinds: NDArray[np.uint8] = np.zeros((0, 0, 0), np.uint8)
     volume: bool = False  # whether layers of the image are layers of a volume
 
 
@@ -127,8 +129,8 @@ def resimulate(
     the size of the template. Second, if no patch fits the smallest window, the cell of the datum is
     forced to the facies of the datum. Third, larger windows around isolated data are re-simulated.
     A datum is isolated if fewer than `isolated_below[facies]` cells around the datum have its
-    facies. `report` is called with the finished share of the windows and may raise an error to
-    stop. `cells` has the shape (n, 3); `Ensemble.data_status` documents the status.
+    facies. `watch` gets the finished share of the windows and may stop the work. `cells` has the
+    shape (n, 3); `Ensemble.data_status` documents the status.
     """
     image, grid, sources = target.image, target.grid, target.sources
     places = tuple(cells.T)
@@ -138,35 +140,35 @@ def resimulate(
     volume = nz > 1 or target.volume
     dense = len(cells) > DENSE * grid.size and not volume
     work = WindowWorkspace(
-        make_honouring(target.bits),
-        known_patterns(image, 1, False, target.unknown) if dense else NO_PATTERNS,
-        np.empty((N_BEST, 4), np.int64),
-        make_strips(target.square_bits, (nz, ny, nx)),
-        make_cut((nz, ny, nx), tuple(max(1, n // 4) for n in (nz, ny, nx))),  # type: ignore[arg-type]
-        np.zeros(0, np.int64),  # cells of each facies are not counted
+        honouring=make_honouring(target.bits),
+        patterns=known_patterns(image, 1, False, target.unknown) if dense else NO_PATTERNS,
+        best=np.empty((N_BEST, 4), np.int64),
+        strips=make_strips(target.square_bits, (nz, ny, nx)),
+        cut=make_cut((nz, ny, nx), (max(1, nz // 4), max(1, ny // 4), max(1, nx // 4))),
+        counts=np.zeros(0, np.int64),  # cells of each facies are not counted
     )
     most = MAX_COMPARED_VOLUME if volume else MAX_COMPARED
     sizes = _halved((nz, ny, nx), MIN_SIZE)
     larger = _halved((nz, ny, nx), MIN_SIZE_ISOLATED)
     n_steps = len(sizes) + (0 if isolated_below is None else len(larger))
 
-    def windows(
-        step: int, which: NDArray[np.bool_], size: Triple, tolerance: float, anyway: bool
+    def resimulate_marked(
+        step: int, marked: NDArray[np.bool_], size: Triple, tolerance: float, anyway: bool
     ) -> None:
-        chosen = rng.permutation(np.flatnonzero(which))
+        chosen = rng.permutation(np.flatnonzero(marked))
         at_once = 1 if on_window else max(LOCATIONS_PER_CALL // image.size, 1)
         for first in range(0, len(chosen), at_once):
             watch.tell((step + first / len(chosen)) / n_steps)
-            some = chosen[first : first + at_once]
-            fits = np.zeros(len(some), np.bool_)
-            resimulate_windows(target, cells[some], size, tolerance, anyway, most, rng, work, fits)
-            data_status[some[fits]] = max(size)
+            batch = chosen[first : first + at_once]
+            fits = np.zeros(len(batch), np.bool_)
+            resimulate_windows(target, cells[batch], size, tolerance, anyway, most, rng, work, fits)
+            data_status[batch[fits]] = max(size)
             if on_window:
-                on_window(int(some[0]), size, bool(fits[0]))
+                on_window(int(batch[0]), size, bool(fits[0]))
 
     for step, size in enumerate(sizes):
         tolerance = TOLERANCE if max(size) > MIN_SIZE else TOLERANCE_SMALLEST
-        windows(step, grid[places] != facies, size, tolerance, anyway=False)
+        resimulate_marked(step, grid[places] != facies, size, tolerance, anyway=False)
     wrong = grid[places] != facies
     missed = tuple(cells[wrong].T)
     grid[missed] = facies[wrong]
@@ -180,7 +182,7 @@ def resimulate(
         return data_status
     for step, size in enumerate(larger, len(sizes)):
         isolated = own_counts(grid, cells, int(target.volume)) < isolated_below[facies]
-        windows(step, isolated, size, TOLERANCE_ISOLATED, anyway=True)
+        resimulate_marked(step, isolated, size, TOLERANCE_ISOLATED, anyway=True)
     return data_status
 
 
@@ -194,7 +196,7 @@ def largest_window(
     template: Triple, image_shape: tuple[int, ...], grid_shape: tuple[int, ...]
 ) -> Triple:
     """Return the lengths of the first window: a square template that fits into image and grid."""
-    side = min(*template[1:], *image_shape[1:], *grid_shape[1:])
+    side = min((*template[1:], *image_shape[1:], *grid_shape[1:]))
     return min(template[0], image_shape[0], grid_shape[0]), side, side
 
 
@@ -247,14 +249,14 @@ def own_counts(grid, cells, layers=0):
     last_z, last_y, last_x = grid.shape[0] - 1, grid.shape[1] - 1, grid.shape[2] - 1
     counts = np.zeros(len(cells), np.int64)
     for i in range(len(cells)):
-        own_z, own_y, own_x = cells[i]
-        facies, n = grid[own_z, own_y, own_x], np.int64(0)
+        middle_z, middle_y, middle_x = cells[i]
+        facies, n = grid[middle_z, middle_y, middle_x], np.int64(0)
         for dz in range(-layers, layers + 1):
-            z = min(max(own_z + dz, 0), last_z)
+            z = min(max(middle_z + dz, 0), last_z)
             for dy in range(-2, 3):
-                y = min(max(own_y + dy, 0), last_y)
+                y = min(max(middle_y + dy, 0), last_y)
                 for dx in range(-2, 3):
-                    n += grid[z, y, min(max(own_x + dx, 0), last_x)] == facies
+                    n += grid[z, y, min(max(middle_x + dx, 0), last_x)] == facies
         counts[i] = n
     return counts
 
@@ -267,14 +269,14 @@ def resimulate_windows(target, cells, size, tolerance, anyway, most, rng, work, 
     compared. If `anyway` is false, data that the grid honours are skipped. `fits`, shape (n,), is
     set to True if a patch fits the window or the grid already honours the datum.
     """
-    image, _, _, data, grid, sources, _, _, _, _, _, _ = target
+    image, data, grid, sources = target.image, target.data, target.grid, target.sources
     for i in range(len(cells)):
         z, y, x = cells[i, 0], cells[i, 1], cells[i, 2]
         if grid[z, y, x] == data[z, y, x] and not anyway:
             fits[i] = True
             continue
         box = window_around(z, y, x, size, grid.shape)
-        if len(work.patterns.known) > 0 and is_unknown(data[0], box, y, x, work.patterns):
+        if len(work.patterns.known_bits) > 0 and is_unknown(data[0], box, y, x, work.patterns):
             continue
         low_z, high_z, low_y, high_y, low_x, high_x = inside_overlap(box)
         inside = (high_z - low_z) * (high_y - low_y) * (high_x - low_x)
@@ -296,25 +298,26 @@ def fitting_windows(target, box, limit, most, rng, honouring, strips, best):
     Return the number of locations in `best`. At most `limit` cells of the ring may be wrong; at
     most about `most` locations are compared; `honouring` and `strips` are workspace.
     """
-    image, bits, square_bits, data, grid, _, _, by_chance, unknown, _, _, _ = target
-    layers = layers_around(target, box)
-    rows = (layers[1] - box.nz + 1) * (image.shape[1] - box.ny + 1)
+    shape, layers = target.image.shape, layers_around(target, box)
+    rows = (layers[1] - box.nz + 1) * (shape[1] - box.ny + 1)
     at_once, start = rows, np.int64(0)
     if layers[1] > 1:
-        at_once = min(rows, 1 + LOCATIONS_AT_ONCE // image.shape[2])
+        at_once = min(rows, 1 + LOCATIONS_AT_ONCE // shape[2])
         start = draw_index(rng, rows)
     n_rows, n_places = np.int64(0), np.int64(0)
     while n_rows < rows and n_places < most:
-        some = min(at_once, rows - n_rows)
-        part = start + n_rows, some
-        n_places += honouring_places(bits, data, box, image.shape, layers, part, honouring.mask)
-        n_rows += some
+        part = start + n_rows, min(at_once, rows - n_rows)
+        n_places += honouring_places(
+            target.bits, target.data, box, shape, layers, part, honouring.mask
+        )
+        n_rows += part[1]
     if n_places == 0:
         return 0
-    take_strips(grid, box, square_bits, strips)
-    sample, looked = (n_places, most, by_chance), (start, n_rows)
-    known = square_bits, image.shape, layers, honouring
-    return best_windows(*known, box, looked, strips, sample, limit, unknown, rng, best)
+    take_strips(target.grid, box, target.square_bits, strips)
+    sample, part, bits = (n_places, most, target.by_chance), (start, n_rows), target.square_bits
+    return best_windows(
+        bits, shape, layers, honouring, box, part, strips, sample, limit, target.unknown, rng, best
+    )
 
 
 @part_of_kernel
@@ -385,15 +388,15 @@ def honouring_places(bits, data, box, shape, layers, part, mask):
             mask[z, y, w] = full
         mask[z, y, n_words - 1] = full >> np.uint64(-nx & 63)
         z, y = next_row(z, y, nz, ny)
-    left = full
+    any_marked = full  # bits of words in which any location is marked
     for dz in range(box.nz):
         for dy in range(box.ny):
             for dx in range(box.nx):
                 facies = data[box.z0 + dz, box.y0 + dy, box.x0 + dx]
-                if facies == UNKNOWN or not left:
+                if facies == UNKNOWN or not any_marked:
                     continue
                 first, shift = dx >> 6, np.uint64(dx & 63)
-                back, left = np.uint64(63) - shift, np.uint64(0)
+                back, any_marked = np.uint64(63) - shift, np.uint64(0)
                 z, y = row_of(first_row, nz, ny)
                 for _ in range(n_rows):
                     for w in range(n_words):
@@ -404,10 +407,10 @@ def honouring_places(bits, data, box, shape, layers, part, mask):
                             word = near >> shift | far << np.uint64(1) << back
                             honours &= word if facies >> plane & 1 else ~word
                         mask[z, y, w] = honours
-                        left |= honours
+                        any_marked |= honours
                     z, y = next_row(z, y, nz, ny)
     n = np.int64(0)
-    if left:
+    if any_marked:
         z, y = row_of(first_row, nz, ny)
         for _ in range(n_rows):
             for w in range(n_words):
@@ -442,7 +445,7 @@ def best_windows(
 
     Return the number of locations in `best`. Only marked locations with at most `limit` wrong cells
     are used. `sample` is documented in `draw_numbers`, `layers` and `part` in `honouring_places`,
-    and `unknown` in `Target`. If locations fit equally, the location read first is used; the search
+    and `unknown` in `Target`. Of equally good locations, the first one compared is used; the search
     therefore begins at a random location.
     """
     mask, numbers = honouring
@@ -453,7 +456,7 @@ def best_windows(
     n_numbers = draw_numbers(rng, sample, numbers)
     n, one, words = 0, np.uint64(1), square_bits.reshape(-1)
     worst = limit + 1
-    passed, looked = np.int64(0), np.int64(0)  # numbers of marked and compared locations
+    passed, n_compared = np.int64(0), np.int64(0)  # numbers of marked and compared locations
     for k in range(n_rows):
         pz, py = row_of(first_row + (start_row + k) % n_rows, layers, rows)
         for half in range(2):
@@ -466,9 +469,9 @@ def best_windows(
                 if end < 64 * (w + 1):
                     word &= (one << np.uint64(end - 64 * w)) - one
                 end_of_word = passed + n_bits(word)
-                while looked < n_numbers and numbers[looked] < end_of_word:
-                    px = 64 * w + nth_bit(word, numbers[looked] - passed)
-                    looked += 1
+                while n_compared < n_numbers and numbers[n_compared] < end_of_word:
+                    px = 64 * w + nth_bit(word, numbers[n_compared] - passed)
+                    n_compared += 1
                     place = pz, py, px
                     if has_unknown(unknown, place, box):
                         continue
@@ -521,15 +524,15 @@ def draw_numbers(rng, sample, numbers):
 @part_of_kernel
 def _take(best, n, worst, misfit, pz, py, px):
     """Add a location to `best`; return the length of `best` and the smallest rejected misfit."""
-    at = n
+    row = n
     if n < len(best):
         n += 1
     else:
-        at = 0
+        row = 0
         for k in range(1, n):
-            if best[k, 0] > best[at, 0]:
-                at = k
-    best[at, 0], best[at, 1], best[at, 2], best[at, 3] = misfit, pz, py, px
+            if best[k, 0] > best[row, 0]:
+                row = k
+    best[row, 0], best[row, 1], best[row, 2], best[row, 3] = misfit, pz, py, px
     if n == len(best):
         worst = best[0, 0]
         for k in range(1, n):

@@ -143,17 +143,28 @@ def prepare_repair(
     running = running_sums(sums, level, window)  # type: ignore[arg-type]
     spans = np.zeros((0, 0, 2), np.int64)
     if unknown.size:
-        counts = box_sums(unknown, window, (0, 0, 0), window)
+        n_unknown = box_sums(unknown, window, (0, 0, 0), window)
         blocks = tuple(slice(0, n * b, b) for n, b in zip(energy.shape, block, strict=True))
-        illegal = counts[blocks] > 0
+        illegal = n_unknown[blocks] > 0
         spans = legal_spans(illegal.astype(np.uint8))
         energy[illegal] = np.iinfo(kind).max
     least = LEAST_VOLUME if volume else LEAST
     patterns = known_patterns(image, None, volume, unknown)
     near = patterns if patterns.spacing == 1 else known_patterns(image, 1, volume, unknown)
-    lengths = window, ring, block, (block[0], max(block), max(block))
-    weights = facies_weights(np.bincount(image.ravel(), minlength=n_facies)[:n_facies])
-    return Repair(patterns, near, *lengths, running, energy.astype(kind), spans, least, weights)
+    counts = np.bincount(image.ravel(), minlength=n_facies)[:n_facies]
+    return Repair(
+        patterns=patterns,
+        side_by_side=near,
+        window=window,
+        ring=ring,
+        block=block,
+        shift_block=(block[0], max(block), max(block)),
+        running=running,
+        energy=energy.astype(kind),
+        spans=spans,
+        least=least,
+        weights=facies_weights(counts),
+    )
 
 
 def make_workspace(repair: Repair, target: Target) -> RepairWorkspace:
@@ -181,8 +192,8 @@ def make_workspace(repair: Repair, target: Target) -> RepairWorkspace:
 def facies_weights(counts: Ints) -> Floats:
     """Return the factor of `CHANGE` for each facies, shape (n_facies,), at most `MAX_WEIGHT`.
 
-    The factor increases with the relative effect of a cell on the proportion of a rare facies;
-    `counts` are the cells of each facies in the image.
+    The factor is larger for rare facies, because a cell has a larger relative effect on their
+    proportion. `counts` are the numbers of cells of each facies in the image.
     """
     p = counts / counts.sum()
     return np.clip(0.25 / np.maximum(p * (1 - p), 1e-9), 1.0, MAX_WEIGHT)
@@ -200,26 +211,26 @@ def repair_seams(
     """Repair at most `most` windows in place; return the number of replaced windows.
 
     Windows with `forced` cells, shape (n, 3), are not changed, nor windows whose middle is not
-    `active`, shape of the grid. `report` is called with the finished
-    share of the windows and may raise an error to stop.
+    `active`, shape of the grid. `watch` gets the finished share of the windows and may stop the
+    work.
     """
     patterns, window = repair.patterns, repair.window
-    places = unseen_places(target.grid, patterns, window, repair.least, watch, active)[:most]
+    places = unseen_places(target.grid, patterns, window, repair.least, watch, active=active)[:most]
     n_changed = 0
     if any(n > m for n, m in zip(window, target.grid.shape, strict=True)):
         places = places[:0]  # the grid is smaller than a window
     work = make_workspace(repair, target)
     for first in range(0, max(len(places), 1), WINDOWS_PER_CALL):  # one call even without windows
         watch.tell(first / max(len(places), 1))
-        some = places[first : first + WINDOWS_PER_CALL]
-        n_changed += repair_windows(target, repair, some, forced, rng, work)
+        batch = places[first : first + WINDOWS_PER_CALL]
+        n_changed += repair_windows(target, repair, batch, forced, rng, work)
     return n_changed
 
 
 @kernel
 def repair_windows(target, repair, places, forced, rng, work):
     """Repair windows around `places`, shape (n, 3); return the number of replaced windows."""
-    image, _, _, data, grid, sources, balance, _, unknown, _, _, _ = target
+    image, data, grid, balance = target.image, target.data, target.grid, target.balance
     nz, ny, nx = repair.window
     oz, oy, ox = repair.ring
     patterns, n_changed, volume = repair.patterns, 0, grid.shape[0] > 1
@@ -248,7 +259,7 @@ def repair_windows(target, repair, places, forced, rng, work):
             if volume and work.best[number, 0] > before:
                 continue  # a location with this misfit hardly ever reduces unseen patterns
             place = work.best[number, 1], work.best[number, 2], work.best[number, 3]
-            if has_unknown(unknown, place, box):
+            if has_unknown(target.unknown, place, box):
                 continue
             keep_old(grid, data, image, place, box, work.cut)
             keep_mask = work.cut.keep_mask
@@ -269,7 +280,7 @@ def repair_windows(target, repair, places, forced, rng, work):
                             work.best_mask[z, y, x] = keep_mask[z, y, x]
         if chosen[0] >= 0:
             n_changed += 1
-            paste(image, chosen, box, work.best_mask, balance, grid, sources)
+            paste(image, chosen, box, work.best_mask, balance, grid, target.sources)
     return n_changed
 
 
@@ -286,12 +297,12 @@ def has_any(cells, box):
 @part_of_kernel
 def has_data(data, box):
     """Return whether any cell of a box has a datum; `data` comes from `data_grid`."""
-    cells = data.reshape(-1)
+    flat = data.reshape(-1)
     for z in range(box.z0, box.z0 + box.nz):
         for y in range(box.y0, box.y0 + box.ny):
             first, n = np.uint64((z * data.shape[1] + y) * data.shape[2] + box.x0), np.uint8(0)
             for x in range(np.uint64(box.nx)):
-                n |= np.uint8(cells[first + x] != UNKNOWN)
+                n |= np.uint8(flat[first + x] != UNKNOWN)
             if n:
                 return True
     return False
@@ -305,7 +316,7 @@ def well_fitting_windows(target, box, repair, rng, work):
     overlap on all sides. The search starts at a random layer of locations and covers as many layers
     as `work.scores` has.
     """
-    image, _, square_bits, _, grid, _, _, _, _, _, _, _ = target
+    image, square_bits, grid = target.image, target.square_bits, target.grid
     running, scores, places = repair.running, work.scores, work.ranking.places
     n_groups = overlap_terms(grid, box, repair.block, running, work.terms)
     n_layers = len(scores)

@@ -1,6 +1,6 @@
-"""The trend of hard data: proportions that data suggest for each place (not in the paper).
+"""The trend of hard data: proportions that data suggest for each location (not in the paper).
 
-A global target proportion would move facies from places where data show them to places where data
+A global target proportion would move facies from areas where data show them to areas where data
 exclude them. If a smooth map of the data predicts single data better than their mean does, the
 running proportions of a realization are therefore compared with the part of the map that is already
 simulated.
@@ -15,7 +15,7 @@ from ccwsim.engine.corrections.proportions import DataProportions
 from ccwsim.engine.stages.path import RasterPath, Triple
 
 N_PIXELS = 64  # number of pixels of the map along the longer side of the grid
-N_PIXELS_GIVEN = 32  # this number for given probabilities; it is the resolution of the targets
+N_PIXELS_GIVEN = 32  # number of pixels for given probabilities; the resolution of the targets
 FRACTIONS = (1 / 4, 1 / 6, 1 / 8, 1 / 12, 1 / 16, 1 / 24, 1 / 32)
 """Standard deviations of the Gaussian that are tried, divided by the longer side of the grid."""
 MIN_COLUMNS = 10  # minimum number of columns of data from which a trend is estimated
@@ -23,17 +23,17 @@ SIGNIFICANT = 2.0  # minimum improvement of the prediction, in standard errors
 MANY_COLUMNS = 150  # minimum number of columns from which preferential sampling is found
 PREFERENTIAL = 4.0
 """Squared difference between weighted and plain mean of data, in squared standard errors, above
-which their places depend on the facies."""
+which their locations depend on the facies."""
 N_RAKINGS = 3  # number of steps that bring the mean of the map to the target of a realization
 
 
 class Trend(NamedTuple):
-    """Expected proportions of facies at each place, estimated from hard data."""
+    """Expected proportions of facies at each location, estimated from hard data."""
 
     proportions: NDArray[np.float64]  # shape (n_rows, n_columns, n_facies): one value per pixel
     pixel: float  # side of a pixel in cells
     residual: float  # variance of data around the map / variance around their mean
-    between: float  # variance of the map; 0 if the places of data may depend on the facies
+    between: float  # variance of the map; 0 if the locations of data may depend on the facies
 
 
 def trend_of_data(data: DataProportions, grid_shape: Triple, min_width: float) -> Trend | None:
@@ -50,12 +50,12 @@ def trend_of_data(data: DataProportions, grid_shape: Triple, min_width: float) -
     _, ny, nx = grid_shape
     pixel = max(ny, nx) / N_PIXELS
     shape = int(np.ceil(ny / pixel)), int(np.ceil(nx / pixel))
-    at = tuple((data.columns / pixel).astype(int).T)
+    pixels = tuple((data.columns / pixel).astype(int).T)  # pixel of each column of data
     sums = np.zeros((*shape, data.shares.shape[1]))
-    np.add.at(sums, at, data.shares)
+    np.add.at(sums, pixels, data.shares)
     mean = data.shares.mean(axis=0)
     errors = np.square((data.shares - mean) * n / (n - 1)).sum(axis=1)  # each column left out
-    best, found = float(errors.mean()), None
+    best, best_map = float(errors.mean()), None
     for fraction in FRACTIONS:
         width = fraction * N_PIXELS
         if width * pixel < min_width:
@@ -63,22 +63,23 @@ def trend_of_data(data: DataProportions, grid_shape: Triple, min_width: float) -
         options = {"sigma": (width, width, 0), "mode": "constant"}
         impulse = np.zeros((2 * N_PIXELS + 1,) * 2 + (1,))
         impulse[N_PIXELS, N_PIXELS] = 1
-        own = float(gaussian_filter(impulse, **options).max())  # weight of a datum at its place
+        peak = float(gaussian_filter(impulse, **options).max())  # weight of a datum in its pixel
         smooth = gaussian_filter(sums, **options)
         weight = smooth.sum(axis=2, keepdims=True)
-        left = smooth[at] - own * data.shares, weight[at] - own  # the mean of all data counts once
-        error = np.square(data.shares - (left[0] + own * mean) / (left[1] + own)).sum(axis=1)
+        others, their_weight = smooth[pixels] - peak * data.shares, weight[pixels] - peak
+        predicted = (others + peak * mean) / (their_weight + peak)  # the mean counts as one column
+        error = np.square(data.shares - predicted).sum(axis=1)
         gain = errors - error
         if error.mean() < best and gain.mean() > SIGNIFICANT * gain.std() / np.sqrt(n):
-            best, found = float(error.mean()), (smooth + own * mean) / (weight + own)
-    if found is None:
+            best, best_map = float(error.mean()), (smooth + peak * mean) / (weight + peak)
+    if best_map is None:
         return None
-    between = float(found.var(axis=(0, 1)).sum()) if is_representative(data) else 0.0
-    return Trend(found, pixel, best / float(errors.mean()), between)
+    between = float(best_map.var(axis=(0, 1)).sum()) if is_representative(data) else 0.0
+    return Trend(best_map, pixel, best / float(errors.mean()), between)
 
 
 def is_representative(data: DataProportions) -> bool:
-    """Return whether there are many columns of data whose places do not depend on the facies.
+    """Return whether there are many columns of data whose locations do not depend on the facies.
 
     If wells were preferentially drilled into one facies, its data are closer together, and their
     mean weighted by distances differs from their plain mean.
@@ -94,8 +95,8 @@ def trend_of_map(probabilities: NDArray[np.float64], proportions: NDArray[np.flo
 
     Cells without probabilities have `proportions`, shape (n_facies,) or (*shape, n_facies).
     """
-    given = np.moveaxis(probabilities, 0, -1)
-    filled = np.where(np.isnan(given), proportions, given)
+    soft = np.moveaxis(probabilities, 0, -1)
+    filled = np.where(np.isnan(soft), proportions, soft)
     plane = filled.mean(axis=0) if filled.ndim == 4 else filled
     pixel = max(1, -(-max(plane.shape[:2]) // N_PIXELS_GIVEN))
     for axis, n in enumerate(plane.shape[:2]):

@@ -32,8 +32,8 @@ STRIPS_PER_CALL = 64
 class Patterns(NamedTuple):
     """The patterns of the training image, and the factors that give a pattern its number."""
 
-    known: NDArray[np.uint8]  # bit n % 8 of byte n // 8 is set if the image has pattern n
-    cells: Triple  # number of cells of a pattern along each axis
+    known_bits: NDArray[np.uint8]  # bit n % 8 of byte n // 8 is set if the image has pattern n
+    size: Triple  # number of cells of a pattern along each axis
     spacing: int  # distance from cell to cell
     reach: Triple  # distance from the first cell to the last cell along each axis
     labels: NDArray[np.uint32]  # shape (256,): labels of facies, in order of first occurrence
@@ -44,8 +44,14 @@ class Patterns(NamedTuple):
 
 NO_UNKNOWN = np.zeros((0, 0, 0), np.int32)
 NO_PATTERNS = Patterns(
-    *(np.empty(0, np.uint8), (1, 1, 1), 1, (0, 0, 0)),
-    *(np.empty(0, np.uint32), np.uint32(0), np.uint32(0), 0),
+    known_bits=np.empty(0, np.uint8),
+    size=(1, 1, 1),
+    spacing=1,
+    reach=(0, 0, 0),
+    labels=np.empty(0, np.uint32),
+    base=np.uint32(0),
+    row_base=np.uint32(0),
+    shift=0,
 )
 """Placeholder for kernels that do not use patterns."""
 
@@ -53,8 +59,8 @@ NO_PATTERNS = Patterns(
 class PasteWorkspace(NamedTuple):
     """Workspace to paste patches beside the grid and count the unseen patterns that they leave."""
 
-    cells: NDArray[np.uint8]  # a patch and the cells within reach of its patterns
-    rows: NDArray[np.uint32]  # shape of `cells`: numbers of rows of patterns
+    facies: NDArray[np.uint8]  # facies of a patch and of the cells within reach of its patterns
+    rows: NDArray[np.uint32]  # shape of `facies`: numbers of rows of patterns
     numbers: NDArray[np.uint32]  # numbers of the patterns of a layer
     counts: NDArray[np.int64]  # shape (n_facies,): cells of each facies that a patch adds
     no_sources: NDArray[np.int32]  # empty
@@ -86,25 +92,31 @@ def known_patterns(
     side, usual = (SIDE_VOLUME, SPACING_VOLUME) if volume else (SIDE, SPACING)
     spacing = usual if spacing is None else spacing
     shape = image.shape if volume else (1, *image.shape[1:])
-    cells = tuple(side if (side - 1) * spacing < n else 1 for n in shape)
+    size = tuple(side if (side - 1) * spacing < n else 1 for n in shape)
     bits = NUMBER_BITS_VOLUME if volume else NUMBER_BITS
     n_facies = int(image.max()) + (0 if unknown.size else 1)
-    exact = n_facies ** prod(cells) <= 2**bits
-    known = np.zeros(2 ** (bits - 3), np.uint8)
-    base = np.uint32(n_facies if exact else HASH)
-    row_base = np.uint32(n_facies ** cells[2] if exact else HASH_OF_ROWS)
+    exact = n_facies ** prod(size) <= 2**bits
     # Labels make results independent of the numbering of facies, even if patterns share numbers
     first = [int(np.argmax(image.ravel() == facies)) for facies in range(n_facies)]
     labels, numbers = np.zeros(256, np.uint32), np.arange(n_facies, dtype=np.uint32)
     labels[np.argsort(first)] = numbers * np.uint32(1 if exact else HASH_OF_LABELS)
-    shift = 0 if exact else 32 - bits
-    reach = tuple((n - 1) * spacing for n in cells)
-    patterns = Patterns(known, cells, spacing, reach, labels, base, row_base, shift)  # type: ignore[arg-type]
+    reach = tuple((n - 1) * spacing for n in size)
+    patterns = Patterns(
+        known_bits=np.zeros(2 ** (bits - 3), np.uint8),
+        size=size,  # type: ignore[arg-type]
+        spacing=spacing,
+        reach=reach,  # type: ignore[arg-type]
+        labels=labels,
+        base=np.uint32(n_facies if exact else HASH),
+        row_base=np.uint32(n_facies ** size[2] if exact else HASH_OF_ROWS),
+        shift=0 if exact else 32 - bits,
+    )
     strip = 1, min(ROWS_AT_ONCE, image.shape[1]), image.shape[2]
-    size, counts = tuple(n + 1 for n in reach), unknown
+    extent, n_unknown = tuple(n + 1 for n in reach), unknown
     if unknown.size:
-        counts = box_sums(unknown, size, (0, 0, 0), size)  # type: ignore[arg-type]
-    mark_known(image, patterns, counts > 0, *_pattern_buffers(patterns, strip))
+        n_unknown = box_sums(unknown, extent, (0, 0, 0), extent)  # type: ignore[arg-type]
+    rows, line = _pattern_buffers(patterns, strip)
+    mark_known(image, patterns, n_unknown > 0, rows, line)
     return patterns
 
 
@@ -142,7 +154,7 @@ def unseen_places(
 
     Parts are half as long as a window. Parts with `least` or more unseen patterns are returned,
     sorted by decreasing number of unseen patterns, unless the position is not `active`, shape of
-    the grid. `report` may raise an error to stop.
+    the grid. `watch` may stop the search.
     """
     part = tuple(max(n // 2, 1) for n in window)
     ends = tuple(n - r for n, r in zip(grid.shape, patterns.reach, strict=True))
@@ -153,8 +165,9 @@ def unseen_places(
     rows, numbers = _pattern_buffers(patterns, (part[0], part[1], grid.shape[2]))
     low, high, middle = 0, n_parts[0] * n_parts[1], np.array(patterns.reach) // 2
     if active is not None and n_parts[0] == 1:  # strips without active rows are left out
-        used = np.flatnonzero(active.any(axis=(0, 2)))
-        low, high = max(used[0] - middle[1], 0) // part[1], min(used[-1] // part[1] + 1, high)
+        rows_used = np.flatnonzero(active.any(axis=(0, 2)))
+        low = max(rows_used[0] - middle[1], 0) // part[1]
+        high = min(rows_used[-1] // part[1] + 1, high)
     every = EVERY if grid.shape[0] == 1 else 1
     for first in range(low, high, STRIPS_PER_CALL):
         watch.tell(0.0)
@@ -167,28 +180,28 @@ def unseen_places(
 
 
 @part_of_kernel
-def number_rows(cells, box, patterns, rows, line):
+def number_rows(facies, box, patterns, rows, line):
     """Fill `rows` with the number of each row of a pattern that begins in a box.
 
-    `cells` and `rows` have three axes; `line` is workspace for a row of cells.
+    `facies` and `rows` have three axes; `line` is workspace for a row of cells.
     """
-    flat, numbers = cells.reshape(-1), rows.reshape(-1)
+    flat, numbers = facies.reshape(-1), rows.reshape(-1)
     for z in range(box.nz + patterns.reach[0]):
         for y in range(box.ny + patterns.reach[1]):
-            first = ((box.z0 + z) * cells.shape[1] + box.y0 + y) * cells.shape[2] + box.x0
+            first = ((box.z0 + z) * facies.shape[1] + box.y0 + y) * facies.shape[2] + box.x0
             to = (z * rows.shape[1] + y) * rows.shape[2]
             number_run(flat, first, numbers, to, box.nx, patterns, line)
 
 
 @part_of_kernel
-def number_run(cells, first, rows, to, n, patterns, line):
-    """Number the first rows of `n` adjacent patterns; `cells` and `rows` are raveled."""
+def number_run(facies, first, rows, to, n, patterns, line):
+    """Number the first rows of `n` adjacent patterns; `facies` and `rows` are raveled."""
     first, to = np.uint64(first), np.uint64(to)
     for x in range(np.uint64(n + patterns.reach[2])):
-        line[x] = patterns.labels[cells[first + x]]
+        line[x] = patterns.labels[facies[first + x]]
     for x in range(np.uint64(n)):
         rows[to + x] = line[x]
-    for k in range(1, patterns.cells[2]):
+    for k in range(1, patterns.size[2]):
         ahead = np.uint64(k * patterns.spacing)
         for x in range(np.uint64(n)):
             rows[to + x] = rows[to + x] * patterns.base + line[x + ahead]
@@ -200,8 +213,8 @@ def number_patterns(rows, z, y, nx, patterns, numbers):
     flat, spacing, factor = rows.reshape(-1), patterns.spacing, patterns.row_base
     for x in range(np.uint64(nx)):
         numbers[x] = 0
-    for i in range(patterns.cells[0]):
-        for j in range(patterns.cells[1]):
+    for i in range(patterns.size[0]):
+        for j in range(patterns.size[1]):
             layer, row = z + i * spacing, y + j * spacing
             first = np.uint64((layer * rows.shape[1] + row) * rows.shape[2])
             for x in range(np.uint64(nx)):
@@ -212,7 +225,7 @@ def number_patterns(rows, z, y, nx, patterns, numbers):
 def is_known(patterns, number):
     """Return whether the image contains the pattern with this number."""
     n = number >> np.uint32(patterns.shift)
-    return patterns.known[n >> np.uint32(3)] >> (n & np.uint32(7)) & 1
+    return patterns.known_bits[n >> np.uint32(3)] >> (n & np.uint32(7)) & 1
 
 
 @kernel
@@ -224,7 +237,7 @@ def mark_known(image, patterns, excluded, rows, numbers):
     """
     reach_z, reach_y, reach_x = patterns.reach
     nz, ny, nx = image.shape[0] - reach_z, image.shape[1] - reach_y, image.shape[2] - reach_x
-    known, at_once = patterns.known, rows.shape[1] - reach_y
+    known_bits, at_once = patterns.known_bits, rows.shape[1] - reach_y
     for z in range(nz):
         for first in range(0, ny, at_once):
             n = min(at_once, ny - first)
@@ -236,7 +249,7 @@ def mark_known(image, patterns, excluded, rows, numbers):
                     if excluded.size and excluded[z, first + y, x]:
                         continue
                     number = numbers[x] >> np.uint32(patterns.shift)
-                    known[number >> np.uint32(3)] |= np.uint8(1) << (number & np.uint32(7))
+                    known_bits[number >> np.uint32(3)] |= np.uint8(1) << (number & np.uint32(7))
 
 
 @kernel
@@ -259,25 +272,25 @@ def find_unseen(grid, patterns, part, n_parts, every, first, last, rows, numbers
                 number_patterns(rows, z, y, nx, patterns, numbers)
                 for x in range(nx):
                     if not is_known(patterns, numbers[x]):
-                        at = strip * n_parts[2] + x // part[2]
-                        sums[at, 0] += 1
-                        sums[at, 1] += z0 + z
-                        sums[at, 2] += y0 + y
-                        sums[at, 3] += x
+                        row = strip * n_parts[2] + x // part[2]
+                        sums[row, 0] += 1
+                        sums[row, 1] += z0 + z
+                        sums[row, 2] += y0 + y
+                        sums[row, 3] += x
 
 
 @part_of_kernel
-def n_unseen(cells, box, patterns, rows, numbers, limit):
-    """Count the unseen patterns in a box; `cells` is a copy of the grid around the box.
+def n_unseen(facies, box, patterns, rows, numbers, limit):
+    """Count the unseen patterns in a box; `facies` is a copy of the grid around the box.
 
     Counting may end at `limit`. All rows of a layer are processed in one loop, because single rows
-    of a window are short. `cells` and the workspace `rows` have the same shape; the workspace
+    of a window are short. `facies` and the workspace `rows` have the same shape; the workspace
     `numbers` has one layer.
     """
-    n, width, nz, ny, nx = 0, cells.shape[2], box.nz, box.ny, box.nx
+    n, width, nz, ny, nx = 0, facies.shape[2], box.nz, box.ny, box.nx
     run = (ny - 1 - patterns.reach[1]) * width + nx - patterns.reach[2]
-    flat, flat_rows = cells.reshape(-1), rows.reshape(-1)
-    layer, whole = cells.shape[1] * width, run + patterns.reach[1] * width
+    flat, flat_rows = facies.reshape(-1), rows.reshape(-1)
+    layer, whole = facies.shape[1] * width, run + patterns.reach[1] * width
     for z in range(nz):
         number_run(flat, z * layer, flat_rows, z * layer, whole, patterns, numbers)
     for z in range(nz - patterns.reach[0]):
@@ -312,8 +325,8 @@ def simulated_within_reach(box, patterns):
 @part_of_kernel
 def n_unseen_around(grid, around, patterns, trial):
     """Count the unseen patterns in the box `around` of a grid."""
-    copy_box(grid, around, trial.cells)
-    return n_unseen(trial.cells, around, patterns, trial.rows, trial.numbers, 1 << 30)
+    copy_box(grid, around, trial.facies)
+    return n_unseen(trial.facies, around, patterns, trial.rows, trial.numbers, 1 << 30)
 
 
 @part_of_kernel
@@ -325,20 +338,20 @@ def n_unseen_with(image, place, box, around, keep_mask, grid, patterns, limit, t
     """
     for k in range(len(trial.counts)):
         trial.counts[k] = 0
-    copy_box(grid, around, trial.cells)
+    copy_box(grid, around, trial.facies)
     z0, y0, x0 = box.z0 - around.z0, box.y0 - around.y0, box.x0 - around.x0
     inside = Box(z0, y0, x0, box.nz, box.ny, box.nx, box.sides, box.oz, box.oy, box.ox)
-    paste(image, place, inside, keep_mask, trial.counts, trial.cells, trial.no_sources)
-    return n_unseen(trial.cells, around, patterns, trial.rows, trial.numbers, limit)
+    paste(image, place, inside, keep_mask, trial.counts, trial.facies, trial.no_sources)
+    return n_unseen(trial.facies, around, patterns, trial.rows, trial.numbers, limit)
 
 
 @part_of_kernel
-def copy_box(grid, box, cells):
-    """Copy a box of the grid to the beginning of `cells`."""
-    flat, given = cells.reshape(-1), grid.reshape(-1)
+def copy_box(grid, box, facies):
+    """Copy a box of the grid to the beginning of `facies`."""
+    flat, of_grid = facies.reshape(-1), grid.reshape(-1)
     for z in range(box.nz):
         for y in range(box.ny):
-            to = np.uint64((z * cells.shape[1] + y) * cells.shape[2])
+            to = np.uint64((z * facies.shape[1] + y) * facies.shape[2])
             first = np.uint64(((box.z0 + z) * grid.shape[1] + box.y0 + y) * grid.shape[2] + box.x0)
             for x in range(np.uint64(box.nx)):
-                flat[to + x] = given[first + x]
+                flat[to + x] = of_grid[first + x]

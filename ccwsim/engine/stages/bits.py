@@ -55,9 +55,9 @@ def to_square_bits(image: NDArray[np.uint8], n_facies: int = 0) -> NDArray[np.ui
     for plane in range(planes):
         columns[plane, :, :ny, :nx] = image >> plane & 1
     words = columns.view("<u8").astype(np.uint64, copy=False)
-    cells, width = words.ravel(), words.shape[3]
+    flat, width = words.ravel(), words.shape[3]
     for n in (1, 2, 4):  # from columns of n cells to columns of 2 n
-        cells[: -n * width] |= cells[n * width :] << np.uint64(n)
+        flat[: -n * width] |= flat[n * width :] << np.uint64(n)
     return np.ascontiguousarray(words[:, :, :ny])
 
 
@@ -81,7 +81,7 @@ def take_strips(grid, box, square_bits, strips):
     `square_bits`, shape (n_planes, mz, my, n_words), are the bits of the image to compare with.
     """
     low_z, high_z, low_y, high_y, low_x, high_x = inside_overlap(box)
-    cells, _, rows, columns = grid.reshape(-1), *grid.shape
+    of_grid, _, rows, columns = grid.reshape(-1), *grid.shape
     n_planes, _, my, mx = square_bits.shape
     words, n = strips.words, 0
     for z in range(box.nz):
@@ -96,20 +96,20 @@ def take_strips(grid, box, square_bits, strips):
                     words[first + plane] = 0
                 for y in range(y0, y0 + height):
                     across = z < low_z or z >= high_z or y < low_y or y >= high_y
-                    left = width if across else max(min(low_x - x0, width), 0)
-                    right = max(min(high_x - x0, width), left)
-                    row = _bytes(left) | (_bytes(width) & ~_bytes(right))
+                    start = width if across else max(min(low_x - x0, width), 0)
+                    end = max(min(high_x - x0, width), start)  # overlap: before start, from end
+                    row = _bytes(start) | (_bytes(width) & ~_bytes(end))
                     row &= np.uint64(FIRST_ROW)
                     if not row:
                         continue
-                    own = np.uint64(((box.z0 + z) * rows + box.y0 + y) * columns + box.x0 + x0)
+                    corner = np.uint64(((box.z0 + z) * rows + box.y0 + y) * columns + box.x0 + x0)
                     facies = np.uint64(0)
                     if width == SIDE:  # the compiler unrolls a loop of constant length
                         for x in range(np.uint64(SIDE)):
-                            facies |= np.uint64(cells[own + x]) << (x << np.uint64(3))
+                            facies |= np.uint64(of_grid[corner + x]) << (x << np.uint64(3))
                     else:
                         for x in range(np.uint64(width)):
-                            facies |= np.uint64(cells[own + x]) << (x << np.uint64(3))
+                            facies |= np.uint64(of_grid[corner + x]) << (x << np.uint64(3))
                     down = np.uint64(y - y0)
                     row &= ~_unknown_bytes(facies)
                     mask |= row << down
@@ -174,23 +174,23 @@ def _n_bytes(high):
 
 
 @inlined_part_of_kernel
-def n_different(cells, shape, place, strips, limit):
+def n_different(words, shape, place, strips, limit):
     """Return the number of cells in which `strips` and a location of the image differ.
 
-    Counting may end at `limit`. `cells` is the raveled array `square_bits` of the image, because
+    Counting may end at `limit`. `words` is the raveled array `square_bits` of the image, because
     raveling takes longer than counting; `shape` is the shape of `square_bits`.
     """
     tz, ty, tx = place
     n_planes, mz, my, mx = shape
     first, plane_size = np.uint64((tz * my + ty) * mx + (tx >> 3)), np.uint64(mz * my * mx)
     one, shift, back = np.uint64(1), np.uint64((tx & 7) << 3), np.uint64(63 - ((tx & 7) << 3))
-    wrong, own = np.int64(0), np.uint64(0)
+    wrong, i = np.int64(0), np.uint64(0)
     for k in range(np.uint64(strips.n[0])):
-        at, differ = first + strips.offsets[k], np.uint64(0)
+        u, differ = first + strips.offsets[k], np.uint64(0)
         for _ in range(n_planes):
-            word = cells[at] >> shift | cells[at + one] << one << back
-            differ |= word ^ strips.words[own]
-            at, own = at + plane_size, own + one
+            word = words[u] >> shift | words[u + one] << one << back
+            differ |= word ^ strips.words[i]
+            u, i = u + plane_size, i + one
         wrong += n_bits(differ & strips.mask[k])
         if wrong >= limit:
             return wrong

@@ -130,9 +130,9 @@ def best_places(scores, rng, ranking):
         if values[i] != last:
             continue
         ties += 1
-        at = ties - 1 if ties <= n_free else draw_index(rng, ties)
-        if at < n_free:
-            places[better + at] = good[i]
+        rank = ties - 1 if ties <= n_free else draw_index(rng, ties)
+        if rank < n_free:
+            places[better + rank] = good[i]
 
 
 @part_of_kernel

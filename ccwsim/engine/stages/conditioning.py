@@ -139,9 +139,9 @@ def _data_of_parts(
     n_parts = np.multiply(path.tiles, parts)
     counts = np.zeros(n_parts, np.int64)
     for back in np.ndindex(2, 2, 2):  # a cell is in at most two parts along each axis
-        at = places // step - back
-        inside = (at >= 0) & (at < n_parts) & (places - at * step < step + width)
-        np.add.at(counts, tuple(at[inside.all(axis=1)].T), 1)
+        part = places // step - back
+        inside = (part >= 0) & (part < n_parts) & (places - part * step < step + width)
+        np.add.at(counts, tuple(part[inside.all(axis=1)].T), 1)
     of_tile = counts.reshape([n for pair in zip(path.tiles, parts, strict=True) for n in pair])
     return of_tile.max(axis=(1, 3, 5)).ravel()
 
@@ -170,13 +170,13 @@ def make_misses(n_data: int, blocks: Triple, places: Triple) -> Misses:
     nz, ny, nx = places if n_data else (0, 0, 0)
     n, short = nz * blocks[1] * blocks[2], blocks[2] <= N_CLASSES
     return Misses(
-        np.zeros((6, min(n_data, MAX_TERMS)), np.int64),
-        np.zeros(n, np.uint8),
-        np.resize(np.arange(blocks[2], dtype=np.uint8), n if short else 0),
-        np.zeros((nz, ny, nx), np.int64),
-        np.zeros((nz, ny), np.bool_),
-        np.zeros(nx, np.int64),
-        np.zeros(nx, np.int64),
+        terms=np.zeros((6, min(n_data, MAX_TERMS)), np.int64),
+        counts=np.zeros(n, np.uint8),
+        column_of=np.resize(np.arange(blocks[2], dtype=np.uint8), n if short else 0),
+        beyond=np.zeros((nz, ny, nx), np.int64),
+        changes=np.zeros((nz, ny), np.bool_),
+        steps=np.zeros(nx, np.int64),
+        row=np.zeros(nx, np.int64),
     )
 
 
@@ -199,7 +199,7 @@ def data_ahead(data, box, times):
 def forced_side(old, new, datum):
     """Return KEEP_OLD or TAKE_NEW if only the old or only the new facies of a cell honours a datum.
 
-    Return 0 if the cell has no datum, or if the cut does not matter for the datum.
+    Return 0 if the cell has no datum, or if both or neither of the facies honour the datum.
     """
     if datum == UNKNOWN or (old == datum) == (new == datum):
         return 0
@@ -218,13 +218,13 @@ def add_missed(
     `datum_cost`, the score of one wrong cell of overlap. `phases` is a field of `Pyramid`;
     `make_misses` creates `work`. `grid` has the shape (nz, ny, nx), and `totals` has one value per
     location. `layers` are the first layer of these locations, and the number of layers of blocks
-    of the image from this layer on.
+    of the image from the first layer to the last.
     """
     uz, uy, ux, mz, my, mx = phases.shape
     nz, ny, nx = totals.shape
     layer, end = layers
     shape = data.facies.shape
-    cells, terms, n, beyond = phases.reshape(-1), work.terms, 0, False
+    of_image, terms, n, beyond = phases.reshape(-1), work.terms, 0, False
     for z in range(box.z0, min(box.z0 + times * box.nz, shape[0])):
         for y in range(box.y0, min(box.y0 + times * box.ny, shape[1])):
             row = z * shape[1] + y
@@ -239,24 +239,24 @@ def add_missed(
                     weight = weights.held
                 (dz, up), (dy, down) = divmod(z - box.z0, uz), divmod(y - box.y0, uy)
                 dx, along = divmod(x - box.x0, ux)
-                layers, rows = min(nz, max(end - dz, 0)), min(ny, max(my - dy, 0))
-                columns = min(nx, max(mx - dx, 0))
-                if layers < nz or rows < ny or columns < nx:
+                n_layers, n_rows = min(nz, max(end - dz, 0)), min(ny, max(my - dy, 0))
+                n_columns = min(nx, max(mx - dx, 0))
+                if n_layers < nz or n_rows < ny or n_columns < nx:
                     expected = np.int64(weight * datum_cost * (1.0 - proportions[facies]))
-                    _expect(work, nz, layers, rows, columns, expected)
+                    _expect(work, nz, n_layers, n_rows, n_columns, expected)
                     beyond = True
                 cost = np.int64(weight * datum_cost)
-                if cost == 0 or layers == 0 or rows == 0 or columns == 0:
+                if cost == 0 or n_layers == 0 or n_rows == 0 or n_columns == 0:
                     continue
                 phase = (up * uy + down) * ux + along
                 terms[0, n] = ((phase * mz + layer + dz) * my + dy) * mx + dx
-                terms[1, n], terms[2, n], terms[3, n] = layers, rows, columns
+                terms[1, n], terms[2, n], terms[3, n] = n_layers, n_rows, n_columns
                 terms[4, n], terms[5, n] = facies, cost
                 n += 1
                 if n == terms.shape[1]:
-                    _count_misses(cells, my, mx, terms, n, work, totals)
+                    _count_misses(of_image, my, mx, terms, n, work, totals)
                     n = 0
-    _count_misses(cells, my, mx, terms, n, work, totals)
+    _count_misses(of_image, my, mx, terms, n, work, totals)
     if beyond:
         _add_beyond(work, totals)
 
@@ -276,13 +276,13 @@ def _expect(work, nz, layers, rows, columns, cost):
 
 
 @part_of_kernel
-def _count_misses(cells, my, mx, terms, n, work, totals):
+def _count_misses(of_image, my, mx, terms, n, work, totals):
     """Add the costs of `n` data to the totals of locations that do not honour the data.
 
     Finally, reset the costs to 0. Data are counted in bytes, for 32 locations at once. If all costs
     are multiples of the smallest cost and the sum fits into a byte, all data are counted together.
     If not, data with the smallest cost are counted first, then the remaining data. All rows of a
-    layer are scanned in one loop over `cells`, because single rows are short.
+    layer are scanned in one loop over `of_image`, because single rows are short.
     """
     (nz, ny, nx), flat = totals.shape, totals.reshape(-1)
     counts, column_of = work.counts, work.column_of
@@ -312,15 +312,15 @@ def _count_misses(cells, my, mx, terms, n, work, totals):
             for pz in range(terms[1, k]):
                 for py in range(0, rows, at_once):
                     first = np.uint64((pz * my + py) * mx)
-                    own = np.uint64(terms[0, k]) + first
+                    compared = np.uint64(terms[0, k]) + first
                     if masked:
                         for place in range(length):
-                            missed = cells[own + place] != facies
+                            missed = of_image[compared + place] != facies
                             missed &= column_of[place] <= last
                             counts[first + place] += times if missed else no
                     else:
                         for place in range(length):
-                            missed = cells[own + place] != facies
+                            missed = of_image[compared + place] != facies
                             counts[first + place] += times if missed else no
             terms[5, k] = 0
             counted += 1
@@ -329,9 +329,9 @@ def _count_misses(cells, my, mx, terms, n, work, totals):
         cost = totals.dtype.type(least)
         for pz in range(nz):
             for py in range(ny):
-                own, row = np.uint64((pz * ny + py) * nx), np.uint64((pz * my + py) * mx)
+                to, row = np.uint64((pz * ny + py) * nx), np.uint64((pz * my + py) * mx)
                 for px in range(np.uint64(nx)):
-                    flat[own + px] += cost * counts[row + px]
+                    flat[to + px] += cost * counts[row + px]
 
 
 @part_of_kernel
@@ -349,20 +349,20 @@ def _add_beyond(work, totals):
                 for px in range(nx):
                     beyond[pz, py, px] += beyond[pz - 1, py, px]
     for pz in range(nz):
-        some = False
+        has_cost = False
         for py in range(ny):
             if changes[pz, py]:
                 cost = np.int64(0)
                 for px in range(nx):
-                    steps[px] = beyond[pz, py, px] + (steps[px] if some else 0)
+                    steps[px] = beyond[pz, py, px] + (steps[px] if has_cost else 0)
                     cost += steps[px]
                     row[px] = cost
                     beyond[pz, py, px] = 0
-                changes[pz, py], some = False, True
-            if some:
-                own = np.uint64((pz * ny + py) * nx)
+                changes[pz, py], has_cost = False, True
+            if has_cost:
+                to = np.uint64((pz * ny + py) * nx)
                 for px in range(np.uint64(nx)):
-                    flat[own + px] += row[px]
+                    flat[to + px] += row[px]
 
 
 @part_of_kernel

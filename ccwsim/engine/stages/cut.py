@@ -40,13 +40,13 @@ def make_cut(template: Triple, overlap: Triple) -> CutWorkspace:
     """Return the workspace for boxes of at most `template` cells, with strips `overlap` wide."""
     size, width = max(template[1:]), max(overlap[1:])
     return CutWorkspace(
-        np.zeros(template, np.bool_),
-        np.zeros(((width + 63) // 64, size), np.uint64),
-        np.zeros((size, width), np.uint8),
-        np.zeros((size, width + 1), np.int64),
-        np.zeros((MAX_BIT_COST + 2, size + 1), np.uint64),
-        np.zeros(size, np.int64),
-        make_flow(template) if template[0] > 1 else None,
+        keep_mask=np.zeros(template, np.bool_),
+        error=np.zeros(((width + 63) // 64, size), np.uint64),
+        demand=np.zeros((size, width), np.uint8),
+        cost=np.zeros((size, width + 1), np.int64),
+        reached=np.zeros((MAX_BIT_COST + 2, size + 1), np.uint64),
+        path=np.zeros(size, np.int64),
+        flow=make_flow(template) if template[0] > 1 else None,
     )
 
 
@@ -77,19 +77,19 @@ def boundary(cut, n, m):
                     best = min(best, cost[i - 1, c + 1])
                 total += best
             cost[i, c] = total
-    at = 0
+    end = 0
     for c in range(1, m + 1):
-        if cost[n - 1, c] < cost[n - 1, at]:
-            at = c
-    path[n - 1] = at
+        if cost[n - 1, c] < cost[n - 1, end]:
+            end = c
+    path[n - 1] = end
     for i in range(n - 2, -1, -1):
-        best = at
-        if at > 0 and cost[i, at - 1] < cost[i, best]:
-            best = at - 1
-        if at < m and cost[i, at + 1] < cost[i, best]:
-            best = at + 1
-        at = best
-        path[i] = at
+        best = end
+        if end > 0 and cost[i, end - 1] < cost[i, best]:
+            best = end - 1
+        if end < m and cost[i, end + 1] < cost[i, best]:
+            best = end + 1
+        end = best
+        path[i] = end
 
 
 @part_of_kernel
@@ -109,26 +109,26 @@ def bit_boundary(cut, n, m):
     one, last, full = np.uint64(1), np.uint64(m - 1), ~np.uint64(0) >> np.uint64(63 - m)
     for i in range(n + 1):
         reached[0, i] = reached[1, i] = np.uint64(0)
-    here, cost = np.uint64(0), np.int64(1)
-    while not here and cost <= MAX_BIT_COST:
+    boundaries, cost = np.uint64(0), np.int64(1)
+    while not boundaries and cost <= MAX_BIT_COST:
         cost += 1
-        here = reached[cost, 0] = full
+        boundaries = reached[cost, 0] = full
         for i in range(n):
             before, after = _sides(error[0, i], last)
-            here = _next(here) & ~(before | after) | _next(reached[cost - 2, i])
-            here = (here | _next(reached[cost - 1, i]) & ~(before & after)) & full
-            reached[cost, i + 1] = here
-    if not here:
+            boundaries = _next(boundaries) & ~(before | after) | _next(reached[cost - 2, i])
+            boundaries = (boundaries | _next(reached[cost - 1, i]) & ~(before & after)) & full
+            reached[cost, i + 1] = boundaries
+    if not boundaries:
         return False
-    at = np.uint64(n_bits((here & (~here + one)) - one))
+    c = np.uint64(n_bits((boundaries & (~boundaries + one)) - one))
     for i in range(n - 1, -1, -1):
-        path[i] = at
+        path[i] = c
         before, after = _sides(error[0, i], last)
-        cost -= np.int64((before >> at & one) + (after >> at & one))
-        here = reached[cost, i]
-        if not here >> at & one:
-            lower = at > 0 and here >> (at - one) & one
-            at = at - one if lower else at + one
+        cost -= np.int64((before >> c & one) + (after >> c & one))
+        boundaries = reached[cost, i]
+        if not boundaries >> c & one:
+            lower = c > 0 and boundaries >> (c - one) & one
+            c = c - one if lower else c + one
     return True
 
 
@@ -203,19 +203,19 @@ def _compare(grid, data, image, place, box, upright, far, cut, keep_mask):
     y0 = box.ny - m if far and not upright else 0
     x0 = box.nx - m if far and upright else 0
     rows, columns = (n, m) if upright else (m, n)
-    cells, others = grid.reshape(-1), image.reshape(-1)
-    known, keep = data.reshape(-1), keep_mask.reshape(-1)
+    of_grid, of_image = grid.reshape(-1), image.reshape(-1)
+    of_data, keep = data.reshape(-1), keep_mask.reshape(-1)
     error, end = cut.error, np.uint64(m - 1)
-    some, has_data = np.uint64(0), False
+    differences, has_data = np.uint64(0), False
     for w in range((m + 63) // 64):
         for i in range(n):
             error[w, i] = 0
     for i in range(rows):
         y = y0 + i
-        own = np.uint64(y * keep_mask.shape[1] + x0)
+        kept = np.uint64(y * keep_mask.shape[1] + x0)
         first = np.uint64((box.y0 + y) * grid.shape[1] + box.x0 + x0)
         datum = np.uint64((box.y0 + y) * data.shape[1] + box.x0 + x0)
-        other = np.uint64((ty + y) * image.shape[1] + tx + x0)
+        new = np.uint64((ty + y) * image.shape[1] + tx + x0)
         if upright:
             for w in range((m + 63) // 64):
                 start, stop = 64 * w, min(64 * w + 64, m)
@@ -223,22 +223,22 @@ def _compare(grid, data, image, place, box, upright, far, cut, keep_mask):
                     start, stop = m - stop, m - start
                 word = np.uint64(0)
                 for x in range(np.uint64(start), np.uint64(stop)):
-                    differs = (cells[first + x] != others[other + x]) & (not keep[own + x])
+                    differs = (of_grid[first + x] != of_image[new + x]) & (not keep[kept + x])
                     c = end - x if far else x
                     word |= np.uint64(differs) << (c & np.uint64(63))
                 error[w, i] = word
-                some |= word
+                differences |= word
         else:
             c = m - 1 - i if far else i
             w, shift = c >> 6, np.uint64(c & 63)
             for x in range(np.uint64(columns)):
-                differs = (cells[first + x] != others[other + x]) & (not keep[own + x])
+                differs = (of_grid[first + x] != of_image[new + x]) & (not keep[kept + x])
                 word = np.uint64(differs) << shift
                 error[w, x] |= word
-                some |= word
+                differences |= word
         for x in range(np.uint64(columns)):
-            has_data |= known[datum + x] != UNKNOWN
-    return some != 0, has_data
+            has_data |= of_data[datum + x] != UNKNOWN
+    return differences != 0, has_data
 
 
 @part_of_kernel
@@ -263,11 +263,11 @@ def _cell_of(i, c, box, upright, far):
 
 
 @part_of_kernel
-def n_of(cells, first, n_cells, facies):
+def n_of(flat, first, n_cells, facies):
     """Count the cells of a facies in a row, with 16-bit counts for faster vector instructions."""
     n, facies = np.int16(0), np.uint8(facies)
     for x in range(np.uint64(n_cells)):
-        n = np.int16(n + (cells[first + x] == facies))
+        n = np.int16(n + (flat[first + x] == facies))
     return np.int64(n)
 
 
@@ -280,19 +280,19 @@ def paste(image, place, box, keep_mask, counts, grid, sources):
     the image. `counts` and `sources` are updated unless they are empty.
     """
     tz, ty, tx = place
-    cells, cells_new, keep = grid.reshape(-1), image.reshape(-1), keep_mask.reshape(-1)
+    of_grid, of_image, keep = grid.reshape(-1), image.reshape(-1), keep_mask.reshape(-1)
     for z in range(box.nz):
         for y in range(box.ny):
             old = np.uint64(((box.z0 + z) * grid.shape[1] + box.y0 + y) * grid.shape[2] + box.x0)
             new = np.uint64(((tz + z) * image.shape[1] + ty + y) * image.shape[2] + tx)
-            own = np.uint64((z * keep_mask.shape[1] + y) * keep_mask.shape[2])
+            kept = np.uint64((z * keep_mask.shape[1] + y) * keep_mask.shape[2])
             for k in range(len(counts)):
-                counts[k] -= n_of(cells, old, box.nx, k)
+                counts[k] -= n_of(of_grid, old, box.nx, k)
             for x in range(np.uint64(box.nx)):
-                cells[old + x] = cells[old + x] if keep[own + x] else cells_new[new + x]
+                of_grid[old + x] = of_grid[old + x] if keep[kept + x] else of_image[new + x]
             for k in range(len(counts)):
-                counts[k] += n_of(cells, old, box.nx, k)
+                counts[k] += n_of(of_grid, old, box.nx, k)
             if sources.size:
                 for x in range(box.nx):
-                    if not keep[own + np.uint64(x)]:
+                    if not keep[kept + np.uint64(x)]:
                         sources[box.z0 + z, box.y0 + y, box.x0 + x] = np.int64(new) + x

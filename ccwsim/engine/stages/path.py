@@ -48,10 +48,21 @@ class Box(NamedTuple):
     ox: int
 
 
+class Interior(NamedTuple):
+    """Start and end of the layers, rows and columns of a box that are not in its overlap."""
+
+    low_z: int
+    high_z: int
+    low_y: int
+    high_y: int
+    low_x: int
+    high_x: int
+
+
 @part_of_kernel
 def inside_overlap(box):
-    """Return start and end of the layers, rows and columns of a box that are not in its overlap."""
-    return (
+    """Return the interior of a box: its cells that are not in its overlap."""
+    return Interior(
         box.oz if box.sides & BELOW else 0,
         box.nz - box.oz if box.sides & ABOVE else box.nz,
         box.oy if box.sides & TOP else 0,
@@ -150,10 +161,17 @@ def make_path(
     """
     shape = along_path(grid_shape, orientation)
     covered = [n + before for n, before in zip(shape, offset, strict=True)]
-    own = [*zip(covered, template, overlap, strict=True)]
-    tiles = tuple(n_tiles(*each) for each in own)
-    full = tuple(n * (t - o) + o for n, (_, t, o) in zip(tiles, own, strict=True))
-    return RasterPath(orientation, order, shape, tiles, full, offset)  # type: ignore[arg-type]
+    sizes = [*zip(covered, template, overlap, strict=True)]
+    tiles = tuple(n_tiles(n, t, o) for n, t, o in sizes)
+    full = tuple(n * (t - o) + o for n, (_, t, o) in zip(tiles, sizes, strict=True))
+    return RasterPath(
+        orientation=orientation,
+        order=order,
+        shape=shape,
+        tiles=tiles,  # type: ignore[arg-type]
+        full=full,  # type: ignore[arg-type]
+        offset=offset,
+    )
 
 
 def in_order(path: RasterPath) -> Ints:
@@ -177,14 +195,14 @@ def make_patches(
     tile = np.repeat(tiles, n_parts)
     part = np.arange(len(tile)) - np.repeat(np.cumsum(n_parts) - n_parts, n_parts)
     parts = splits[split_of[tile]]
-    at = np.stack(np.unravel_index(tile, path.tiles), axis=1)
+    position = np.stack(np.unravel_index(tile, path.tiles), axis=1)
     within = np.stack(
         [part // (parts[:, 1] * parts[:, 2]), part // parts[:, 2] % parts[:, 1],
          part % parts[:, 2]], axis=1,
     )  # fmt: skip
-    first = at * step + within * (step // parts)
+    first = position * step + within * (step // parts)
     size = step // parts + overlap
-    sides = ((at + within > 0) * _side_bits(overlap)).sum(axis=1)
+    sides = ((position + within > 0) * _side_bits(overlap)).sum(axis=1)
     return np.column_stack([first, size, sides, split_of[tile], tile, part]).astype(np.int64)
 
 
@@ -249,8 +267,8 @@ def patches_before(patches: Ints, path: RasterPath) -> Ints:
     _, n_rows, n_columns = path.tiles
     wide = n_columns + 2
     number_of = np.full((n_rows + 2) * wide, -1)  # with a margin of one tile
-    at = patches[:, 8] + 2 * (patches[:, 8] // n_columns) + wide + 1
-    number_of[at[whole]] = np.flatnonzero(whole)
-    beside = number_of[at[:, None] - (wide + 1, wide, wide - 1, 1)]
+    tile = patches[:, 8] + 2 * (patches[:, 8] // n_columns) + wide + 1  # index in `number_of`
+    number_of[tile[whole]] = np.flatnonzero(whole)
+    beside = number_of[tile[:, None] - (wide + 1, wide, wide - 1, 1)]
     beside[~whole] = -1
     return beside

@@ -15,16 +15,17 @@ from ccwsim.engine.stages.candidates import draw_index, kth_smallest, n_up_to
 from ccwsim.engine.stages.path import inside_overlap
 
 IN_TEMPLATE = 1 << 32
-"""Misses of a datum in the template that is not honoured; one in the co-template adds 1."""
+"""Number of misses that a datum in the template adds; a datum in the co-template adds 1."""
 
 
 class Rules(NamedTuple):
-    """What a published variant compares data with, and how it chooses among locations."""
+    """Rules of a published variant: codes compared with data, and the choice of locations."""
 
     is_code: bool  # whether the rules are those of the authors' code, otherwise of the paper
-    # shape (ny, nx): codes of the image, or codes read back from coefficients
-    known: NDArray[np.int16]
-    cell_size: tuple[int, int]  # number of grid cells in a cell of `known`, along y and x
+    # shape (ny, nx): codes that are compared with data: those of the image, or codes read back
+    # from coefficients
+    compared: NDArray[np.int16]
+    cell_size: tuple[int, int]  # number of grid cells in a cell of `compared`, along y and x
     codes: NDArray[np.int64]  # shape (n_facies,)
     splits: bool  # whether tiles may be split in four
     has_gaps: bool  # whether the image has unknown cells, which no patch may contain
@@ -47,15 +48,15 @@ def codes_read_back(sums: NDArray[np.int64], level: int) -> NDArray[np.int16]:
 def count_misses(data, box, times, block, rules, misses):
     """Fill `misses`, shape (1, ny, nx) of locations, with the data that patches do not honour.
 
-    Return whether there are data in the template or the co-template, whose lengths are `times`
-    those of the box. Data beyond the end of the image are not compared. The authors' code adds the
+    Return whether the template or the co-template, whose lengths are `times` those of the box,
+    contains data. Data beyond the end of the image are not compared. The authors' code adds the
     differences of the codes, the paper counts data.
     """
     _, ny, nx = misses.shape
     size_y, size_x = rules.cell_size
     step_y, step_x = block[1] // size_y, block[2] // size_x
-    known = rules.known
-    some, flat = False, misses.reshape(-1)
+    compared = rules.compared
+    has_data, flat = False, misses.reshape(-1)
     for place in range(len(flat)):
         flat[place] = 0
     for y in range(box.y0, min(box.y0 + times * box.ny, data.facies.shape[1])):
@@ -63,27 +64,27 @@ def count_misses(data, box, times, block, rules, misses):
             x = data.columns[i]
             if x < box.x0 or x >= box.x0 + times * box.nx:
                 continue
-            some = True
+            has_data = True
             wanted = rules.codes[data.facies[0, y, x]]
             inside = y < box.y0 + box.ny and x < box.x0 + box.nx
             weight = np.int64(IN_TEMPLATE if inside else 1)
             down, along = (y - box.y0) // size_y, (x - box.x0) // size_x
             for py in range(ny):
                 row = py * step_y + down
-                if row >= known.shape[0]:
+                if row >= compared.shape[0]:
                     break
                 for px in range(nx):
                     column = px * step_x + along
-                    if column >= known.shape[1]:
+                    if column >= compared.shape[1]:
                         break
-                    off = abs(known[row, column] - wanted)
+                    off = abs(compared[row, column] - wanted)
                     misses[0, py, px] += weight * (off if rules.is_code else min(off, 1))
-    return some
+    return has_data
 
 
 @part_of_kernel
 def last_of_share(scores, share, legal):
-    """Return the score of the last of a share of the sorted locations, and how many may have it.
+    """Return the score of the last location of a share, and the number of places left for it.
 
     Locations with a score above `legal` are excluded.
     """
@@ -108,11 +109,11 @@ def first_places(scores, misses, most, last, n_last, places):
             if scores[places[n - 1]] <= scores[x]:
                 continue
             n -= 1
-        at = n
-        while at > 0 and scores[places[at - 1]] > scores[x]:
-            places[at] = places[at - 1]
-            at -= 1
-        places[at] = x
+        rank = n
+        while rank > 0 and scores[places[rank - 1]] > scores[x]:
+            places[rank] = places[rank - 1]
+            rank -= 1
+        places[rank] = x
         n += 1
     return n
 
@@ -149,12 +150,12 @@ def any_place(scores, misses, most, legal, rng, places):
         n += np.int64(misses[x] <= most and scores[x] <= legal)
     if n == 0:
         return 0
-    left = draw_index(rng, n)
+    drawn, k = draw_index(rng, n), 0
     for x in range(len(scores)):
         if misses[x] <= most and scores[x] <= legal:
-            if left == 0:
+            if k == drawn:
                 places[0] = x
-            left -= 1
+            k += 1
     return 1
 
 
@@ -200,10 +201,10 @@ def next_candidates(scores, misses, has_data, share, legal, may_split, rules, pl
 def best_near(grid, image, data, box, y, x, rules):
     """Return row and column of the best location near row `y` and column `x` (MS-CCSIM).
 
-    Patches are inside the square of 2 T cells around the location. The best one honours most data
-    of the box; among equals it has the best score of cells, and the first number.
+    Patches are inside the square of 2 T cells around the location. The best location honours the
+    most data of the box; ties are broken by the score of cells, then by the number of the location.
     """
-    low_y, low_x = inside_overlap(box)[2], inside_overlap(box)[4]
+    inside = inside_overlap(box)
     codes, fewest, best, best_y, best_x = rules.codes, np.int64(1) << 60, np.int64(0), y, x
     for py in range(max(y - box.ny, 0), min(y + box.ny, image.shape[1] - 1) - box.ny + 2):
         for px in range(max(x - box.nx, 0), min(x + box.nx, image.shape[2] - 1) - box.nx + 2):
@@ -220,7 +221,7 @@ def best_near(grid, image, data, box, y, x, rules):
                 continue
             score = np.int64(0)
             for row in range(box.ny):
-                for column in range(box.nx if row < low_y else low_x):
+                for column in range(box.nx if row < inside.low_y else inside.low_x):
                     old = codes[grid[box.z0, box.y0 + row, box.x0 + column]]
                     new = codes[image[0, py + row, px + column]]
                     score += (old - new) ** 2 if rules.is_code else -old * new

@@ -40,7 +40,7 @@ def score_type(
     excludes: bool = False,
     largest_code: int = 1,
 ) -> type[np.signedinteger[Any]]:
-    """Return the smallest type into which every score fits; of codes above 1, the largest type.
+    """Return the smallest type into which every score fits; the largest type for codes above 1.
 
     The largest score is the sum of squares over the largest overlap, doubled for a correlation,
     plus the maximum cost of a location by secondary information, `guided`. If locations are
@@ -132,27 +132,27 @@ def overlap_energies(squares, box, block, energies):
     `squares`, shape (nz + 1, ny + 1, nx + 1) of blocks, come from `running_squares`.
     """
     nz, ny, nx = energies.shape
-    low_z, _, low_y, _, low_x, _ = inside_overlap(box)
+    interior = inside_overlap(box)
     last_z, last_y, last_x = box.nz // block[0], box.ny // block[1], box.nx // block[2]
-    cells, flat = squares.reshape(-1), energies.reshape(-1)
+    sums, flat = squares.reshape(-1), energies.reshape(-1)
     for z in range(nz):
         for y in range(ny):
-            own = np.uint64((z * ny + y) * nx)
+            to = np.uint64((z * ny + y) * nx)
             for x in range(np.uint64(nx)):
-                flat[own + x] = 0
+                flat[to + x] = 0
             for corner in range(8):  # sum over the box minus sum over the box without overlap
                 inside = corner & 4 != 0
-                first_z = low_z // block[0] if inside else 0
-                first_y = low_y // block[1] if inside else 0
-                first_x = low_x // block[2] if inside else 0
-                at_z = z + (first_z if corner & 2 else last_z)
-                at_y = y + (first_y if corner & 1 else last_y)
-                row = (at_z * squares.shape[1] + at_y) * squares.shape[2]
+                first_z = interior.low_z // block[0] if inside else 0
+                first_y = interior.low_y // block[1] if inside else 0
+                first_x = interior.low_x // block[2] if inside else 0
+                corner_z = z + (first_z if corner & 2 else last_z)
+                corner_y = y + (first_y if corner & 1 else last_y)
+                row = (corner_z * squares.shape[1] + corner_y) * squares.shape[2]
                 first, last = np.uint64(row + first_x), np.uint64(row + last_x)
                 if inside ^ (corner & 2 != 0) ^ (corner & 1 != 0):
                     first, last = last, first
                 for x in range(np.uint64(nx)):
-                    flat[own + x] += cells[last + x] - cells[first + x]
+                    flat[to + x] += sums[last + x] - sums[first + x]
 
 
 @part_of_kernel
@@ -165,11 +165,11 @@ def cached_overlap_energies(squares, illegal, layer, box, block, energies, energ
     of its overlap.
     """
     lengths = box.nz, box.ny, box.nx, box.sides
-    same = True
+    is_equal = True
     for k in range(4):
-        same = same and energies_of[layer, k] == lengths[k]
+        is_equal = is_equal and energies_of[layer, k] == lengths[k]
         energies_of[layer, k] = lengths[k]
-    if not same:
+    if not is_equal:
         overlap_energies(squares[layer:], box, block, energies)
         exclude_illegal(illegal, layer, energies, 2 * excluded_from(energies) - 1)
 
@@ -225,10 +225,13 @@ def make_terms(
     n_blocks = running.shape[1] * (overlap_cells(template, overlap) // prod(block))
     # A line has at most one term per block, but workspace for two terms and for padding.
     n = (3 + AT_ONCE) * n_blocks + 2
-    sums = np.zeros(ROWS_AT_ONCE * running.shape[4], running.dtype)
-    largest = int(min(np.iinfo(running.dtype).max, np.iinfo(np.int64).max))
-    arrays = np.zeros(n, np.int64), np.zeros(n, running.dtype), np.zeros(n_blocks, np.int64), sums
-    return Terms(*arrays, largest)
+    return Terms(
+        offsets=np.zeros(n, np.int64),
+        weights=np.zeros(n, running.dtype),
+        ends=np.zeros(n_blocks, np.int64),
+        sums=np.zeros(ROWS_AT_ONCE * running.shape[4], running.dtype),
+        largest=int(min(np.iinfo(running.dtype).max, np.iinfo(np.int64).max)),
+    )
 
 
 @part_of_kernel
@@ -245,31 +248,37 @@ def overlap_terms(grid, box, block, running, terms):
     low_z, high_z, low_y, high_y, low_x, high_x = inside_overlap(box)
     bottom, top = low_z // uz, high_z // uz
     front, back, n_rows = low_y // uy, high_y // uy, box.ny // uy
-    left, right, n_columns = low_x // ux, high_x // ux, box.nx // ux
+    west, east, n_columns = low_x // ux, high_x // ux, box.nx // ux
     columns, size = grid.shape[2], n_planes * mz * my * mx
     for plane in range(n_planes):
         for bz in range(box.nz // uz):
             corner = ((box.z0 + bz * uz) * grid.shape[1] + box.y0) * columns + box.x0
-            own = (plane * mz + bz) * my * mx
+            layer_sum = (plane * mz + bz) * my * mx
             across = bz < bottom or bz >= top
             for line in range(n_rows + (0 if across else n_columns)):
                 if line < n_rows:
                     if not across and front <= line < back:
                         continue
-                    cells = corner + line * uy * columns, ux, n_columns
-                    sums = own + line * mx, size, 1
+                    line_blocks = corner + line * uy * columns, ux, n_columns
+                    sums = layer_sum + line * mx, size, 1
                 else:
                     bx = line - n_rows
-                    if left <= bx < right:
+                    if west <= bx < east:
                         continue
-                    cells = corner + front * uy * columns + bx * ux, uy * columns, back - front
-                    sums = own + front * mx + bx, 2 * size, mx
-                most = cells[2] * np.int64(uz * uy * ux) ** 2
+                    line_blocks = (
+                        corner + front * uy * columns + bx * ux,
+                        uy * columns,
+                        back - front,
+                    )
+                    sums = layer_sum + front * mx + bx, 2 * size, mx
+                most = line_blocks[2] * np.int64(uz * uy * ux) ** 2
                 if held > terms.largest - most:
                     n = fill_up(n, terms)
                     terms.ends[n_groups] = n
                     n_groups, held = n_groups + 1, np.int64(0)
-                n, total = line_terms(grid, cells, block, plane + first_facies, sums, n, terms)
+                n, total = line_terms(
+                    grid, line_blocks, block, plane + first_facies, sums, n, terms
+                )
                 held += total * uz * uy * ux
     if held > 0:  # if there are terms after the last complete group
         terms.ends[n_groups] = fill_up(n, terms)
@@ -287,39 +296,40 @@ def fill_up(n, terms):
 
 
 @part_of_kernel
-def line_terms(grid, cells, block, facies, sums, n, terms):
+def line_terms(grid, line_blocks, block, facies, sums, n, terms):
     """Add the terms of a line of blocks after the first `n` terms; return the new number of terms.
 
     There is a term for each nonzero block sum or for each change of B, whichever gives fewer terms.
-    `cells` is (first cell of the line, number of cells from block to block, number of blocks).
-    `sums` is (index of the first block sum, distance to the running sum of this block, distance
-    from block to block). Also return the number of cells of the facies in the line.
+    `line_blocks` is (first cell of the line, number of cells from block to block, number of
+    blocks). `sums` is (index of the first block sum, distance to the running sum of this block,
+    distance from block to block). Also return the number of cells of the facies in the line.
     """
     offsets, weights = terms.offsets, terms.weights
-    (uz, uy, ux), (first, step, length), (at, behind, stride) = block, cells, sums
+    (uz, uy, ux), (first, step, length), (start_sum, behind, stride) = block, line_blocks, sums
     values, rows, columns = grid.reshape(-1), grid.shape[1], grid.shape[2]
     before = total = np.int64(0)
     n_changed, start = n, n + length + 1
-    n_own = start
+    n_nonzero = start
     for k in range(length + 1):
-        own = np.int64(0)
+        block_sum = np.int64(0)
         for z in range(uz if k < length else 0):
             for y in range(uy):
                 corner = np.uint64(first + k * step + (z * rows + y) * columns)
                 for x in range(np.uint64(ux)):
-                    own += np.int64(values[corner + x] == facies)
+                    block_sum += np.int64(values[corner + x] == facies)
         # the next term overwrites a zero term
-        offsets[n_changed], weights[n_changed] = at + behind + k * stride, before - own
-        offsets[n_own], weights[n_own] = at + k * stride, own
-        n_changed += np.int64(own != before)
-        n_own += np.int64(own != 0)
-        total += own
-        before = own
-    if n_changed - n <= n_own - start:
+        offsets[n_changed] = start_sum + behind + k * stride
+        weights[n_changed] = before - block_sum
+        offsets[n_nonzero], weights[n_nonzero] = start_sum + k * stride, block_sum
+        n_changed += np.int64(block_sum != before)
+        n_nonzero += np.int64(block_sum != 0)
+        total += block_sum
+        before = block_sum
+    if n_changed - n <= n_nonzero - start:
         return n_changed, total
-    for k in range(n_own - start):
+    for k in range(n_nonzero - start):
         offsets[n + k], weights[n + k] = offsets[start + k], weights[start + k]
-    return n + n_own - start, total
+    return n + n_nonzero - start, total
 
 
 @part_of_kernel
@@ -370,13 +380,13 @@ def score_places(running, layer, spans, terms, n_groups, energy, scores):
                                 + wc * values[c + x] + wd * values[d + x]
                             )  # fmt: skip
                 for y in range(rows):
-                    own, of_run = np.uint64((z * ny + first + y) * nx + low), np.uint64(y * mx)
+                    to, of_run = np.uint64((z * ny + first + y) * nx + low), np.uint64(y * mx)
                     if group == 0:
                         for x in range(n_columns):
-                            flat[own + x] = energies[own + x] - two * kind(sums[of_run + x])
+                            flat[to + x] = energies[to + x] - two * kind(sums[of_run + x])
                     else:
                         for x in range(n_columns):
-                            flat[own + x] -= two * kind(sums[of_run + x])
+                            flat[to + x] -= two * kind(sums[of_run + x])
 
 
 @part_of_kernel

@@ -14,9 +14,9 @@ OPPOSITE = {"east": "west", "west": "east", "north": "south", "south": "north"}
 class Frame(NamedTuple):
     """A map or a volume in path coordinates."""
 
-    orientation: int  # of the path, 0 … 15 (see `ccwsim.engine.stages.path`)
+    orientation: int  # orientation of the path, 0 … 15 (see `ccwsim.engine.stages.path`)
     shape: tuple[int, ...]  # (layers,) rows and columns
-    offset: tuple[int, ...] = ()  # from the beginning of the path to the grid; () for 0
+    offset: tuple[int, ...] = ()  # cells from the beginning of the path to the grid; () for 0
 
     @property
     def original_shape(self) -> tuple[int, ...]:
@@ -30,8 +30,8 @@ class Frame(NamedTuple):
 
     def to_grid(self, array: NDArray) -> NDArray:
         """Return the grid in grid coordinates, from an array of all tiles in path coordinates."""
-        each = zip(self._offset.tolist(), self.shape, strict=True)
-        return self.turned(array[tuple(slice(start, start + n) for start, n in each)])
+        sides = zip(self._offset.tolist(), self.shape, strict=True)
+        return self.turned(array[tuple(slice(start, start + n) for start, n in sides)])
 
     def turned(self, part: NDArray) -> NDArray:
         """Return a copy of a part of a map or volume, in the orientation of the grid."""
@@ -50,22 +50,22 @@ class Frame(NamedTuple):
         low = np.maximum(first, self._offset)
         high = np.minimum(np.add(first, lengths), self._offset + self.shape)
         ends = self.cells_to_grid([low, high - 1])
-        each = zip(ends.min(axis=0).tolist(), ends.max(axis=0).tolist(), strict=True)
-        return tuple(slice(start, last + 1) for start, last in each)
+        sides = zip(ends.min(axis=0).tolist(), ends.max(axis=0).tolist(), strict=True)
+        return tuple(slice(start, last + 1) for start, last in sides)
 
     def cell_to_path(self, *cell: int) -> tuple[int, ...]:
         """Return the path coordinates of a grid cell, (layer,) row and column."""
-        at = path.cells_to_path(np.array([cell]), self.original_shape, self.orientation)[0]
-        return tuple((at + self._offset).tolist())
+        in_grid = path.cells_to_path(np.array([cell]), self.original_shape, self.orientation)[0]
+        return tuple((in_grid + self._offset).tolist())
 
     def faces(self, sides: int = path.LEFT | path.TOP | path.BELOW) -> list[str]:
-        """Return the names of `sides`, by default of those where the path begins."""
-        way = self.orientation
+        """Return the names of `sides`, by default of the sides at which the path begins."""
+        bits = self.orientation
         ew, ns = ("west", "east"), ("south", "north")
-        across, along = (ns, ew) if way & 4 else (ew, ns)
-        names = {across[bool(way & 2)]: path.LEFT, along[bool(way & 1)]: path.TOP}
+        across, along = (ns, ew) if bits & 4 else (ew, ns)
+        names = {across[bool(bits & 2)]: path.LEFT, along[bool(bits & 1)]: path.TOP}
         if len(self.shape) == 3:
-            names["above" if way & path.FROM_ABOVE else "below"] = path.BELOW
+            names["above" if bits & path.FROM_ABOVE else "below"] = path.BELOW
         order = ("below", "above", *ns, *ew)
         return [name for name in order if sides & names.get(name, 0)]
 

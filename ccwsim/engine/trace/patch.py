@@ -16,6 +16,7 @@ from ccwsim.engine.stages.conditioning import (
     ruled_out,
 )
 from ccwsim.engine.stages.path import Box, inside_overlap
+from ccwsim.engine.tiles import PatchInputs
 
 ONE_KIND = {
     "missed": Weights(1, 0, 0, 0, False),
@@ -42,8 +43,8 @@ class DataTerms:
 
     seen: tuple[SeenDatum, ...]
     missed: NDArray[np.int64]  # number of data in the template that a patch would not honour
-    held: NDArray[np.int64]  # the same for data that the overlap honours
-    ahead: NDArray[np.int64]  # the same for data in the co-template
+    held: NDArray[np.int64]  # number of these data that the overlap honours
+    ahead: NDArray[np.int64]  # number of data in the co-template that a patch would not honour
     ruled_out: NDArray[np.bool_]  # the overlap is not among the best share
     slack: int  # largest difference in score between a candidate and the best location
     weights: Weights  # costs of a datum that is not honoured, in wrong cells of overlap
@@ -51,18 +52,22 @@ class DataTerms:
 
 
 def data_terms(
-    phases: NDArray[np.uint8],
-    layers: tuple[int, int],
+    inputs: PatchInputs,
+    layer: int,
     grid: NDArray[np.uint8],
-    data: PlacedData,
     box: Box,
-    times: int,
     weights: Weights,
-    slack: int,
     totals: NDArray[np.signedinteger],
-    own: Callable[[NDArray], NDArray],
+    of_places: Callable[[NDArray], NDArray],
 ) -> DataTerms:
-    """Return the costs of data at each location; `own` removes the axis of layers for a map."""
+    """Return the costs of data at each location.
+
+    `totals` begin with layer `layer` of locations; `of_places` converts an array of their shape to
+    the shape of the result.
+    """
+    phases, data, search = inputs.oriented.pyramid.phases, inputs.data, inputs.search
+    layers = layer, len(totals) + search.template[0] // search.block[0] - 1
+    times = search.co_template
     misses = make_misses(data.columns.size, phases.shape[3:], totals.shape)  # type: ignore[arg-type]
     certain = np.ones(256)  # data beyond the end of the image cost nothing
     counts = {kind: np.zeros(totals.shape, np.int64) for kind in ONE_KIND}
@@ -70,10 +75,14 @@ def data_terms(
         add_missed(
             phases, layers, grid, data, box, times, certain, weight, 1.0, misses, counts[kind]
         )
-    kinds = {kind: own(count) for kind, count in counts.items()}
-    out = own(totals >= ruled_out(totals) // 2)
-    seen, reach = seen_data(data, grid, box, times), times * box.nx
-    return DataTerms(seen, **kinds, ruled_out=out, slack=slack, weights=weights, reach=reach)
+    return DataTerms(
+        seen=seen_data(data, grid, box, times),
+        **{kind: of_places(count) for kind, count in counts.items()},
+        ruled_out=of_places(totals >= ruled_out(totals) // 2),
+        slack=int(weights.slack * search.slack_cost),
+        weights=weights,
+        reach=times * box.nx,
+    )
 
 
 def seen_data(
@@ -91,7 +100,7 @@ def seen_data(
                 inside = z < box.z0 + box.nz and y < box.y0 + box.ny and x < box.x0 + box.nx
                 facies, required = int(data.facies[z, y, x]), data.required[z, y, x]
                 held = inside and grid[z, y, x] == facies == required
-                seen.append(SeenDatum(y, x, facies, inside, bool(held), z))
+                seen.append(SeenDatum(y, x, facies, inside, held=bool(held), layer=z))
     return tuple(seen)
 
 
@@ -103,7 +112,7 @@ class Patch(NamedTuple):
     part: int  # number of the patch in a split tile
     row: int  # position of the tile
     column: int
-    parts: int  # parts of the tile along each axis
+    parts: int  # number of parts of the tile along each axis
     split: int  # index of the split in `legal_splits`
     y0: int  # first row
     x0: int  # first column
@@ -122,15 +131,15 @@ class TracedPatch:
 
     patch: Patch
     box: Box  # position and overlap of the patch in the grid
-    before: NDArray[np.uint8]  # the grid; UNKNOWN in cells that are not simulated yet
-    after: NDArray[np.uint8]
+    before: NDArray[np.uint8]  # the grid before the patch; UNKNOWN in cells not simulated yet
+    after: NDArray[np.uint8]  # the grid after the patch
     blocks: NDArray[np.int64]  # block sums, shape (n_planes, …); 0 outside the overlap
     scores: NDArray[np.integer]  # SSD − ΣB² of each location, in block sums
     energy: int  # ΣB² of the overlap, in block sums; 0 for the correlation
     block: tuple[int, int, int]  # 2^J along z, y and x
     places: NDArray[np.int64]  # shape (K, 2): the K best locations in blocks, the candidates first
-    n_candidates: int  # locations whose score is close enough to the best score
-    n_drawn: int  # locations chosen at random; the best after refinement is used
+    n_candidates: int  # number of locations whose score is close enough to the best score
+    n_drawn: int  # number of locations chosen at random; the best after refinement is used
     drawn: int  # index of the used location in `places`
     place: tuple[int, ...]  # location of the patch after refinement, in cells
     cells: NDArray[np.uint8]  # facies indices of the image at `place`
@@ -139,9 +148,9 @@ class TracedPatch:
     correlation: bool  # whether locations are compared by correlation
     slack: int | None  # largest difference from the best score; None for no limit
     copies: NDArray[np.bool_]  # locations that only continue a neighbouring patch
-    steered: bool  # towards target proportions
+    steered: bool  # whether the choice is steered towards target proportions
     data: DataTerms | None  # None if template and co-template contain no data
-    totals: NDArray[np.int64] | None  # scores plus the costs of data and guides; None without
+    totals: NDArray[np.int64] | None  # scores plus costs of data and guides; None without costs
     illegal: NDArray[np.bool_]  # locations with unknown cells; shape () if there are none
     layer: int  # layer of the stack of copies in which the patch of a map was found
     source: str  # name of the copy from which the patch is; empty without copies
@@ -214,9 +223,9 @@ class PlaceFate(NamedTuple):
     """One location, and whether it was chosen at random or why it was rejected.
 
     The reasons are: "fraction", the overlap is not among the best share; "slack", the score is too
-    far from the best; "copy", the location only continues a neighbouring patch; "data", others
-    honour more data; "guide", others fit the guides better; "tie", other equal locations were
-    chosen at random.
+    far from the best; "copy", the location only continues a neighbouring patch; "data", other
+    locations honour more data; "guide", other locations fit the guides better; "tie", other equal
+    locations were chosen at random.
     """
 
     row: int  # in blocks
@@ -244,9 +253,9 @@ def fates(step: TracedPatch) -> list[PlaceFate]:
         best = np.argsort(step.scores, axis=None, kind="stable")[: len(chosen)]
         for place in zip(*np.unravel_index(best, step.scores.shape), strict=True):
             place = tuple(map(int, place))
-            fate_of.setdefault(place, _of_rejected(step, place))
+            fate_of.setdefault(place, _reason_of_rejection(step, place))
     sign = -1 if step.correlation else 1
-    places = [_place(step, place, fate) for place, fate in fate_of.items()]
+    places = [_fate_at(step, place, fate) for place, fate in fate_of.items()]
     places = [place for place in places if not np.isnan(place.ccw)]  # without illegal locations
     order = {"drawn": 0, "candidate": 1}
     return sorted(
@@ -254,7 +263,7 @@ def fates(step: TracedPatch) -> list[PlaceFate]:
     )
 
 
-def _of_rejected(step: TracedPatch, place: tuple[int, ...]) -> Fate:
+def _reason_of_rejection(step: TracedPatch, place: tuple[int, ...]) -> Fate:
     if step.copies[place]:
         return "copy"
     if step.totals is None:
@@ -266,9 +275,15 @@ def _of_rejected(step: TracedPatch, place: tuple[int, ...]) -> Fate:
     return "data" if step.data is not None else "guide"
 
 
-def _place(step: TracedPatch, place: tuple[int, ...], fate: Fate) -> PlaceFate:
-    d = step.data
-    counted = () if d is None else (d.missed, d.held, d.ahead)
-    missed, held, ahead = (int(count[place]) for count in counted) if counted else (0, 0, 0)
-    layer, row, column = (0, *place)[-3:]
-    return PlaceFate(row, column, float(step.ccw[place]), missed, held, ahead, fate, layer)
+def _fate_at(step: TracedPatch, place: tuple[int, ...], fate: Fate) -> PlaceFate:
+    data, (layer, row, column) = step.data, (0, *place)[-3:]
+    return PlaceFate(
+        row=row,
+        column=column,
+        ccw=float(step.ccw[place]),
+        missed=int(data.missed[place]) if data else 0,
+        held=int(data.held[place]) if data else 0,
+        ahead=int(data.ahead[place]) if data else 0,
+        fate=fate,
+        layer=layer,
+    )

@@ -29,38 +29,49 @@ class ResimulatedWindow(NamedTuple):
     column: int  # first column
     before: NDArray[np.uint8]  # facies indices, shape (size, size)
     after: NDArray[np.uint8]
-    sources: NDArray[np.int32]  # flat index in the training image; −1 for a cell changed singly
+    sources: NDArray[np.int32]  # flat index in the training image; −1 for a single changed cell
     fits: bool  # whether any patch fits and honours all data; otherwise nothing has changed
     isolated: bool  # whether the datum was honoured before, but isolated
     layer: int = 0  # first layer
 
 
 def resimulated_windows(
-    image: PreparedImage,
+    prepared: PreparedImage,
     template: Triple,
     grid: NDArray[np.uint8],
     sources: NDArray[np.int32],
     rng: np.random.Generator,
 ) -> tuple[list[ResimulatedWindow], NDArray[np.int16]]:
     """Honour data like `honour_data`; return all tried windows and the data status."""
-    study, cells, last = image.study, image.study.hard_data.cells, grid.copy()
+    study, cells, last = prepared.study, prepared.study.hard_data.cells, grid.copy()
     windows: list[ResimulatedWindow] = []
 
     def note(datum: int, lengths: Triple, fits: bool) -> None:
         cell, size = tuple(cells[datum].tolist()), lengths[-grid.ndim :]
-        each = zip(cell, size, grid.shape, strict=True)
-        first = [int(first_cell(middle, n, length)) for middle, n, length in each]
+        axes = zip(cell, size, grid.shape, strict=True)
+        first = [int(first_cell(middle, n, length)) for middle, n, length in axes]
         part = tuple(slice(start, start + n) for start, n in zip(first, size, strict=True))
         before, after = last[part].copy(), grid[part].copy()
-        right = last[cell] == study.facies_of_data[datum]
+        was_honoured = last[cell] == study.facies_of_data[datum]
         last[part] = after
-        if right and (before == after).all():
+        if was_honoured and (before == after).all():
             return
-        changed = before, after, sources[part].copy(), fits, bool(right)
         layer, row, column = (0, *first)[-3:]
-        windows.append(ResimulatedWindow(datum, size[-1], row, column, *changed, layer))
+        window = ResimulatedWindow(
+            datum=datum,
+            size=size[-1],
+            row=row,
+            column=column,
+            before=before,
+            after=after,
+            sources=sources[part].copy(),
+            fits=fits,
+            isolated=bool(was_honoured),
+            layer=layer,
+        )
+        windows.append(window)
 
-    data_status = honour_data(image, template, grid, sources, rng, on_window=note)
+    data_status = honour_data(prepared, template, grid, sources, rng, on_window=note)
     return windows, data_status
 
 
@@ -74,11 +85,11 @@ MIN_INTERVAL = 8  # minimum number of patches between two checkpoints
 class PatchStepper:
     """A realization that is simulated patch by patch."""
 
-    def __init__(self, image: PreparedImage, plan: Plan, rng: np.random.Generator) -> None:
+    def __init__(self, prepared: PreparedImage, plan: Plan, rng: np.random.Generator) -> None:
         self.plan, self.rng = plan, rng
         self.patches = _patches(plan)
         self.work = plan.workspace()
-        self.simulated = empty_grid(image, plan, 0, keep_sources=True)
+        self.simulated = empty_grid(prepared, plan, 0, keep_sources=True)
         self._next = 0
         n_kept = min(max(MAX_CHECKPOINT_BYTES // self.simulated.grid.size, 4), MAX_CHECKPOINTS)
         self._every = max(-(-len(self.patches) // n_kept), MIN_INTERVAL)
@@ -93,9 +104,9 @@ class PatchStepper:
     def go_to(self, number: int) -> None:
         """Restore or simulate the grid before patch `number`."""
         if not self._next <= number < self._next + self._every:
-            known = [k for k in self._checkpoints if k <= number]
-            if known and (self._next > number or max(known) > self._next):
-                self._next = max(known)
+            latest = max((k for k in self._checkpoints if k <= number), default=-1)
+            if latest >= 0 and (self._next > number or latest > self._next):
+                self._next = latest
                 grid, counts, self.rng.bit_generator.state = self._checkpoints[self._next]
                 copies = {"grid": grid.copy(), "counts": counts.copy()}
                 self.simulated = self.simulated._replace(**copies)
@@ -120,7 +131,22 @@ def _patches(plan: Plan) -> tuple[Patch, ...]:
         z0, y0, x0, nz, _, nx, sides, split, tile, part = numbers
         row, column = divmod(tile % (rows * columns), columns)
         parts = int(plan.inputs.oriented.splits[split, 2])
-        patches.append(Patch(k, tile, part, row, column, parts, split, y0, x0, nx, sides, z0, nz))
+        patch = Patch(
+            number=k,
+            tile=tile,
+            part=part,
+            row=row,
+            column=column,
+            parts=parts,
+            split=split,
+            y0=y0,
+            x0=x0,
+            size=nx,
+            shape=sides,
+            z0=z0,
+            layers=nz,
+        )
+        patches.append(patch)
     return tuple(patches)
 
 
@@ -154,9 +180,9 @@ class Trace:
         self.data = plan.inputs.data
         self._stepper = PatchStepper(self._image, plan, rng)
         self.patches = self._stepper.patches
-        n, way = study.grid.n_dimensions, self.path.orientation
-        self.grid_frame = Frame(way, self.path.shape[-n:], self.path.offset[-n:])
-        self.image_frame = Frame(way, self.oriented.pyramid.image.shape[-n:])
+        n, orientation = study.grid.n_dimensions, self.path.orientation
+        self.grid_frame = Frame(orientation, self.path.shape[-n:], self.path.offset[-n:])
+        self.image_frame = Frame(orientation, self.oriented.pyramid.image.shape[-n:])
         self._coefficients: dict[tuple[int, int], list[Any]] = {}
 
     @property
@@ -182,10 +208,10 @@ class Trace:
         indices, sources = indices.copy(), sources.copy()  # the stepper needs unchanged arrays
         rng = random_numbers(0, 0)
         rng.bit_generator.state = stepper.rng.bit_generator.state
-        changed = self._image, self._template, indices, sources, rng
-        windows, data_status = resimulated_windows(*changed)
+        image, template = self._image, self._template
+        windows, data_status = resimulated_windows(image, template, indices, sources, rng)
         before = indices.copy()
-        repair(*changed, data_status)
+        repair(image, template, indices, sources, rng, data_status=data_status)
         return Realization(indices, sources, data_status), windows, before
 
     @property
@@ -237,19 +263,22 @@ class Trace:
         n_candidates, n_drawn, drawn = work.choice.tolist()
         inputs = self._stepper.plan.inputs
         z0, y0, x0, nz, ny, nx, sides = inputs.patches[p.number, :7].tolist()
-        box = Box(z0, y0, x0, nz, ny, nx, sides, *search.overlap)
+        oz, oy, ox = search.overlap
+        box = Box(z0, y0, x0, nz, ny, nx, sides, oz, oy, ox)
         cells = before[z0 : z0 + nz, y0 : y0 + ny, x0 : x0 + nx]
         sums = block_sums(cells_of_blocks(cells, search.block), len(pyramid.sums))
         blocks, ends = sums.astype(np.int64), np.reshape(inside_overlap(box), (3, 2))
-        inside = (slice(*n // b) for n, b in zip(ends, search.block, strict=True))
+        inside = (
+            slice(low // b, high // b) for (low, high), b in zip(ends, search.block, strict=True)
+        )
         blocks[:, *inside] = 0
         tz, ty, tx = place
         layer, n_layers = inputs.layers[min(p.number, len(inputs.layers) - 1)].tolist()
         volume, data, slack = len(self.study.grid.shape) == 3, None, None
-        names, way = self._image.copies and self._image.copies.names, self.path.orientation
+        names = self._image.copies and self._image.copies.names
         totals = work.scores[:n_layers]
 
-        def own(array: NDArray) -> NDArray:
+        def without_layers(array: NDArray) -> NDArray:
             return array if volume else array[..., 0, :, :]
 
         def of_places(array: NDArray) -> NDArray:
@@ -267,22 +296,22 @@ class Trace:
         illegal = self.oriented.illegal[layer : layer + n_layers]
         if seen_data(self.data, before, box, search.co_template):
             weights, totals = SPARSE if p.split == 0 else DENSE, work.totals[:n_layers]
-            slack = int(weights.slack * search.slack_cost)
-            layers = layer, n_layers + search.template[0] // search.block[0] - 1
-            known = pyramid.phases, layers, before, self.data, box, search.co_template
-            data = data_terms(*known, weights, slack, totals, of_places)
+            data = data_terms(
+                inputs, layer, before, box, weights, totals=totals, of_places=of_places
+            )
+            slack = data.slack
         correlation = self.study.parameters.similarity == "correlation"
         places = np.stack(np.unravel_index(work.ranking.places, self.oriented.places), axis=1)
         if not volume:
-            shown = places[:, 0] == tz
-            n_candidates, drawn = int(shown[:n_candidates].sum()), int(shown[:drawn].sum())
-            places = places[shown]
+            in_copy = places[:, 0] == tz
+            n_candidates, drawn = int(in_copy[:n_candidates].sum()), int(in_copy[:drawn].sum())
+            places = places[in_copy]
         return TracedPatch(
             patch=p,
             box=box,
-            before=own(before),
-            after=own(self._stepper.simulated.grid).copy(),
-            blocks=own(blocks),
+            before=without_layers(before),
+            after=without_layers(self._stepper.simulated.grid).copy(),
+            blocks=without_layers(blocks),
             scores=of_places(scores),
             energy=0 if correlation else int(np.square(blocks).sum()),
             block=search.block,
@@ -291,8 +320,8 @@ class Trace:
             n_drawn=n_drawn,
             drawn=drawn,
             place=place if volume else place[1:],
-            cells=own(pyramid.image[tz : tz + nz, ty : ty + ny, tx : tx + nx]),
-            keep_mask=own(work.placing.cut.keep_mask[:nz, :ny, :nx]).copy(),
+            cells=without_layers(pyramid.image[tz : tz + nz, ty : ty + ny, tx : tx + nx]),
+            keep_mask=without_layers(work.placing.cut.keep_mask[:nz, :ny, :nx]).copy(),
             overlap=search.overlap[2],
             correlation=correlation,
             slack=slack,
@@ -302,7 +331,7 @@ class Trace:
             totals=of_places(totals).copy() if data or self.study.is_guided else None,
             illegal=of_places(illegal.astype(bool)) if illegal.size else np.array(False),
             layer=0 if volume else tz,
-            source=names[-1 - tz if way & FROM_ABOVE else tz] if names else "",
+            source=names[-1 - tz if self.path.orientation & FROM_ABOVE else tz] if names else "",
         )
 
     def _all_scores(
@@ -319,8 +348,8 @@ class Trace:
         sums = self.oriented.pyramid.sums[:, layer:]
         for place in np.argwhere(copies):
             part = tuple(slice(k, k + n) for k, n in zip(place, blocks.shape[1:], strict=True))
-            both = (sums[:, *part].astype(np.int64) * blocks).sum()
-            scores[tuple(place)] = energies[tuple(place)] - 2 * both
+            product = (sums[:, *part].astype(np.int64) * blocks).sum()
+            scores[tuple(place)] = energies[tuple(place)] - 2 * product
         return scores, copies
 
 

@@ -14,7 +14,7 @@ FORMULA = re.compile(r"(?:^|(?<=;)|(?<=.\t))(?=[=+\-@\t\r\n＝＋－＠])")
 def csv_as_bytes(head: Iterable[object], lines: Iterable[Iterable[object]]) -> bytes:
     """Return a table as CSV; texts that a spreadsheet would compute begin with an apostrophe."""
     text = StringIO()
-    writer = csv.writer(text, lineterminator="\r\n")  # so that it quotes texts with either of them
+    writer = csv.writer(text, lineterminator="\r\n")  # texts with CR or LF are then quoted
     writer.writerows([_cell(value) for value in line] for line in (head, *lines))
     return text.getvalue().replace("\r\n", "\n").encode()
 

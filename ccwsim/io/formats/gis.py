@@ -26,25 +26,26 @@ def read_geojson(text: bytes, name: str) -> DataFile:
     n = text.count(b",") + text.count(b"[") + text.count(b"{")  # estimate of the number of objects
     check(name, fields=n // 2)
     kinds = ValueError, TypeError, KeyError, AttributeError, RecursionError
-    with broken(f"{name} is not a GeoJSON file of points; save points as GeoJSON", *kinds):
+    with broken(f"{name} is not a GeoJSON file of points; save points as GeoJSON", kinds):
         features = json.loads(text)["features"]
         places = [_places(feature["geometry"], name, k) for k, feature in enumerate(features, 1)]
         values = [dict(feature.get("properties") or {}) for feature in features]
-    counts = np.array([len(some) for some in places], np.int64)
+    counts = np.array([len(points) for points in places], np.int64)
     numbers = np.repeat(np.arange(1, len(features) + 1), counts)
     keys = list(dict.fromkeys(str(key) for properties in values for key in properties))
-    points = np.array([place for some in places for place in some]).reshape(-1, 2).T
+    x_and_y = np.array([place for points in places for place in points]).reshape(-1, 2).T
     columns = (
         np.fromiter((values[k - 1].get(key) for k in numbers), object, len(numbers)) for key in keys
     )
-    columns = chain(points, columns)  # made one by one, after their number is checked
-    return table_of("GeoJSON points", name, ["x", "y", *keys], columns, numbers, "feature")
+    columns = chain(x_and_y, columns)  # made one by one, after their number is checked
+    names = ["x", "y", *keys]
+    return table_of("GeoJSON points", name, names, columns, numbers, counted="feature")
 
 
 def _places(geometry: Any, name: str, number: int) -> list[tuple[float, float]]:
     """Return x and y of the points of a feature; a feature without any coordinates has one, NaN."""
-    given = geometry.get("coordinates", geometry.get("geometries")) if geometry else None
-    if all(value is None for value in given or ()):
+    coordinates = geometry.get("coordinates", geometry.get("geometries")) if geometry else None
+    if all(value is None for value in coordinates or ()):
         return [(nan, nan)]
     kind = geometry["type"]
     if kind not in ("Point", "MultiPoint"):
@@ -87,7 +88,8 @@ def read_gis(content: bytes, name: str, kind: str) -> DataFile:
         places = [_point(shape, name, k) for k, shape in enumerate(shapes, start=1)]
     names, columns = ["x", "y", *meta["fields"]], [*np.array(places).reshape(-1, 2).T, *columns]
     numbers = np.arange(1, len(places) + 1)
-    return table_of(f"{GIS_FILES[kind]} points", name, names, columns, numbers, "feature")
+    kind_name = f"{GIS_FILES[kind]} points"
+    return table_of(kind_name, name, names, columns, numbers, counted="feature")
 
 
 def _parts(content: bytes, name: str) -> bytes:

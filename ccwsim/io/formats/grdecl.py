@@ -55,7 +55,7 @@ def read_grdecl(content: bytes, name: str) -> DataFile:
     if active is not None:
         variables = {key: np.where(active == 0, np.nan, v) for key, v in variables.items()}
     file = DataFile("Eclipse GRDECL", name, variables, south_first=False)
-    with broken(f"{name}: the geometry is broken; save the grid again", ValueError, IndexError):
+    with broken(f"{name}: the geometry is broken; save the grid again", (ValueError, IndexError)):
         return _placed(file, place, shape)
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ccwsim import CCWSIMError, Grid
 from ccwsim.io.data_file import DataFile, Geometry, broken
 from ccwsim.io.formats.rasters import code_and_wkt
-from ccwsim.io.limits import check, check_cells, limits
+from ccwsim.io.limits import check, check_arrays, limits
 from ccwsim.model.arrays import AXES, labelled_axes, oriented_values
 from ccwsim.model.extras import needs
 
@@ -41,8 +41,8 @@ def _crs_of(dataset: Any) -> str:
     """Return the coordinate system in the attributes of a dataset or of one of its variables."""
     for place in (dataset, *dataset.variables.values()):
         for key in ("crs", "crs_wkt", "spatial_ref"):
-            if isinstance(said := place.attrs.get(key), str):
-                return code_and_wkt(said)[0]
+            if isinstance(crs := place.attrs.get(key), str):
+                return code_and_wkt(crs)[0]
     return ""
 
 
@@ -58,7 +58,7 @@ def _apart(dataset: Any) -> Iterator[tuple[Any, Any]]:
 
 def _file_of(arrays: dict[str, Any], name: str, crs: str) -> DataFile:
     check(name, variables=len(arrays))
-    check_cells(name, *(array.shape for array in arrays.values()))
+    check_arrays(name, [array.shape for array in arrays.values()])
     with broken(f"{name}: the NetCDF file cannot be read", remedy="save it again"):
         grids = {key: oriented_values(array) for key, array in arrays.items()}
     if too_many := next((key for key, grid in grids.items() if grid.ndim > 3), None):
@@ -104,7 +104,7 @@ def _arrays(file: Any, h5py: Any, name: str) -> dict[str, Any]:
     for array in arrays.values():  # a chunk may be larger than the array
         shape, chunk = array.shape or (1,), array.chunks or ()
         sizes.append(chunk if prod(chunk) > prod(shape) else tuple(max(side, 1) for side in shape))
-    check_cells(name, *sizes)
+    check_arrays(name, sizes)
     return arrays
 
 
@@ -138,8 +138,8 @@ def _netcdf(dataset: Any, crs: str) -> bytes:
             variable.attrs["grid_mapping"] = _CRS_VARIABLE
         for axis in ("x", "y"):
             dataset[axis].attrs["standard_name"] = f"projection_{axis}_coordinate"
-        said = {"crs": crs, "crs_wkt": code_and_wkt(crs)[1]}
-        dataset = dataset.assign({_CRS_VARIABLE: ((), np.int32(0), said)})
+        attributes = {"crs": crs, "crs_wkt": code_and_wkt(crs)[1]}
+        dataset = dataset.assign({_CRS_VARIABLE: ((), np.int32(0), attributes)})
     return bytes(dataset.to_netcdf(engine="scipy"))
 
 

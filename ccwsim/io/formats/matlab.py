@@ -12,17 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile, broken, printable
-from ccwsim.io.limits import check, check_cells, limits
+from ccwsim.io.limits import check, check_arrays, check_cells, limits
 from ccwsim.model.errors import CCWSIMError
 
-_NUMBERS = (1, 2, 3, 4, 5, 6, 7, 9, 12, 13)
+_TYPE_NUMBERS = (1, 2, 3, 4, 5, 6, 7, 9, 12, 13)
 _KINDS = ("i1", "u1", "i2", "u2", "i4", "u4", "f4", "f8", "i8", "u8")
-_TYPES = dict(zip(_NUMBERS, _KINDS, strict=True))
+_DTYPES = dict(zip(_TYPE_NUMBERS, _KINDS, strict=True))
 """The NumPy type of each type number in the format."""
 _MATRIX, _COMPRESSED = 14, 15
 _NUMERIC_CLASSES = range(6, 16)
 _COMPLEX = 0x08
-_START = 2000  # number of bytes to unpack for the header of a packed variable
+_N_HEADER_BYTES = 2000  # number of bytes to unpack for the header of a packed variable
 
 
 def read_matlab(content: bytes, name: str) -> DataFile:
@@ -31,12 +31,12 @@ def read_matlab(content: bytes, name: str) -> DataFile:
     if order is None:
         raise CCWSIMError(f"{name}: the MATLAB header is broken; save it again with -v7")
     grids: dict[str, NDArray] = {}
-    for kind, data in _variables(_Elements(memoryview(content)[128:], order, name)):
-        array = _named_array(_Elements(data, order, name)) if kind == _MATRIX else None
+    for kind, payload in _variables(_Elements(memoryview(content)[128:], order, name)):
+        array = _named_array(_Elements(payload, order, name)) if kind == _MATRIX else None
         if array is not None:
             key, values = array  # slices are along the last axis, and come first here
             grids[key] = values[None] if values.ndim == 2 else np.moveaxis(values, 2, 0)
-            check_cells(name, *(grid.shape for grid in grids.values()))
+            check_arrays(name, [grid.shape for grid in grids.values()])
     return DataFile("MATLAB file", name, grids, asks_up=True)
 
 
@@ -50,52 +50,52 @@ class _Elements:
     """Elements that follow each other in a file or in a variable."""
 
     def __init__(self, content: memoryview, order: str, name: str) -> None:
-        self.content, self.order, self.name, self.at = content, order, name, 0
+        self.content, self.order, self.name, self.position = content, order, name, 0
 
     def take(self) -> tuple[int, memoryview]:
         """Return type and data of the next element."""
-        content, at = self.content, self.at
-        _check_whole(self.name, at + 8, len(content))
-        first, second = np.frombuffer(content, self.order + "u4", count=2, offset=at).tolist()
-        kind, size, start = first, second, at + 8
+        content, position = self.content, self.position
+        _check_whole(self.name, position + 8, len(content))
+        first, second = np.frombuffer(content, self.order + "u4", count=2, offset=position).tolist()
+        kind, size, start = first, second, position + 8
         if first >> 16:  # short element: one word holds size and type, the next word holds the data
-            kind, size, start = first & 0xFFFF, first >> 16, at + 4
+            kind, size, start = first & 0xFFFF, first >> 16, position + 4
         padded = 0 if kind == _COMPRESSED else -size % 8
-        self.at = at + 8 if first >> 16 else start + size + padded
-        _check_whole(self.name, start + size, min(self.at, len(content)))
+        self.position = position + 8 if first >> 16 else start + size + padded
+        _check_whole(self.name, start + size, min(self.position, len(content)))
         return kind, content[start : start + size]
 
 
 def _variables(elements: _Elements) -> Iterator[tuple[int, memoryview]]:
     """Unpack and yield the top-level elements."""
-    n, left = 0, limits().unpacked
-    while elements.at + 8 <= len(elements.content):
-        kind, data = elements.take()
+    n, n_free = 0, limits().unpacked
+    while elements.position + 8 <= len(elements.content):
+        kind, payload = elements.take()
         if kind == _COMPRESSED:
-            data = memoryview(_unpacked(data, left, elements))
-            left -= len(data)
-            kind, data = _Elements(data, elements.order, elements.name).take()
+            payload = memoryview(_unpacked(payload, n_free, elements))
+            n_free -= len(payload)
+            kind, payload = _Elements(payload, elements.order, elements.name).take()
         n += 1
         check(elements.name, variables=n)
-        yield kind, data
+        yield kind, payload
 
 
-def _unpacked(data: memoryview, left: int, elements: _Elements) -> bytes:
+def _unpacked(payload: memoryview, n_free: int, elements: _Elements) -> bytes:
     """Check the size and the number of cells of an element, then unpack it."""
     stream, order, name = zlib.decompressobj(), elements.order, elements.name
     with broken(f"{name}: a packed variable is broken; save it again", zlib.error):
-        start = stream.decompress(data, _START)
+        start = stream.decompress(payload, _N_HEADER_BYTES)
         _check_whole(name, 8, len(start))
         kind, size = np.frombuffer(start, order + "u4", count=2).tolist()
         if kind != _MATRIX:
             return start
         _shape_and_name(_Elements(memoryview(start)[8:], order, name))
-        check(name, unpacked=limits().unpacked - left + size + 8)
+        check(name, unpacked=limits().unpacked - n_free + size + 8)
         more = max(size + 8 - len(start), 0)
-        rest = stream.decompress(stream.unconsumed_tail, more) if more else b""
+        remainder = stream.decompress(stream.unconsumed_tail, more) if more else b""
         if stream.decompress(stream.unconsumed_tail, 1) or not stream.eof:
             raise CCWSIMError(f"{name}: a packed variable is broken; save it again")
-    return start + rest
+    return start + remainder
 
 
 def _shape_and_name(elements: _Elements) -> tuple[tuple[int, ...], str] | None:
@@ -123,10 +123,10 @@ def _named_array(elements: _Elements) -> tuple[str, NDArray] | None:
     if header is None:
         return None
     shape, key = header
-    kind, data = elements.take()
-    if kind not in _TYPES or len(data) != prod(shape) * np.dtype(_TYPES[kind]).itemsize:
+    kind, payload = elements.take()
+    if kind not in _DTYPES or len(payload) != prod(shape) * np.dtype(_DTYPES[kind]).itemsize:
         raise CCWSIMError(f"{elements.name}, {key}: the values do not fill {shape}; save it again")
-    values = np.frombuffer(data, elements.order + _TYPES[kind])
+    values = np.frombuffer(payload, elements.order + _DTYPES[kind])
     return key, values.astype(values.dtype.newbyteorder("=")).reshape(shape, order="F")
 
 
@@ -139,8 +139,8 @@ def is_matlab4(content: bytes) -> bool:
         return False
     for order in "<>":
         kind, _, _, imaginary, n = np.frombuffer(content, f"{order}u4", count=5).tolist()
-        machine, rest = divmod(kind, 1000)
-        precision, form = divmod(rest, 10)
+        machine, digits = divmod(kind, 1000)
+        precision, form = divmod(digits, 10)
         fits = machine == (order == ">") and precision < len(_PRECISIONS_4) and form < 3
         if fits and imaginary <= 1 and 1 < n <= 64 and content[20 : 19 + n].isalnum():
             return True
@@ -150,21 +150,25 @@ def is_matlab4(content: bytes) -> bool:
 def read_matlab4(content: bytes, name: str) -> DataFile:
     """Return the full matrices of real numbers in a file of MATLAB 4."""
     grids: dict[str, NDArray] = {}
-    at = n_variables = 0
-    while at + 20 <= len(content):
-        order = "<" if content[at + 3] == 0 and content[at : at + 2] != b"\0\0" else ">"
-        order = "<" if content[at : at + 4] == bytes(4) else order
+    position = n_variables = 0
+    while position + 20 <= len(content):
+        order = (
+            "<"
+            if content[position + 3] == 0 and content[position : position + 2] != b"\0\0"
+            else ">"
+        )
+        order = "<" if content[position : position + 4] == bytes(4) else order
         n_variables += 1
         check(name, variables=n_variables)
-        kind, ny, nx, imaginary, n = np.frombuffer(content, f"{order}u4", 5, at).tolist()
+        kind, ny, nx, imaginary, n = np.frombuffer(content, f"{order}u4", 5, position).tolist()
         dtype = np.dtype(order + _PRECISIONS_4[min(kind % 1000 // 10, 5)])
-        start = at + 20 + n
+        start = position + 20 + n
         size = ny * nx * dtype.itemsize
         _check_whole(name, start + size, len(content))
         if kind % 10 == 0 and not imaginary and ny * nx:
-            check_cells(name, *(grid.shape for grid in grids.values()), (ny, nx))
+            check_arrays(name, [*(grid.shape for grid in grids.values()), (ny, nx)])
             values = np.frombuffer(content, dtype, ny * nx, start).reshape(nx, ny).T
-            label = printable(content[at + 20 : start].decode("latin-1").rstrip("\0"))
+            label = printable(content[position + 20 : start].decode("latin-1").rstrip("\0"))
             grids[label] = values.astype(dtype.newbyteorder("="))[None]
-        at = start + size * (1 + imaginary)
+        position = start + size * (1 + imaginary)
     return DataFile("MATLAB file", name, grids, asks_up=True)

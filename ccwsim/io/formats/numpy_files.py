@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ccwsim.io.archive import Archive, opened_archive
 from ccwsim.io.data_file import DataFile, Geometry, broken, distinct_names
 from ccwsim.io.formats.tables import table_of
-from ccwsim.io.limits import check, check_cells
+from ccwsim.io.limits import check, check_arrays, check_cells
 from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.grid import Grid
 
@@ -37,7 +37,7 @@ def read_npz(content: bytes, name: str) -> DataFile:
         table = _cells_and_facies(archive, name)
         if table is not None:
             return table
-        grids, reasons = _grids(archive, name)
+        grids, reasons = _grids_and_reasons(archive, name)
     place = {}
     with suppress(CCWSIMError):  # members of other programs may have the same names
         place = npz_arrays(content, name, {"cell_size": "fiu", "origin": "fiu", "crs": "U"})
@@ -101,7 +101,7 @@ def _cells_and_facies(archive: Archive, name: str) -> DataFile | None:
     return table_of("NumPy arrays", name, [*places, "facies"], [*cells.T, facies], lines)
 
 
-def _grids(archive: Archive, name: str) -> tuple[dict[str, NDArray], list[str]]:
+def _grids_and_reasons(archive: Archive, name: str) -> tuple[dict[str, NDArray], list[str]]:
     """Return the arrays that are grids, and the reasons that exclude other arrays."""
     keys = [key for key in archive.infos if key.endswith(".npy")]
     check(name, variables=len(keys))
@@ -116,7 +116,7 @@ def _grids(archive: Archive, name: str) -> tuple[dict[str, NDArray], list[str]]:
             continue
         if len(array.shape) in (2, 3) and 0 not in array.shape:
             arrays[label] = array
-    check_cells(name, *(array.shape for array in arrays.values()))
+    check_arrays(name, [array.shape for array in arrays.values()])
     return {label: array.grid() for label, array in arrays.items()}, reasons
 
 

@@ -24,7 +24,7 @@ _TAG, _CODES = "Palette", "facies codes"
 # long remarks in a PNG do no harm: uploads are read with bounded memory
 PngImagePlugin.MAX_TEXT_CHUNK = PngImagePlugin.MAX_TEXT_MEMORY = 1024 * MIB
 _ORIENTATION = 0x0112  # number of the EXIF tag of the camera's orientation
-_NUMBERS = ("I", "F", "I;16", "I;16B", "I;16L", "I;16N")
+_NUMBER_MODES = ("I", "F", "I;16", "I;16B", "I;16L", "I;16N")
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,32 +35,32 @@ class PictureFile:
     rgb: Bytes  # shape (ny, nx, 3); transparent parts are shown on white
     numbers: Bytes | None  # shape (ny, nx): palette indices or grey values
     says_codes: bool = False  # whether the file marks `numbers` as facies codes
-    known: Mask | None = None  # shape (ny, nx); False in transparent pixels, if any
+    opaque: Mask | None = None  # shape (ny, nx); False in transparent pixels, if any
 
     def unknown_note(self) -> str:
         """Return a sentence about the transparent pixels; empty if there is none."""
-        if self.known is None:
+        if self.opaque is None:
             return ""
-        n = np.count_nonzero(~self.known)
-        return f"{n} of {self.known.size} pixels are transparent, which means unknown"
+        n = np.count_nonzero(~self.opaque)
+        return f"{n} of {self.opaque.size} pixels are transparent, which means unknown"
 
 
 def read_picture(
     content: bytes, name: str, part: FilePart | None = None, *, up: bool | None = None
 ) -> PictureFile | DataFile:
     """Read a picture, or a grid if its pixels are numbers of 16 bits or more."""
-    image = _opened(content, name)
-    check_cells(name, (image.height, image.width))
+    picture = _opened_picture(content, name)
+    check_cells(name, (picture.height, picture.width))
     with broken(f"{name}: the picture is broken; save it again as PNG"):
         if part is not None:
-            image = _part_of(image, part, name, up)
-        if image.mode in _NUMBERS:
-            numbers = np.array(image)[None]
+            picture = _part_of(picture, part, name, up)
+        if picture.mode in _NUMBER_MODES:
+            numbers = np.array(picture)[None]
             return DataFile(PICTURE_OF_NUMBERS, name, {"grey": numbers}, south_first=False)
-        numbers = np.array(image).astype(np.uint8) if image.mode in ("P", "L", "1") else None
-        says_codes = image.mode == "P" and image.info.get(_TAG) == _CODES
-        rgb, known = _on_white(image)
-        return PictureFile(name, rgb, numbers, says_codes, known)
+        numbers = np.array(picture).astype(np.uint8) if picture.mode in ("P", "L", "1") else None
+        says_codes = picture.mode == "P" and picture.info.get(_TAG) == _CODES
+        rgb, opaque = _on_white(picture)
+        return PictureFile(name, rgb, numbers, says_codes, opaque)
 
 
 def picture_facies(
@@ -77,7 +77,7 @@ def picture_facies(
         as_codes = picture.says_codes or classes is not None
         if as_codes and picture.numbers is not None:
             return picture.numbers.astype(np.int64)
-        colours, places = distinct_colours(picture.rgb, picture.known)
+        colours, places = distinct_colours(picture.rgb, picture.opaque)
         if len(colours) > MAX_COLOURS:
             raise refused("too_many_colours", name=picture.name, n=len(colours))
         return places.astype(np.int64)
@@ -99,49 +99,49 @@ def picture_as_bytes(
     if indices.min() < 0 or indices.max() > min(n_colours, 255):
         raise CCWSIMError(f"a picture of {n_colours} colours cannot show colour {indices.max()}")
     palette = np.vstack([colours_for(n_colours, colours), [[255, 255, 255]]])[:256]
-    image = Image.fromarray(np.ascontiguousarray(indices[::-1].astype(np.uint8)))
-    image.putpalette(palette.astype(np.uint8).tobytes())
+    picture = Image.fromarray(np.ascontiguousarray(indices[::-1].astype(np.uint8)))
+    picture.putpalette(palette.astype(np.uint8).tobytes())
     content = BytesIO()
-    said = PngInfo()
+    info = PngInfo()
     if are_codes:
-        said.add_text(_TAG, _CODES)
+        info.add_text(_TAG, _CODES)
     gap = n_colours if indices.max() == n_colours else None
-    image.save(content, "PNG", pnginfo=said, transparency=gap if are_codes else None)
+    picture.save(content, "PNG", pnginfo=info, transparency=gap if are_codes else None)
     return content.getvalue()
 
 
-def _opened(content: bytes, name: str) -> Image.Image:
+def _opened_picture(content: bytes, name: str) -> Image.Image:
     too_large = f"{name}: more than {2 * (Image.MAX_IMAGE_PIXELS or 0)} pixels; cut a smaller piece"
     with (
         broken(f"{name}: the picture cannot be read; save it again as PNG"),
         broken(too_large, Image.DecompressionBombError),
     ):
-        image = Image.open(BytesIO(content), formats=_FORMATS)
-        if (n := getattr(image, "n_frames", 1)) > 1:
+        picture = Image.open(BytesIO(content), formats=_FORMATS)
+        if (n := getattr(picture, "n_frames", 1)) > 1:
             raise refused("several_frames", name=name, n=n)
-        turned = image.getexif().get(_ORIENTATION, 1) > 1
-        return ImageOps.exif_transpose(image) if turned else image
+        turned = picture.getexif().get(_ORIENTATION, 1) > 1
+        return ImageOps.exif_transpose(picture) if turned else picture
 
 
-def _part_of(image: Image.Image, part: FilePart, name: str, up: bool | None) -> Image.Image:
+def _part_of(picture: Image.Image, part: FilePart, name: str, up: bool | None) -> Image.Image:
     """Return the pixels of a part; keep the palette and the transparency."""
-    (row, column), (ny, nx) = part.box(name, (image.height, image.width))
-    top = row if up else image.height - row - ny
+    (row, column), (ny, nx) = part.box(name, (picture.height, picture.width))
+    top = row if up else picture.height - row - ny
     size = nx // part.every, ny // part.every
-    return image.resize(size, Image.Resampling.NEAREST, (column, top, column + nx, top + ny))
+    return picture.resize(size, Image.Resampling.NEAREST, (column, top, column + nx, top + ny))
 
 
-def _on_white(image: Image.Image) -> tuple[Bytes, Mask | None]:
-    """Return the colours of an image on white, and a mask of pixels that are not transparent."""
-    if image.mode in ("RGBA", "LA", "PA", "La", "RGBa") or "transparency" in image.info:
-        ground, image = Image.new("RGBA", image.size, "white"), image.convert("RGBA")
-        known = np.array(image.getchannel("A")) > 0
-        rgb = np.array(Image.alpha_composite(ground, image).convert("RGB"))
-        return rgb, None if known.all() else known
-    return np.array(image.convert("RGB")), None
+def _on_white(picture: Image.Image) -> tuple[Bytes, Mask | None]:
+    """Return the colours of a picture on white, and a mask of pixels that are not transparent."""
+    if picture.mode in ("RGBA", "LA", "PA", "La", "RGBa") or "transparency" in picture.info:
+        ground, picture = Image.new("RGBA", picture.size, "white"), picture.convert("RGBA")
+        opaque = np.array(picture.getchannel("A")) > 0
+        rgb = np.array(Image.alpha_composite(ground, picture).convert("RGB"))
+        return rgb, None if opaque.all() else opaque
+    return np.array(picture.convert("RGB")), None
 
 
-MAX_COLOURS = 16  # most colours that count as facies; more indicate blur or shading
+MAX_COLOURS = 16  # maximum number of colours that count as facies; more indicate blur or shading
 
 GREY = 24  # maximum difference between red, green and blue for a colour to count as grey
 
@@ -151,8 +151,7 @@ DEFAULT_COLOURS = ("#1f3f77", "#f0a830", "#2f8f5b", "#a63d2f", "#7d5ba6", "#8a8f
 
 def colours_for(n: int, colours: Sequence[str] | None = None) -> Bytes:
     """Return n colours as red, green and blue, shape (n, 3)."""
-    given = list(DEFAULT_COLOURS if colours is None else colours)[:n]
-    rgb = [_rgb(colour) for colour in given]
+    rgb = [_rgb(colour) for colour in list(DEFAULT_COLOURS if colours is None else colours)[:n]]
     for k in range(len(rgb), n):
         hue = (k * 0.618034) % 1.0
         rgb.append(
@@ -172,12 +171,12 @@ def is_grey(rgb: Bytes, percent: float = 100.0) -> bool:
     return bool(np.percentile(np.ptp(rgb.astype(np.int16), axis=-1), percent) <= GREY)
 
 
-def distinct_colours(rgb: Bytes, known: Mask | None = None) -> tuple[Bytes, NDArray[np.int32]]:
-    """Return the colours of the `known` cells from dark to light, and each cell's colour index."""
-    packed = _packed(rgb, 8)
-    there = np.zeros(1 << 24, bool)
-    there[packed if known is None else packed[known]] = True
-    present = np.flatnonzero(there)
+def distinct_colours(rgb: Bytes, counted: Mask | None = None) -> tuple[Bytes, NDArray[np.int32]]:
+    """Return the colours of `counted` cells from dark to light, and each cell's colour index."""
+    packed = _packed_rgb(rgb, 8)
+    occurs = np.zeros(1 << 24, bool)
+    occurs[packed if counted is None else packed[counted]] = True
+    present = np.flatnonzero(occurs)
     colours = np.stack([present >> 16, present >> 8, present], axis=1).astype(np.uint8)
     order = np.lexsort((present, grey_of(colours)))
     rank = np.zeros(1 << 24, np.int32)
@@ -191,7 +190,7 @@ SHARE_OF_MAIN, APART = 0.02, 72.0
 
 def main_colours(rgb: Bytes) -> Floats:
     """Return frequent colours that differ clearly from each other, shape (n, 3)."""
-    counts = np.bincount(_packed(rgb >> 4, 4).ravel(), minlength=1 << 12)
+    counts = np.bincount(_packed_rgb(rgb >> 4, 4).ravel(), minlength=1 << 12)
     order = np.argsort(-counts, kind="stable")
     points = np.stack([order >> 8, order >> 4, order], axis=1) % 16 * 16.0 + 8.0
     main = np.empty((0, 3))
@@ -222,7 +221,7 @@ def nearest_colours(rgb: Bytes, n: int) -> Ints:
     """Return the facies of a picture reduced to n colours, from dark to light, by k-means."""
     if not 2 <= n <= MAX_COLOURS:
         raise CCWSIMError(f"classes = {shown(n)} must be from 2 to {MAX_COLOURS} for a picture")
-    coarse = _packed(rgb >> 3, 5)
+    coarse = _packed_rgb(rgb >> 3, 5)
     counts = np.bincount(coarse.ravel(), minlength=1 << 15)
     bins = np.flatnonzero(counts)
     if len(bins) < n:
@@ -234,7 +233,7 @@ def nearest_colours(rgb: Bytes, n: int) -> Ints:
     return of_bin[coarse]
 
 
-def _packed(rgb: NDArray[np.integer], bits: int) -> NDArray[np.int32]:
+def _packed_rgb(rgb: NDArray[np.integer], bits: int) -> NDArray[np.int32]:
     """Return red, green and blue packed into one number."""
     red, green, blue = np.moveaxis(rgb.astype(np.int32), -1, 0)
     return red << 2 * bits | green << bits | blue

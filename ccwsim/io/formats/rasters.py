@@ -28,7 +28,7 @@ MAX_DIGITS = 40  # maximum number of letters of the code of a coordinate system,
 
 def is_map(content: bytes, name: str) -> bool:
     """Return whether a TIFF contains numbers on a map or several pages, and is not a picture."""
-    with suppress(CCWSIMError), _opened(content, name, "tiff") as file:
+    with suppress(CCWSIMError), _opened_raster(content, name, "tiff") as file:
         placed = not file.transform.is_identity or file.crs is not None
         plain = set(file.dtypes) == {"uint8"} and file.count in (1, 3, 4)
         gaps = file.nodata is not None or (file.count == 1 and _has_mask(file))
@@ -40,7 +40,7 @@ def read_raster(content: bytes, name: str, kind: str) -> DataFile:
     """Return the bands of a raster as variables, or its pages as the layers of volumes."""
     if kind == "grass":  # GDAL reads an unknown cell, marked by an asterisk, as 0
         content = content.replace(b"*", b"-9999")
-    with _opened(content, name, kind) as first, ExitStack() as opened:
+    with _opened_raster(content, name, kind) as first, ExitStack() as opened:
         check(name, variables=max(len(first.subdatasets), first.count))
         pages = [opened.enter_context(_page(part)) for part in first.subdatasets] or [first]
         if any(
@@ -51,8 +51,8 @@ def read_raster(content: bytes, name: str, kind: str) -> DataFile:
         with broken(f"{name}: the raster cannot be read", remedy="save it without compression"):
             bands = np.stack([page.read() for page in pages], axis=1)
             if any(map(_has_mask, pages)):
-                known = np.stack([page.read_masks() for page in pages], axis=1)
-                bands = np.where(known, bands, np.nan)
+                valid = np.stack([page.read_masks() for page in pages], axis=1)
+                bands = np.where(valid, bands, np.nan)
         missing = tuple({float(v) for p in pages for v in p.nodatavals if v is not None and v == v})
         names = [text or f"band {k}" for k, text in enumerate(first.descriptions, start=1)]
         variables = dict(zip(distinct_names(names), bands, strict=True))
@@ -60,7 +60,7 @@ def read_raster(content: bytes, name: str, kind: str) -> DataFile:
 
 
 @contextmanager
-def _opened(content: bytes, name: str, kind: str) -> Iterator[Any]:
+def _opened_raster(content: bytes, name: str, kind: str) -> Iterator[Any]:
     """Yield a raster, with the bands of its first page, as an open dataset of rasterio."""
     rasterio = needs("rasterio")
     with warnings.catch_warnings():
@@ -86,20 +86,22 @@ def _has_mask(page: Any) -> bool:
 
 def _geometry(page: Any) -> dict[str, Any]:
     """Return CRS, first row, cell size and origin; a rotated raster has no cell size."""
-    at = page.transform
+    transform = page.transform
     place = Geometry(crs="" if page.crs is None else _code_of(page.crs))
-    if not (at.is_identity or at.b or at.d or at.a <= 0 or not at.e):
-        origin = at.c, min(at.f, at.f + page.height * at.e)
-        place = Geometry((at.a, abs(at.e)), origin, place.crs)
-    return {"geometry": place, "south_first": not at.is_identity and at.e > 0}
+    if not (
+        transform.is_identity or transform.b or transform.d or transform.a <= 0 or not transform.e
+    ):
+        origin = transform.c, min(transform.f, transform.f + page.height * transform.e)
+        place = Geometry((transform.a, abs(transform.e)), origin, place.crs)
+    return {"geometry": place, "south_first": not transform.is_identity and transform.e > 0}
 
 
-def code_and_wkt(said: str) -> tuple[str, str]:
+def code_and_wkt(crs_text: str) -> tuple[str, str]:
     """Return a coordinate system as the authority's code and as WKT; otherwise the given text."""
     with suppress(Exception):
-        crs = needs("rasterio").CRS.from_user_input(said)
+        crs = needs("rasterio").CRS.from_user_input(crs_text)
         return _code_of(crs), crs.to_wkt()
-    return said, said
+    return crs_text, crs_text
 
 
 def _code_of(crs: Any) -> str:

@@ -20,8 +20,8 @@ def read_sgems(content: bytes, name: str) -> DataFile:
         kind, *_ = _text(file), _text(file), _take(file, 1)  # the name and the version
         is_grid = kind == "Cgrid"
         if not is_grid and kind != "Point_set":
-            said = printable(kind, 30)
-            raise CCWSIMError(f"{name}: an SGeMS {said} is not read; save it in SGeMS as GSLIB")
+            label = printable(kind, 30)
+            raise CCWSIMError(f"{name}: an SGeMS {label} is not read; save it in SGeMS as GSLIB")
         shape = _take(file, 3 if is_grid else 1).tolist()[::-1]
         cell, centre = _take(file, 6 * is_grid, ">f4").astype(float).reshape(2, -1)
         n = int(_take(file, 1)[0])
@@ -29,7 +29,7 @@ def read_sgems(content: bytes, name: str) -> DataFile:
         names = [_text(file) for _ in range(n)]
         n_values = check_cells(name, (n, *shape))
         places = [] if is_grid else _take(file, 3 * shape[0], ">f4").reshape(-1, 3).T
-        columns = [*places, *_take(file, n_values, ">f4").reshape(n, *shape)]
+        columns = [*places, *_take(file, n_values, ">f4").reshape([n, *shape])]
     names = distinct_names(names if is_grid else ["X", "Y", "Z", *names])
     variables = {key: one.astype(float) for key, one in zip(names, columns, strict=True)}
     read = DataFile("binary SGeMS file", name, variables)

@@ -48,7 +48,7 @@ def read_gslib(content: bytes, name: str) -> DataFile:
     size = _size_of(lines)
     if size is None:
         return _table(content, name, names, start, lines[0])
-    grids = _grids(content, name, names, size, start)
+    grids = _grid_variables(content, name, names, size, start)
     return DataFile("SGeMS/GSLIB grid", name, grids).at(size.cell, size.corner)
 
 
@@ -75,15 +75,15 @@ def grid_as_bytes(
 def _head(content: bytes, n: int) -> tuple[list[str], int]:
     """Return the first n lines (fewer if a line is too long) and the position of the next line."""
     lines: list[str] = []
-    at = 0
-    while len(lines) < n and at < len(content):
-        end = content.find(b"\n", at, at + MAX_HEADER_LINE)
-        if end < 0 and len(content) - at > MAX_HEADER_LINE:
+    position = 0
+    while len(lines) < n and position < len(content):
+        end = content.find(b"\n", position, position + MAX_HEADER_LINE)
+        if end < 0 and len(content) - position > MAX_HEADER_LINE:
             break
         end = end if end >= 0 else len(content)
-        lines.append(content[at:end].decode("utf-8", "replace").strip())
-        at = end + 1
-    return lines, min(at, len(content))
+        lines.append(content[position:end].decode("utf-8", "replace").strip())
+        position = end + 1
+    return lines, min(position, len(content))
 
 
 def _grid_sizes(line: str) -> tuple[int, int, int] | None:
@@ -100,7 +100,7 @@ def _grid_sizes(line: str) -> tuple[int, int, int] | None:
 class _Size(NamedTuple):
     """The numbers of a GSLIB header: cells along x, y and z, cell size, and corner of the grid."""
 
-    cells: tuple[int, int, int]
+    sides: tuple[int, int, int]
     cell: list[float]
     corner: list[float]
     n_realizations: int = 1
@@ -108,15 +108,15 @@ class _Size(NamedTuple):
 
 def _size_of(lines: list[str]) -> _Size | None:
     """Return the size in line 1, after the count in line 2, or in the title."""
-    if cells := _grid_sizes(lines[0]):
+    if sides := _grid_sizes(lines[0]):
         numbers = _leading_numbers(lines[0])
-        return _Size(cells, _three(numbers[3:6]), _three(numbers[6:9]))
+        return _Size(sides, _three(numbers[3:6]), _three(numbers[6:9]))
     numbers = _leading_numbers(lines[1])[1:]
-    if cells := _grid_sizes(" ".join(map(str, numbers[:3]))):
+    if sides := _grid_sizes(" ".join(map(str, numbers[:3]))):
         cell, centre = _three(numbers[6:9]), numbers[3:6]  # as programs of GSLIB write them
         corner = [c - s / 2 for c, s in zip(centre, cell, strict=True)] if cell else []
         stacked = len(numbers) in (4, 10) and numbers[-1] % 1 == 0
-        return _Size(cells, cell, corner, int(numbers[-1]) if stacked else 1)
+        return _Size(sides, cell, corner, int(numbers[-1]) if stacked else 1)
     sizes = _IN_TITLE.search(lines[0])
     return _Size((int(sizes[1]), int(sizes[2]), int(sizes[3] or 1)), [], []) if sizes else None
 
@@ -131,11 +131,11 @@ def _leading_numbers(line: str) -> list[float]:
     return [float(word) for word in takewhile(is_number, line.split())]
 
 
-def _grids(
+def _grid_variables(
     content: bytes, name: str, names: list[str], size: _Size, start: int
 ) -> dict[str, NDArray[np.float64]]:
     """Return the variables of a grid; realizations follow each other in the file."""
-    nx, ny, nz = size.cells
+    nx, ny, nz = size.sides
     promised = check_cells(name, (size.n_realizations * len(names), nz, ny, nx))
     values = numbers_in(content, name, start=start, first_line=len(names) + 3)
     if len(values) != promised:
@@ -201,20 +201,20 @@ def read_esri(content: bytes, name: str) -> DataFile:
         header.get("yllcorner", header.get("yllcenter", cell[1] / 2) - cell[1] / 2),
     )
     missing = (header["nodata_value"],) if "nodata_value" in header else ()
-    grid = {"grid": values.reshape(1, *shape)}
+    grid = {"grid": values.reshape((1, *shape))}
     file = DataFile("ESRI ASCII grid", name, grid, south_first=False, missing=missing)
     return file.at(cell, origin)
 
 
 def _header(content: bytes, name: str) -> tuple[dict[str, float], int, int]:
     header: dict[str, float] = {}
-    at, line = 0, 1
-    while at < len(content):
+    position, line = 0, 1
+    while position < len(content):
         if line > MAX_HEADER_LINES:
             raise CCWSIMError(f"{name}: the header exceeds {MAX_HEADER_LINES} lines; correct it")
-        end = content.find(b"\n", at, at + MAX_ESRI_HEADER)
-        end = end if end >= 0 else min(len(content), at + MAX_ESRI_HEADER)
-        words = content[at:end].decode("latin-1").replace(":", " ").replace("=", " ").split()
+        end = content.find(b"\n", position, position + MAX_ESRI_HEADER)
+        end = end if end >= 0 else min(len(content), position + MAX_ESRI_HEADER)
+        words = content[position:end].decode("latin-1").replace(":", " ").replace("=", " ").split()
         if words and (is_number(words[0]) or not words[0][0].isalpha()):
             break
         if words and words[-1].upper() not in ("LSBFIRST", "MSBFIRST"):
@@ -223,5 +223,5 @@ def _header(content: bytes, name: str) -> tuple[dict[str, float], int, int]:
                 raise CCWSIMError(f"{name}, line {line}: {entry} needs one number")
             key = words[0].lower()
             header[_ALIASES.get(key, key)] = float(words[1])
-        at, line = end + 1, line + 1
-    return header, at, line
+        position, line = end + 1, line + 1
+    return header, position, line

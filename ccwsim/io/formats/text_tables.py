@@ -37,16 +37,16 @@ def is_number(word: str) -> bool:
 def numbers_in(content: bytes, name: str, *, start: int = 0, first_line: int = 1) -> Floats:
     """Return all numbers in a text from byte `start` on; this byte is in line `first_line`."""
     parts: list[Floats] = []
-    n, at, line = 0, start, first_line
-    while at < len(content):
-        cut = _SPACE.search(content, at + CHUNK)
+    n, position, line = 0, start, first_line
+    while position < len(content):
+        cut = _SPACE.search(content, position + CHUNK)
         end = cut.start() if cut else len(content)
-        chunk = content[at:end]
+        chunk = content[position:end]
         parts.append(_parsed(chunk, name, line))
         n += len(parts[-1])
         check(name, cells=n)
         line += chunk.count(b"\n")
-        at = end
+        position = end
     return np.concatenate(parts) if parts else np.empty(0)
 
 
@@ -61,9 +61,9 @@ def _parsed(chunk: bytes, name: str, line: int) -> Floats:
                     return values
     for k, text in enumerate(chunk.split(b"\n")):
         for word in text.split():
-            said = word[:MAX_WORD].decode("latin-1")
-            if len(word) > MAX_WORD or not is_number(said) or np.isinf(float(said)):
-                raise CCWSIMError(not_a_number(name, line + k, said))
+            field = word[:MAX_WORD].decode("latin-1")
+            if len(word) > MAX_WORD or not is_number(field) or np.isinf(float(field)):
+                raise CCWSIMError(not_a_number(name, line + k, field))
     raise CCWSIMError(f"{name}: a value after line {line} is not a number; correct it")
 
 
@@ -197,10 +197,12 @@ def read_delimited(content: bytes, name: str) -> DataFile:
     else:
         check_cells(name, (len(lines.texts), n))
     columns = _fast(lines.texts, name, n, marks) or _by_field(lines, name, n, marks, bool(names))
-    at = np.array(lines.numbers, dtype=np.int64)
+    line_numbers = np.array(lines.numbers, dtype=np.int64)
     if not names:
-        values, at = _without_margins(np.stack(columns, axis=1), at)
-        return DataFile("text matrix", name, {"matrix": values[None]}, lines=at, **_OF_MATRIX)
+        values, line_numbers = _without_margins(np.stack(columns, axis=1), line_numbers)
+        return DataFile(
+            "text matrix", name, {"matrix": values[None]}, lines=line_numbers, **_OF_MATRIX
+        )
     named = dict(zip(distinct_names(list(names)), columns, strict=True))
     if names[0] in ("", "Unnamed: 0") and n > 1 and _counts_up(columns[0]):  # the index of pandas
         del named[next(iter(named))]
@@ -214,8 +216,8 @@ def read_delimited(content: bytes, name: str) -> DataFile:
         raise CCWSIMError(f"{name}: no column contains numbers")
     keys = tuple(key for key in named if key in numbers or key in words)
     if header.well and "well" not in map(str.lower, keys):
-        words["well"], keys = (header.well,) * len(at), ("well", *keys)
-    table = DataFile(header.kind, name, numbers, is_table=True, lines=at, words=words)
+        words["well"], keys = (header.well,) * len(line_numbers), ("well", *keys)
+    table = DataFile(header.kind, name, numbers, is_table=True, lines=line_numbers, words=words)
     return replace(table, columns=keys, missing=header.missing)
 
 
@@ -252,8 +254,8 @@ def _n_numbers_of_columns(lines: list[bytes], marks: _Marks) -> int:
         alike = len({part[1] for part in parts if part}) == 1
         return alike and len(numbers) == len(fields) >= MIN_NUMBERED and _counts_up(numbers)
 
-    first, *others = map(marks.fields, lines[:2])
-    numbered = [counts_up(row) or counts_up(row[1:]) for row in (first, *others)]
+    first, *following = map(marks.fields, lines[:2])
+    numbered = [counts_up(row) or counts_up(row[1:]) for row in (first, *following)]
     return int(numbered == [True, False])
 
 
@@ -278,8 +280,8 @@ class _Marks(NamedTuple):
         return split_fields(line.decode("utf-8", "replace"), self.separator)
 
 
-MIN_NUMBERED = 8  # fewest numbers in a row that are taken as numbers of rows or columns
-MAX_SAMPLED = 20  # number of lines at the start of a text from which its structure is told
+MIN_NUMBERED = 8  # minimum count of successive numbers that are read as row or column numbers
+MAX_SAMPLED = 20  # number of lines at the start of a text from which its structure is detected
 
 
 def _n_titles(lines: list[bytes], marks: _Marks) -> int:
@@ -293,13 +295,13 @@ def _n_titles(lines: list[bytes], marks: _Marks) -> int:
 
 def _names_above(lines: list[bytes], marks: _Marks) -> tuple[list[str], int]:
     """Return the names of the columns, and the number of lines above the first row."""
-    first, *others = map(marks.fields, lines[:3])
+    first, *following = map(marks.fields, lines[:3])
     if all(field_number(field, marks.decimal) is not None for field in first):
         return [], 0
-    counted = [any(_counts(field, marks.decimal) for field in row) for row in others]
+    counted = [any(_counts(field, marks.decimal) for field in row) for row in following]
     if counted != [False, True]:
         return first, 1
-    return max(first, others[0], key=len), 2
+    return max(first, following[0], key=len), 2
 
 
 def _matrix_of_names(lines: _Lines, marks: _Marks, name: str) -> DataFile | None:
@@ -320,8 +322,8 @@ def _matrix_of_names(lines: _Lines, marks: _Marks, name: str) -> DataFile | None
     if len(names) > MAX_FACIES:
         return None
     check_cells(name, (len(rows), len(rows[0])))
-    at, grid = np.array(lines.numbers, np.int64), values.reshape(1, len(rows), -1)
-    file = DataFile("text matrix", name, {"matrix": grid}, lines=at, **_OF_MATRIX)
+    line_numbers, grid = np.array(lines.numbers, np.int64), values.reshape(1, len(rows), -1)
+    file = DataFile("text matrix", name, {"matrix": grid}, lines=line_numbers, **_OF_MATRIX)
     return replace(file, labels={"matrix": names})
 
 
@@ -351,11 +353,11 @@ def _own_header(lines: list[bytes]) -> _Header:
         first, last = upper.index("BEGIN HEADER") + 1, upper.index("END HEADER")
         names = (_TYPE_OF_COLUMN.sub("", line).strip('"') for line in start[first:last])
         return _Header(tuple(names), last + 1, kind=PETREL)
-    data = next((k for k, line in enumerate(upper) if line.startswith("~A")), None)
-    if data is None or not upper[0].startswith("~"):
+    data_line = next((k for k, line in enumerate(upper) if line.startswith("~A")), None)
+    if data_line is None or not upper[0].startswith("~"):
         return _Header()
     section, curves, missing, wrapped, well, separator, version = "", [], (), False, "", None, ""
-    for line in start[:data]:
+    for line in start[:data_line]:
         mnemonic = re.split(r"[.\s]", line, maxsplit=1)[0]
         if line.startswith("~"):
             section = line[1:2].upper()
@@ -372,8 +374,15 @@ def _own_header(lines: list[bytes]) -> _Header:
             separator = {"COMMA": ",", "TAB": "\t"}.get(value.upper())
         elif mnemonic.upper() == "WELL":  # the value follows the colon in version 1
             well = line.partition(":")[2].strip() if version.startswith("1.") else value
-    names = tuple(curves or start[data].split()[1:])
-    return _Header(names, data + 1, missing, wrapped, well, separator)
+    names = tuple(curves or start[data_line].split()[1:])
+    return _Header(
+        names=names,
+        n_lines=data_line + 1,
+        missing=missing,
+        wrapped=wrapped,
+        well=well,
+        separator=separator,
+    )
 
 
 _DATE_AND_TIME = re.compile(rb"(\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}) (\d{1,2}:\d{2})")
@@ -382,7 +391,7 @@ _DATE_AND_TIME = re.compile(rb"(\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}) (\d{1,2}:\d{2})
 def _unwrapped(lines: _Lines, n: int) -> _Lines:
     """Join the lines of each depth of a wrapped well log, so that each line has n fields."""
     joined, words, start = _Lines([], []), list[bytes](), 0
-    for line, number in zip(*lines, strict=True):
+    for line, number in zip(lines.texts, lines.numbers, strict=True):
         start = start if words else number
         words += line.split()
         if len(words) >= n or number == lines.numbers[-1]:
@@ -430,7 +439,7 @@ def _by_field(
 ) -> list[Floats | tuple[str, ...]]:
     """Return each column as numbers, NaN for empty fields, or as words."""
     table: list[list[str]] = []
-    for line, number in zip(*lines, strict=True):
+    for line, number in zip(lines.texts, lines.numbers, strict=True):
         fields = marks.fields(line)
         while len(fields) > n and not fields[-1]:
             fields.pop()

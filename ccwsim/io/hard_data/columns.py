@@ -77,8 +77,8 @@ class PointColumns:
     """Whether the first layer of a file with a grid is the bottom of the volume (default: yes)."""
 
     def __post_init__(self) -> None:
-        known = isinstance(self.coordinates, str) and self.coordinates in ("world", "cells")
-        if self.coordinates is not None and not known:
+        is_valid = isinstance(self.coordinates, str) and self.coordinates in ("world", "cells")
+        if self.coordinates is not None and not is_valid:
             raise CCWSIMError(f'coordinates = {shown(self.coordinates)} must be "world" or "cells"')
 
     def named(self) -> dict[str, str | None]:
@@ -170,9 +170,15 @@ def assign_columns(file: DataFile, asked: PointColumns, *, volume: bool) -> Assi
             notes.append(f"{unused} is not used, because {columns['z']} is the height of each row.")
     with _collected(problems):
         columns["facies"] = value_column(file, columns.values(), asked.facies)
-    cells = [] if world else [columns[role] for role in ("x", "y", "z") if role in columns]
-    from_one = bool(cells) and counts_from_one(*cells)
-    return Assignment(columns, tuple(notes), tuple(problems), world, unclear, from_one)
+    cell_columns = [] if world else [columns[role] for role in ("x", "y", "z") if role in columns]
+    return Assignment(
+        columns,
+        notes=tuple(notes),
+        problems=tuple(problems),
+        world=world,
+        unclear=unclear,
+        from_one=bool(cell_columns) and counts_from_one(cell_columns),
+    )
 
 
 def _has_heights_of_data(file: DataFile, columns: Mapping[str, str]) -> bool:
@@ -247,41 +253,41 @@ def place_columns(
     taken: Sequence[str] = (),
 ) -> tuple[str, str, bool, list[str]]:
     """Return two columns of coordinates, whether they are in world units, and notes."""
-    names, cells, asked = list(file.names), coordinates == "cells", [x, y]
+    names, counts_cells, asked = list(file.names), coordinates == "cells", [x, y]
     free = [name for name in names if name not in (*asked, *taken)]
     column, row = x or _first(free, "column"), y or _first(free, "row")
     first, second = x or _first(free, "x", 4), y or _first(free, "y", 4)
     if coordinates is None and column and row:
-        cells = _is(column, "column") and _is(row, "row") and not (first and second)
-        cells |= column == first and row == second and _is(column, "column")
-    if first and second and not cells:
+        counts_cells = _is(column, ["column"]) and _is(row, ["row"]) and not (first and second)
+        counts_cells |= column == first and row == second and _is(column, ["column"])
+    if first and second and not counts_cells:
         return first, second, True, []
     if row and column and coordinates != "world":
-        letters = counts_from_one(row, column) and asked == [None, None]
+        letters = counts_from_one((row, column)) and asked == [None, None]
         note = [f"{column} counts cells along x, and {row} along y."] if letters else []
         return column, row, False, note
-    places = [name for name in free if name in file.variables and not _is(name, *_NOT_PLACES)]
+    places = [name for name in free if name in file.variables and not _is(name, _NOT_PLACES)]
     if len(names) < 3 or len(places) < asked.count(None):
         raise refused("columns_needed", name=file.name, names=listed(names))
     guess = iter(places)
-    if cells:  # the usual order is row, column
+    if counts_cells:  # the usual order is row, column
         row, column = y or next(guess), x or next(guess)
         return column, row, False, [_untold(row, column, "row and col")]
     first, second = x or next(guess), y or next(guess)
     return first, second, True, [_untold(first, second, "x and y")]
 
 
-def counts_from_one(*columns: str) -> bool:
-    """Return whether all these columns of cell numbers have names that count from 1."""
-    return all(_is(column, "from_one") for column in columns)
+def counts_from_one(columns: Iterable[str]) -> bool:
+    """Return whether the names of all these columns say that cells are counted from 1."""
+    return all(_is(column, ["from_one"]) for column in columns)
 
 
 _NOT_PLACES = ("z", "label", "code", "value", "depth", "from", "to", "length")
 """Kinds of columns that are never guessed as coordinates."""
 
 
-def _untold(one: str, two: str, said: str) -> str:
-    return f"No column name shows coordinates. {one} and {two} are read as {said}."
+def _untold(first: str, second: str, axes: str) -> str:
+    return f"No column name shows coordinates. {first} and {second} are read as {axes}."
 
 
 def columns_of(
@@ -298,14 +304,14 @@ def columns_of(
         if column is not None:
             columns[role] = column
             free = [name for name in free if name != column]
-    for one, others in ALTERNATIVE_ROLES.items():
-        rivals = [other for other in others if other in named]
-        if one in named and rivals:
-            raise refused("alternative_columns", name=file.name, one=one, other=rivals[0])
-        if one in named:
-            columns = {role: column for role, column in columns.items() if role not in others}
-        elif any(other in columns for other in others):
-            columns.pop(one, None)
+    for single, alternatives in ALTERNATIVE_ROLES.items():
+        rivals = [other for other in alternatives if other in named]
+        if single in named and rivals:
+            raise refused("alternative_columns", name=file.name, one=single, other=rivals[0])
+        if single in named:
+            columns = {role: column for role, column in columns.items() if role not in alternatives}
+        elif any(other in columns for other in alternatives):
+            columns.pop(single, None)
     return columns
 
 
@@ -328,27 +334,27 @@ def value_column(file: DataFile, taken: Collection[str], variable: str | None) -
     """Find the column of facies among the columns that are not `taken` as coordinates."""
     if variable is not None:
         return file.column(variable)
-    rest = [name for name in file.names if name not in taken]
-    surface = next((name for name in rest if file.kind == PETREL and name == "Surface"), None)
-    named = _first(rest, "code", 5) or _first(rest, "value") or surface
+    free = [name for name in file.names if name not in taken]
+    surface = next((name for name in free if file.kind == PETREL and name == "Surface"), None)
+    named = _first(free, "code", 5) or _first(free, "value") or surface
     if named:
         return named
-    likely = [name for name in rest if not _is(name, "z", "label")]
+    likely = [name for name in free if not _is(name, ("z", "label"))]
     unnamed = all(re.match(r"(col|column|var)[ _]?\d", name.lower()) for name in file.names)
     if len(likely) == 2 and len(file.names) == 4 and unnamed:
         return likely[1]  # four columns with generic names are x, y, z and the value
     if len(likely) == 1:
         return likely[0]
     if not likely:
-        others = f" (among {', '.join(rest[:9])})" if rest else ""
-        raise refused("no_facies_column", name=file.name, others=others)
-    said = f"{file.name} has {len(likely)} variables: {listed(likely)}"
-    raise CCWSIMError(f"{said}; pick one (facies=)")
+        hint = f" (among {', '.join(free[:9])})" if free else ""
+        raise refused("no_facies_column", name=file.name, others=hint)
+    problem = f"{file.name} has {len(likely)} variables: {listed(likely)}"
+    raise CCWSIMError(f"{problem}; pick one (facies=)")
 
 
-def height_column(rest: list[str], key: str) -> str | None:
-    """Find the column of heights among `rest`; return None if there is none."""
-    return next((name for name in rest if _is(name, "z") and name != key), None)
+def height_column(names: list[str], key: str) -> str | None:
+    """Return the column of heights among `names`, except `key`; return None if there is none."""
+    return next((name for name in names if _is(name, ["z"]) and name != key), None)
 
 
 def _first(names: list[str], kind: str, prefix: int = 0) -> str | None:
@@ -359,7 +365,8 @@ def _first(names: list[str], kind: str, prefix: int = 0) -> str | None:
     return exact or next((n for word in long for n in names if _plain(n).startswith(word)), None)
 
 
-def _is(name: str, *kinds: str) -> bool:
+def _is(name: str, kinds: Iterable[str]) -> bool:
+    """Return whether a column name is a word of one of these kinds."""
     return any(_plain(name) in WORDS[kind] for kind in kinds)
 
 

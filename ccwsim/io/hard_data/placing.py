@@ -50,8 +50,8 @@ class Conversion:
     on_bad_row: Treatment = "error"
     on_one_depth: Literal["neighbour", "drop", "error"] = "neighbour"
     on_no_facies: Literal["drop", "above", "error"] = "drop"
-    """Treatment of rows in tables of wells. Of overlapping intervals, keep the "upper" or "lower"
-    one whole, or "drop" both. Leave out wells without a collar and rows that cannot be used (no
+    """Treatment of rows in tables of wells. If intervals overlap, keep the "upper" or "lower" one
+    whole, or "drop" both. Leave out wells without a collar and rows that cannot be used (no
     name, no coordinates, exchanged depths, a second collar, …). If an interval has only one depth,
     take the other from the "neighbour" above or below. If an interval has no facies, leave it out,
     or take the facies of the interval "above"."""
@@ -76,7 +76,7 @@ CHOICES: dict[str, tuple[str, ...]] = {
 }
 """The possible values of each option for data that do not fit."""
 ROW_CHOICES = {name: CHOICES[name] for name in KINDS_OF_ROWS}
-"""Those for rows of tables of wells; the first is the default."""
+"""The possible values of each option for rows of tables of wells; the first is the default."""
 
 
 STRICT = Conversion()  # only facies codes or known names; an error for data that do not fit
@@ -138,21 +138,31 @@ def place_points(
     """
     points = along_wells(points, grid)
     cells, offsets = _cells(points, grid)
-    given = _codes_by_name(conversion.facies_names)
+    named_codes = _codes_by_name(conversion.facies_names)
     if points.words:
-        facies, known = _by_name(points, training_image, given)
+        facies, has_code = _by_name(points, training_image, named_codes)
     else:
         facies = _facies(points, conversion.threshold, conversion.classes)
-        known = np.ones(points.n, bool)
-        numbers = {round(float(name)): code for name, code in given.items() if is_number(name)}
+        has_code = np.ones(points.n, bool)
+        numbers = {
+            round(float(name)): code for name, code in named_codes.items() if is_number(name)
+        }
         numbers = numbers or _of_indicator(points.variable, facies, training_image)
         facies = np.array([numbers.get(code, code) for code in facies.tolist()], np.int64)
     inside = grid.holds(cells) if grid is not None else (cells >= 0).all(axis=1)
     if training_image is not None:
-        known &= np.isin(facies, training_image.codes)
-    outside, unknown = np.flatnonzero(~inside), np.flatnonzero(inside & ~known)
-    collisions = colliding(cells, facies, np.flatnonzero(inside & known))
-    return PlacedPoints(points, cells, facies, offsets, outside, unknown, collisions)
+        has_code &= np.isin(facies, training_image.codes)
+    outside, unknown = np.flatnonzero(~inside), np.flatnonzero(inside & ~has_code)
+    collisions = colliding(cells, facies, np.flatnonzero(inside & has_code))
+    return PlacedPoints(
+        points=points,
+        cells=cells,
+        facies=facies,
+        offsets=offsets,
+        outside=outside,
+        unknown=unknown,
+        collisions=collisions,
+    )
 
 
 def _of_indicator(variable: str, facies: Ints, image: TrainingImage | None) -> dict[int, int]:
@@ -161,8 +171,8 @@ def _of_indicator(variable: str, facies: Ints, image: TrainingImage | None) -> d
     if image is None or variable.casefold() not in names or not np.isin(facies, (0, 1)).all():
         return {}
     one = image.codes[names.index(variable.casefold())]
-    others = [code for code in image.codes.tolist() if code != one]
-    return {1: int(one), 0: others[0] if len(others) == 1 else -1}
+    other_codes = [code for code in image.codes.tolist() if code != one]
+    return {1: int(one), 0: other_codes[0] if len(other_codes) == 1 else -1}
 
 
 def fit_grid(
@@ -173,8 +183,8 @@ def fit_grid(
 ) -> Grid:
     """Return a grid that contains all points of a file, except those that are far away.
 
-    Far away are points in world coordinates that are farther from the others than the extent of the
-    others, as in `far_away`. If points have (layer,) row and column, the maximum indices define
+    Points in world coordinates are far away if their distance from the others exceeds the extent of
+    the others, as in `far_away`. If points have (layer,) row and column, the maximum indices define
     the grid. If the file is a grid with gaps, this grid is returned. `shape` and `cell_size` of
     points in world coordinates, and errors, are those of `Grid.fit`.
 
@@ -203,7 +213,7 @@ def fit_grid(
 
 
 def far_away(places: Floats) -> Mask:
-    """Return a mask of places farther off than the extent of all places without the outer tenth."""
+    """Return a mask of places whose distance from the middle 90 % exceeds the extent of these."""
     far = np.zeros(len(places), bool)
     if not len(places) or not np.isfinite(places).all():
         return far
@@ -219,8 +229,8 @@ def _cells(points: ImportedPoints, grid: Grid | None) -> tuple[Ints, Floats]:
         cells = np.rint(points.places)
         broken = ~(np.abs(points.places - cells).max(axis=1, initial=0) <= 1e-3)  # also NaN
         broken |= ~(np.abs(cells).max(axis=1, initial=0) <= FAR)
-        said = "rows and columns must be whole numbers; for world coordinates name them x and y"
-        points.refuse(broken, said)
+        message = "rows and columns must be whole numbers; for world coordinates name them x and y"
+        points.refuse(broken, message)
         return cells.astype(np.int64), np.zeros(points.n)
     frame = grid or Grid.of((1,) * points.places.shape[1])
     in_cells = (points.places - frame.origin) / frame.cell_size
@@ -252,8 +262,8 @@ def _codes_by_name(facies_names: FaciesNames | None) -> dict[str, int]:
     except (TypeError, ValueError):
         codes = {"": 0}
     if not all(name and is_whole(code) and abs(int(code)) < 2**53 for name, code in codes.items()):
-        said = f"facies_names = {shown(facies_names)} must map names to whole numbers"
-        raise CCWSIMError(f"{said}, as {{'sand': 1}}")
+        message = f"facies_names = {shown(facies_names)} must map names to whole numbers"
+        raise CCWSIMError(f"{message}, as {{'sand': 1}}")
     finite = {name for name in codes if not is_number(name) or np.isfinite(float(name))}
     return {name: int(code) for name, code in codes.items() if name in finite}
 
@@ -266,22 +276,22 @@ _NO_CODE = np.iinfo(np.int64).min  # the code of an unknown name
 
 
 def _by_name(
-    points: ImportedPoints, training_image: TrainingImage | None, given: dict[str, int]
+    points: ImportedPoints, training_image: TrainingImage | None, named_codes: dict[str, int]
 ) -> tuple[Ints, Mask]:
     """Return the codes of facies names (given, of the image, or numbers), and which are known."""
-    codes = dict(given)
+    codes = dict(named_codes)
     if training_image is not None:
         names = [_bare(name) for name in training_image.facies_names]
         pairs = zip(names, training_image.codes.tolist(), strict=True)
-        codes = {name: code for name, code in pairs if names.count(name) == 1} | given
+        codes = {name: code for name, code in pairs if names.count(name) == 1} | named_codes
     words = [_bare(word) for word in points.words]
     for word in words:
         if is_number(word) and abs(float(word)) < 2**53 and float(word).is_integer():
             codes.setdefault(word, int(float(word)))
-    known = np.array([word in codes for word in words], bool)
+    has_code = np.array([word in codes for word in words], bool)
     numbers = np.array([codes.get(word, _NO_CODE) for word in words], np.int64)
     which = as_integers(points.values, points.name, 0, len(words) - 1)
-    return numbers[which], known[which]
+    return numbers[which], has_code[which]
 
 
 def colliding(cells: Ints, facies: Ints, among: Ints) -> tuple[Ints, ...]:
@@ -306,8 +316,8 @@ def settled(facies: Ints, offsets: Floats, choice: str) -> tuple[int | None, boo
         running = np.isin(facies, codes[counts == counts.max()])
     nearest = offsets[running].min()
     running &= offsets <= nearest + 1e-9
-    left = facies[running]
-    return int(left[0]), bool((left != left[0]).any())
+    nearest_facies = facies[running]
+    return int(nearest_facies[0]), bool((nearest_facies != nearest_facies[0]).any())
 
 
 @dataclass(frozen=True, eq=False)
@@ -352,9 +362,9 @@ def resolve_points(placed: PlacedPoints, conversion: Conversion = STRICT) -> Har
             "data lie outside the grid; drop them, or correct the grid or the coordinates"
         )
     if len(placed.unknown) and conversion.on_unknown == "error":
-        problems.append(_said_unknown(placed))
+        problems.append(_unknown_message(placed))
     if placed.collisions and conversion.on_collision == "error":
-        problems.append(_said_collision(placed))
+        problems.append(_collision_message(placed))
     if problems:
         raise CCWSIMError("\n".join(problems))
     keep = np.ones(points.n, bool)
@@ -371,24 +381,24 @@ def resolve_points(placed: PlacedPoints, conversion: Conversion = STRICT) -> Har
 def _on_rows(
     problems: Sequence[RowProblem], conversion: Conversion
 ) -> tuple[list[str], tuple[str, ...]]:
-    """Return errors for problems of rows without a decision, and notes on those with one."""
+    """Return errors for row problems without a decision, and notes on problems with a decision."""
     errors, notes = list[str](), list[str]()
     for option, kind in KINDS_OF_ROWS.items():
-        there = [problem for problem in problems if problem.option == option]
-        choice, more = getattr(conversion, option), len(there) - _LISTED
-        if there and choice == "error":
-            errors += [f"{p.where}: {p.said}; {p.remedy}" for p in there[:_LISTED]]
+        undecided = [problem for problem in problems if problem.option == option]
+        choice, more = getattr(conversion, option), len(undecided) - _LISTED
+        if undecided and choice == "error":
+            errors += [f"{p.where}: {p.message}; {p.remedy}" for p in undecided[:_LISTED]]
             choices = " or ".join(f"'{each}'" for each in CHOICES[option] if each != "error")
             errors[-1] += f", or choose what to do ({option}={choices})"
             errors[-1] += f"; {more} more of this kind" if more > 0 else ""
-        elif there and (option, choice) != ("on_no_facies", "drop"):  # these rows are counted
-            where = "; ".join(problem.where for problem in there[:_LISTED])
+        elif undecided and (option, choice) != ("on_no_facies", "drop"):  # these rows are counted
+            where = "; ".join(problem.where for problem in undecided[:_LISTED])
             where += "; …" if more > 0 else ""
-            notes.append(f"{kind}: {len(there)} ({where}); {_NOTES['decided'][choice]}.")
+            notes.append(f"{kind}: {len(undecided)} ({where}); {_NOTES['decided'][choice]}.")
     return errors, tuple(notes)
 
 
-def _said_unknown(placed: PlacedPoints) -> str:
+def _unknown_message(placed: PlacedPoints) -> str:
     points, unknown = placed.points, placed.unknown_facies
     start = f"{points.name}, {points.named(placed.unknown)}: the training image has no facies "
     if not points.words:
@@ -398,16 +408,16 @@ def _said_unknown(placed: PlacedPoints) -> str:
     return f"{start}{listed}; {remedy}"
 
 
-def _said_collision(placed: PlacedPoints) -> str:
+def _collision_message(placed: PlacedPoints) -> str:
     points, members = placed.points, placed.collisions[0]
     where = describe_cell(placed.cells[members[0]])
     values = [points.said(k) if points.words else placed.facies[k] for k in members[:6]]
     lines = zip(points.lines[members[:6]], values, strict=True)
-    said = ", ".join(f"{points.counted} {line}: {value}" for line, value in lines)
+    examples = ", ".join(f"{points.counted} {line}: {value}" for line, value in lines)
     more = len(placed.collisions) - 1
     tail = f", and {more} more such cells" if more else ""
     return (
-        f"{points.name}: two facies in the cell at {where} ({said}){tail}; drop these data, or "
+        f"{points.name}: two facies in the cell at {where} ({examples}){tail}; drop these data, or "
         "keep the majority or the nearest facies"
     )
 
@@ -427,21 +437,31 @@ def _report(
     told: dict[str, Any] = {"of": points.n, "rejected": n_dropped - n_outside - n_unknown}
     told |= {"outside": points.named(placed.outside), "unknown": points.named(placed.unknown)}
     told |= {"collisions": len(placed.collisions)}
-    said = (_NOTES["placed"][what].format(n=n, **told) for what, n in counted.items() if n)
-    notes = (*points.notes, *notes_on_rows, *said)
-    counts = points.n, points.n_missing, placed.n_off_centre, n_outside, n_unknown
-    counts = *counts, len(placed.collisions), n_repeated, n_dropped
-    return HardDataImport(hard_data, *counts, notes, _cells_of_wells(placed, keep))
+    sentences = (_NOTES["placed"][what].format(n=n, **told) for what, n in counted.items() if n)
+    notes = (*points.notes, *notes_on_rows, *sentences)
+    return HardDataImport(
+        hard_data=hard_data,
+        n_read=points.n,
+        n_missing=points.n_missing,
+        n_off_centre=placed.n_off_centre,
+        n_outside=n_outside,
+        n_unknown=n_unknown,
+        n_collisions=len(placed.collisions),
+        n_repeated=n_repeated,
+        n_dropped=n_dropped,
+        notes=notes,
+        wells=_cells_of_wells(placed, keep),
+    )
 
 
 def _cells_of_wells(placed: PlacedPoints, keep: Mask) -> dict[str, Ints]:
     """For each well, return the cells with its data; leave out wells without data."""
     names = placed.points.wells
-    known = list(dict.fromkeys(name for name in names.values() if name))
-    numbers = {name: k for k, name in enumerate(known)}
+    well_names = list(dict.fromkeys(name for name in names.values() if name))
+    numbers = {name: k for k, name in enumerate(well_names)}
     lines = placed.points.lines[keep].tolist()
     which = np.array([numbers.get(names.get(line, ""), -1) for line in lines], np.int64)
     rows = np.unique(np.column_stack([which, placed.cells[keep]])[which >= 0], axis=0)
     present, starts = np.unique(rows[:, 0], return_index=True)
     parts = np.split(rows[:, 1:], starts[1:]) if len(present) else []
-    return {known[k]: part for k, part in zip(present.tolist(), parts, strict=True)}
+    return {well_names[k]: part for k, part in zip(present.tolist(), parts, strict=True)}

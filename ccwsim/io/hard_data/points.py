@@ -62,7 +62,7 @@ class ImportedPoints:
     wells: Mapping[int, str] = field(default_factory=dict)
     """Well names by line number; empty if the file has no well names."""
     problems: tuple[RowProblem, ...] = ()
-    """Rows of tables of wells that need a decision, with those that are decided."""
+    """Rows of tables of wells that need a decision, whether or not it is taken."""
 
     @property
     def n(self) -> int:
@@ -83,10 +83,10 @@ class ImportedPoints:
         """Return the line numbers of some data as a phrase: "lines 3, 7 and 12"."""
         return named_lines(self.counted, self.lines[which])
 
-    def refuse(self, bad: Mask, said: str) -> None:
+    def refuse(self, bad: Mask, message: str) -> None:
         """Raise an error with the lines of bad data, if there are any."""
         if bad.any():
-            raise CCWSIMError(f"{self.name}, {self.named(np.flatnonzero(bad))}: {said}")
+            raise CCWSIMError(f"{self.name}, {self.named(np.flatnonzero(bad))}: {message}")
 
     def taken(self, which: NDArray | list[int]) -> ImportedPoints:
         """Return the data selected by a mask or by indices."""
@@ -101,13 +101,13 @@ class ImportedPoints:
     def known(self) -> ImportedPoints:
         """Return the data with a value and coordinates; note rows without coordinates."""
         check(self.name, points=self.n)
-        known, placed = ~np.isnan(self.values), np.isfinite(self.places).all(axis=1)
+        has_value, placed = ~np.isnan(self.values), np.isfinite(self.places).all(axis=1)
         notes = self.notes
-        if lost := self.lines[known & ~placed].tolist():
-            said = f"{len(lost)} ({self.counted} {first_of(lost)})"
-            notes += (f"Rows without coordinates, left out: {said}.",)
-        n_missing = self.n - int(np.count_nonzero(known & placed))
-        points = replace(self.taken(known & placed), n_missing=n_missing, notes=notes)
+        if lost := self.lines[has_value & ~placed].tolist():
+            rows = f"{len(lost)} ({self.counted} {first_of(lost)})"
+            notes += (f"Rows without coordinates, left out: {rows}.",)
+        n_missing = self.n - int(np.count_nonzero(has_value & placed))
+        points = replace(self.taken(has_value & placed), n_missing=n_missing, notes=notes)
         points.refuse(np.isinf(points.values), "the value is not finite; correct it")
         if points.spans is not None:
             bottom, top = points.spans.T
@@ -177,14 +177,14 @@ def read_points(
         return _of_table(file, assign_columns(file, columns, volume=volume).complete())
     named = [name for name, column in columns.named().items() if column and name != "facies"]
     if named:
-        said = " and ".join(named[:2])
-        raise CCWSIMError(f"{file.name} has no named columns; leave {said} out")
+        roles = " and ".join(named[:2])
+        raise CCWSIMError(f"{file.name} has no named columns; leave {roles} out")
     key = file.chosen(columns.facies, PREFERRED, "facies")
     values = file.variables[key]
     if _is_list(values, file.lines is not None, grid_shape):
         return _of_list(file, key, columns.coordinates, volume)
-    how = {"up": columns.up, "slice_index": columns.slice_index, "z_up": columns.z_up}
-    return _of_grid(file, key, file.oriented(values, volume=volume, **how), grid_shape)
+    orientation = {"up": columns.up, "slice_index": columns.slice_index, "z_up": columns.z_up}
+    return _of_grid(file, key, file.oriented(values, volume=volume, **orientation), grid_shape)
 
 
 @dataclass(frozen=True)
@@ -251,7 +251,15 @@ def preview_of(file: DataFile, assignment: Assignment, n_rows: int) -> PointsPre
     lines = file.lines if file.lines is not None else np.arange(1, n + 1)
     rows, numbers = tuple(zip(*texts, strict=True)), tuple(lines[:n_rows].tolist())
     numeric = tuple(file.variables)
-    return PointsPreview(file.name, file.names, numeric, rows, numbers, n, assignment)
+    return PointsPreview(
+        name=file.name,
+        columns=file.names,
+        numeric=numeric,
+        rows=rows,
+        lines=numbers,
+        n_rows=n,
+        assignment=assignment,
+    )
 
 
 def _texts(file: DataFile, column: str, n: int) -> Sequence[str]:
@@ -362,23 +370,23 @@ def _of_list(file: DataFile, key: str, coordinates: str | None, volume: bool) ->
     return _of_table(table, Assignment(columns, (note,), world=world))
 
 
-def _of_grid(file: DataFile, key: str, cells: NDArray, grid_shape: Shape | None) -> ImportedPoints:
-    if grid_shape is not None and cells.shape != tuple(grid_shape):
+def _of_grid(file: DataFile, key: str, values: NDArray, grid_shape: Shape | None) -> ImportedPoints:
+    if grid_shape is not None and values.shape != tuple(grid_shape):
         raise CCWSIMError(
-            f"{file.name} is a grid of {describe_shape(cells.shape)} cells, but the simulation "
+            f"{file.name} is a grid of {describe_shape(values.shape)} cells, but the simulation "
             f"grid has {describe_shape(grid_shape)}; use equal sizes"
         )
-    known = file.known(cells)
-    check(file.name, points=int(np.count_nonzero(known)))
+    has_value = file.known(values)
+    check(file.name, points=int(np.count_nonzero(has_value)))
     return ImportedPoints(
-        places=np.argwhere(known).astype(np.float64),
-        values=cells[known].astype(np.float64),
-        lines=np.flatnonzero(known) + 1,
+        places=np.argwhere(has_value).astype(np.float64),
+        values=values[has_value].astype(np.float64),
+        lines=np.flatnonzero(has_value) + 1,
         world=False,
         counted="cell",
         name=file.name,
         variable=key,
-        grid=file.geometry.grid(cells.shape),
+        grid=file.geometry.grid(values.shape),
     ).known()
 
 

@@ -15,7 +15,7 @@ class RowProblem(NamedTuple):
 
     option: str  # the field of `Conversion` that decides
     where: str  # file and line numbers
-    said: str  # what is wrong
+    message: str  # the problem, without the remedy
     remedy: str
 
 
@@ -26,16 +26,16 @@ class RowProblems(NamedTuple):
     decisions: Mapping[str, str]  # decisions of the user by option
     noted: list[RowProblem]  # problems of all tables
 
-    def add(self, option: str, rows: Sequence[int | np.integer], said: str, remedy: str) -> None:
+    def add(self, option: str, rows: Sequence[int | np.integer], message: str, remedy: str) -> None:
         """Note a problem with some rows, by their indices."""
         assert self.file.lines is not None
         lines = named_lines(self.file.counted, self.file.lines[np.array(rows)])
-        self.noted.append(RowProblem(option, f"{self.file.name}, {lines}", said, remedy))
+        self.noted.append(RowProblem(option, f"{self.file.name}, {lines}", message, remedy))
 
-    def usable(self, bad: Mask, said: str | Callable[[int], str], remedy: str) -> Mask:
-        """Note bad rows with what is `said` (of their index); return a mask of the others."""
+    def usable(self, bad: Mask, message: str | Callable[[int], str], remedy: str) -> Mask:
+        """Note bad rows with a message (text, or a function of the index); return usable rows."""
         for k in np.flatnonzero(bad).tolist():
-            self.add("on_bad_row", [k], said if isinstance(said, str) else said(k), remedy)
+            self.add("on_bad_row", [k], message if isinstance(message, str) else message(k), remedy)
         return ~bad
 
     def with_name(self, names: Sequence[str]) -> Mask:
@@ -45,16 +45,16 @@ class RowProblems(NamedTuple):
 
     def with_collar(self, names: Sequence[str], collars: Collection[str]) -> Mask:
         """Return a mask of the rows whose well has a collar, and note the others."""
-        there = self.with_name(names)
+        has_collar = self.with_name(names)
         rows_of_lost: dict[str, list[int]] = {}
-        for k in np.flatnonzero(there).tolist():
+        for k in np.flatnonzero(has_collar).tolist():
             if names[k] not in collars:
                 rows_of_lost.setdefault(names[k], []).append(k)
         for name, rows in rows_of_lost.items():
-            said = f"there is no collar of the well {shown(name)}"
-            self.add("on_no_collar", rows, said, "add it to the collars")
-            there[rows] = False
-        return there
+            message = f"there is no collar of the well {shown(name)}"
+            self.add("on_no_collar", rows, message, "add it to the collars")
+            has_collar[rows] = False
+        return has_collar
 
 
 class Intervals:
@@ -95,18 +95,18 @@ class Intervals:
         first, last = np.diff(wells, prepend=-1) != 0, np.diff(wells, append=-1) != 0
         above = np.where(first, 0.0, np.roll(self.end[order], 1))
         below = np.where(last, self._bottoms[order], np.roll(self.start[order], -1))
-        for values, others, which in ((self.start, above, "upper"), (self.end, below, "lower")):
+        for values, neighbours, which in ((self.start, above, "upper"), (self.end, below, "lower")):
             lacking = np.isnan(values[order])
-            filled = lacking & np.isfinite(others)
+            filled = lacking & np.isfinite(neighbours)
             for k in order[filled]:
                 self._problems.add("on_one_depth", [k], f"the {which} depth is missing", "add it")
-            values[order[filled]] = others[filled]
+            values[order[filled]] = neighbours[filled]
             if self._problems.decisions["on_one_depth"] == "drop":
                 self._keep[order[filled]] = False
             lost = np.zeros(len(self._keep), bool)
             lost[order[lacking & ~filled]] = True
-            said = f"the {which} depth is missing, and no other row has it"
-            self._keep &= self._problems.usable(lost, said, "add it")
+            message = f"the {which} depth is missing, and no other row has it"
+            self._keep &= self._problems.usable(lost, message, "add it")
 
     def _check(self) -> None:
         """Leave out rows whose depths are exchanged or outside the well."""
@@ -126,7 +126,9 @@ class Intervals:
             (start < 0, above, "correct it"),
             (end > bottoms, below, "correct one of them"),
         )
-        good = [self._problems.usable(self._keep & bad, said, fix) for bad, said, fix in checks]
+        good = [
+            self._problems.usable(self._keep & bad, message, fix) for bad, message, fix in checks
+        ]
         self._keep &= np.all(good, axis=0)
 
     def _without_overlaps(self) -> Ints:
@@ -138,8 +140,8 @@ class Intervals:
             if names[upper] != names[k]:
                 upper = k
             if upper != k and start[k] < end[upper]:
-                said = f"two intervals of {shown(names[k])} overlap below the depth {start[k]:g}"
-                self._problems.add("on_overlap", [upper, k], said, "correct one of them")
+                message = f"two intervals of {shown(names[k])} overlap below the depth {start[k]:g}"
+                self._problems.add("on_overlap", [upper, k], message, "correct one of them")
                 if decided == "drop":
                     self._keep[[upper, k]] = False
                 elif decided == "lower":

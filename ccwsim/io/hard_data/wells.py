@@ -132,7 +132,8 @@ def read_well_points(
     """Read the data of wells as points: one per single depth, or one per cell of each interval.
 
     Tables are those of `import_wells`. Rows that need a decision, such as `on_overlap="upper"` of
-    the conversion, are noted in `problems`; `resolve_points` raises an error for those without one.
+    the conversion, are noted in `problems`. `resolve_points` raises an error for rows without a
+    decision.
 
     Examples
     --------
@@ -215,8 +216,8 @@ def _collars(problems: RowProblems, asked: WellColumns) -> dict[str, Well]:
     usable &= problems.with_name(names)
     for k, place in enumerate(np.column_stack(places)):
         if usable[k] and (name := names[k]) in wells:
-            said = f"the well {shown(name)} has two collars"
-            problems.add("on_bad_row", [wells[name].row, k], said, "leave one out")
+            message = f"the well {shown(name)} has two collars"
+            problems.add("on_bad_row", [wells[name].row, k], message, "leave one out")
         elif usable[k]:
             wells[name] = Well(k, place, float(lengths[k]))
     return wells
@@ -239,8 +240,8 @@ def _add_stations(problems: RowProblems, wells: dict[str, Well], asked: WellColu
     least, most = (-90, 90) if is_dip else (0, 180)
     for what, values, low, high in ((azimuth, bearings, -180, 360), (tilt, tilts, least, most)):
         for k in np.flatnonzero((values < low) | (values > high)).tolist():
-            said = f"{what} {values[k]:g} is not from {low} to {high} degrees"
-            problems.add("on_bad_row", [k], said, "correct it")
+            message = f"{what} {values[k]:g} is not from {low} to {high} degrees"
+            problems.add("on_bad_row", [k], message, "correct it")
             usable[k] = False
     usable &= problems.usable(
         depths < 0, lambda k: f"a station at depth {depths[k]:g} is above the collar", "correct it"
@@ -248,7 +249,7 @@ def _add_stations(problems: RowProblems, wells: dict[str, Well], asked: WellColu
     # after subtracting `least`, dips and inclinations are both angles from straight down
     radians, bearing = np.radians(tilts - least), np.radians(bearings)
     flat = np.sin(radians)
-    ways = np.column_stack([flat * np.sin(bearing), flat * np.cos(bearing), -np.cos(radians)])
+    directions = np.column_stack([flat * np.sin(bearing), flat * np.cos(bearing), -np.cos(radians)])
     names = np.array(names_of_wells(file, well))
     usable &= problems.with_collar(names.tolist(), wells)
     for name in dict.fromkeys(names[usable].tolist()):
@@ -258,16 +259,16 @@ def _add_stations(problems: RowProblems, wells: dict[str, Well], asked: WellColu
         for k in rows[1:].tolist():
             before = used[-1]
             if depths[k] == depths[before]:
-                said = f"a station of {shown(name)} at depth {depths[k]:g} is twice"
-                problems.add("on_bad_row", [k], said, "correct it")
-            elif bend_between(ways[before], ways[k]) > MAX_BEND:
-                said = f"{shown(name)} reverses its direction between these stations"
-                problems.add("on_bad_row", [before, k], said, f"correct {azimuth} or {tilt}")
+                message = f"a station of {shown(name)} at depth {depths[k]:g} is twice"
+                problems.add("on_bad_row", [k], message, "correct it")
+            elif bend_between(directions[before], directions[k]) > MAX_BEND:
+                message = f"{shown(name)} reverses its direction between these stations"
+                problems.add("on_bad_row", [before, k], message, f"correct {azimuth} or {tilt}")
             else:
                 used.append(k)
-        stations = Stations(depths[used], ways[used])
+        stations = Stations(depths[used], directions[used])
         if depths[used[0]] > 0:  # above its first station, a well keeps this station's direction
-            stations = Stations(np.r_[0.0, depths[used]], ways[np.r_[used[0], used]])
+            stations = Stations(np.r_[0.0, depths[used]], directions[np.r_[used[0], used]])
         wells[name] = wells[name]._replace(stations=stations)
 
 
@@ -306,8 +307,8 @@ def _points(
         wells=dict(zip(lines.tolist(), names.tolist(), strict=True)),
         problems=tuple(problems.noted),
     ).known()
-    known = np.isin(lines, points.lines)
-    names, start, end = names[known], start[known], end[known]
+    used = np.isin(lines, points.lines)
+    names, start, end = names[used], start[used], end[used]
     bent = np.array([wells[name].stations is not None for name in names.tolist()], bool)
     parts = [along_wells(points.taken(~bent), grid)]
     parts += [
@@ -339,7 +340,7 @@ def _notes_on_paths(
     }
     notes = [f"{k}: {len(which)} ({first_of(which)})." for k, which in kinds.items() if which]
     stations = [wells[name].stations for name in names.tolist()]
-    last = np.array([np.inf if known is None else known.depths[-1] for known in stations])
+    last = np.array([np.inf if path is None else path.depths[-1] for path in stations])
     below = np.flatnonzero(end > last)
     if len(below):
         notes.append(f"Wells are straight below their last station ({points.named(below)}).")
@@ -351,8 +352,8 @@ def _with_facies(
 ) -> Floats:
     """Note missing values of facies; by decision, replace them by those of the interval above."""
     for k in np.flatnonzero(np.isnan(values)).tolist():
-        said = f"an interval of {shown(str(names[k]))} has no facies"
-        problems.add("on_no_facies", [rows[k]], said, "add it")
+        message = f"an interval of {shown(str(names[k]))} has no facies"
+        problems.add("on_no_facies", [rows[k]], message, "add it")
         if problems.decisions["on_no_facies"] == "above" and k and names[k] == names[k - 1]:
             values[k] = values[k - 1]
     return values

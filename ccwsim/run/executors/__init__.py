@@ -37,6 +37,6 @@ def runner_of(
 
 
 def _is_own_pool(executor: Any) -> bool:
-    """Return whether this thread is one of `executor`, whose lock is held while threads start."""
+    """Return whether this thread belongs to `executor`, whose lock is held while threads start."""
     with getattr(executor, "_shutdown_lock", nullcontext()):
         return current_thread() in getattr(executor, "_threads", ())

@@ -28,8 +28,8 @@ PART_SECONDS = 0.25
 """Intended duration of a part in seconds, which is long compared with the transfer of a part."""
 PART_BYTES = 64_000_000
 PARTS_PER_WORKER = 2
-"""Number of parts that each worker has at a time, so that no worker waits for its next part."""
-REPORT_SECONDS = 0.2  # seconds between two reports of a worker, which learns then of a stop
+"""Number of parts sent to each worker at a time, so that no worker waits for its next part."""
+REPORT_SECONDS = 0.2  # seconds between two reports of a worker, each of which may stop it
 STOP_SECONDS = 0.7
 """Seconds that running parts have after a stop to return their finished realizations."""
 MAX_STUDIES = 4  # maximum number of recent studies that a worker keeps
@@ -70,8 +70,8 @@ def simulate_part(
 ) -> Reply:
     """Simulate realizations of the study that is pickled in `content`; called by a worker.
 
-    `source` is the digest of the caller's kernels; others may give different realizations. The
-    `channel` is a `Folder` or an object with the same methods.
+    `source` is the digest of the caller's kernels; other kernels may give different realizations.
+    The `channel` is a `Folder` or an object with the same methods.
     """
     if source != SOURCE:
         raise refused("other_version")
@@ -89,8 +89,9 @@ def simulate_part(
         next_report = time.monotonic() + REPORT_SECONDS
         return channel.report(first, share)
 
-    image = _image_of(content)
-    runner = ThreadRunner(Work(image.study, first, len(numbers), keep_sources), 1, image=image)
+    prepared = _image_of(content)
+    work = Work(prepared.study, first, len(numbers), keep_sources)
+    runner = ThreadRunner(work, 1, prepared=prepared)
     watch = Watch(progress, cancel)
     if not cancel() and runner.prepare(Watch(cancel=cancel)):
         runner.run(lambda k, r: reply.update({numbers[k]: r}), watch)
@@ -122,7 +123,7 @@ class PartRunner:
         return True
 
     def _send(self, content: bytes) -> tuple[Any, Any]:
-        """Return what is sent with each part: the content, and the channel of the workers."""
+        """Return the content that is sent with each part, and the channel of the workers."""
         return content, Folder()
 
     def n_workers(self) -> int:
@@ -130,16 +131,16 @@ class PartRunner:
         return self._n_workers
 
     def run(self, take: Take, watch: Watch) -> list[int]:
-        """Run the realizations as `ThreadRunner.run` does; parts finish in any order."""
+        """Run the realizations like `ThreadRunner.run`; parts finish in any order."""
         n, channel = self._work.n, self._channel
-        left = range(self._work.first, self._work.first + n)
+        waiting = range(self._work.first, self._work.first + n)
         sent: dict[Future[Reply], range] = {}
         try:
-            while left or sent:
-                while left and len(sent) < PARTS_PER_WORKER * self.n_workers():
-                    size = self._size_of_part(len(left))
-                    sent[self._submit(left[:size])] = left[:size]
-                    left = left[size:]
+            while waiting or sent:
+                while waiting and len(sent) < PARTS_PER_WORKER * self.n_workers():
+                    size = self._size_of_part(len(waiting))
+                    sent[self._submit(waiting[:size])] = waiting[:size]
+                    waiting = waiting[size:]
                 for future in wait(sent, POLL_SECONDS, FIRST_COMPLETED).done:
                     del sent[future]
                     self._keep(take, future)
@@ -164,10 +165,12 @@ class PartRunner:
         return max(min(int(fit), fair), 1)
 
     def _submit(self, numbers: range) -> Future[Reply]:
-        arguments = self._content, SOURCE, numbers, self._work.keep_sources, self._channel
+        keep_sources, channel = self._work.keep_sources, self._channel
         with self._explained():
             try:
-                return self._executor.submit(simulate_part, *arguments)
+                return self._executor.submit(
+                    simulate_part, self._content, SOURCE, numbers, keep_sources, channel
+                )
             except BrokenExecutor:
                 raise
             except RuntimeError as error:

@@ -69,7 +69,7 @@ class ProcessRunner(ThreadRunner):
     loads_kernels = False
 
     def run(self, take: Take, watch: Watch) -> list[int]:
-        """Run the realizations as `ThreadRunner.run` does."""
+        """Run the realizations like `ThreadRunner.run`."""
         finished: list[int] = []
         kill_at, answer = inf, None
         free = free_bytes(limits_of_environment())
@@ -92,7 +92,8 @@ class ProcessRunner(ThreadRunner):
                         take(k, realization)
                         finished.append(k)
                 elif isinstance(answer, tuple):
-                    watch.progress(*answer)
+                    share, n_done = answer
+                    watch.progress(share, n_done)
                 elif isinstance(answer, Exception):
                     if kill_at == inf:
                         raise refused("run_process_ended") from answer
@@ -104,13 +105,13 @@ class ProcessRunner(ThreadRunner):
 
 
 def _send(process: ChildProcess, request: Request | None) -> None:
-    with suppress(*BROKEN):  # `received` has the error
+    with suppress(*BROKEN):  # `received` contains the error
         process.send(request)
 
 
 _workers = WarmProcesses(MAX_IDLE)
 _template: ProcessTemplate | None = None
-_lock = Lock()  # held while the template is used
+_template_lock = Lock()  # held while the template is used
 is_used = False  # whether runs simulate in worker processes
 
 
@@ -119,7 +120,7 @@ def use_processes() -> None:
     global is_used
     is_used = True
     if CAN_FORK:
-        with _lock:
+        with _template_lock:
             _running_template()  # the first run does not wait for its imports
 
 
@@ -131,15 +132,15 @@ def _running_template() -> ProcessTemplate:
 
 
 def _start(study: Study) -> ChildProcess:
-    """Start a worker process: a fork that has the kernels of a study, if the system can."""
+    """Start a worker process: if the system can fork, a fork with the kernels of a study."""
     for _ in range(CAN_FORK * 2):
-        with _lock, suppress(*BROKEN):  # the template may have ended
+        with _template_lock, suppress(*BROKEN):  # the template may have ended
             return _running_template().fork(study)
     return ChildProcess(serve, ENVIRONMENT)
 
 
 def fork_workers() -> None:
-    """Fork worker processes, each of which has the kernels of a study."""
+    """Fork worker processes, each with the kernels of a study."""
     fork_on_request(lambda study: compile_kernels(PreparedImage(study), UNWATCHED), serve)
 
 
@@ -156,7 +157,7 @@ def serve() -> None:
 
     while True:
         request = requests.get()
-        if request is not None:  # else a stop that came after the end
+        if request is not None:  # None is a stop request that arrived after the end of a run
             bound(request.memory)
             send(End(_run(request, requests, send)))
             bound()

@@ -38,18 +38,18 @@ class ThreadRunner:
         work: Work,
         n_workers: int,
         pool: ThreadPoolExecutor | None = None,
-        image: PreparedImage | None = None,
+        prepared: PreparedImage | None = None,
     ) -> None:
         self._work, self._n_workers, self._pool = work, n_workers, pool
-        self._image = image or prepared_image(work.study)
+        self._image = prepared or prepared_image(work.study)
 
     def prepare(self, watch: Watch) -> bool:
         """Prepare the image and compile the kernels; return False if the run was cancelled."""
         if is_compiled(self._image):
             return True
-        with without_cores():  # others wait for the same lock and kernels, and would keep theirs
+        with without_cores():  # other tasks with cores wait for the same lock and kernels
             compiled = run_all(
-                lambda _, own: compile_kernels(self._image, own, self.loads_kernels),
+                lambda _, part: compile_kernels(self._image, part, self.loads_kernels),
                 n=1,
                 n_workers=1,
                 watch=watch.part(0.0, 0.0, counts=False),
@@ -60,8 +60,8 @@ class ThreadRunner:
         """Pass each realization to `take`; return the indices k of the finished realizations."""
         _, first, n, keep_sources = self._work
 
-        def task(k: int, own: Watch) -> None:
-            take(k, simulate_realization(self._image, first + k, keep_sources, own))
+        def task(k: int, part: Watch) -> None:
+            take(k, simulate_realization(self._image, first + k, keep_sources, part))
 
         try:
             return run_all(task, n, self._n_workers, watch, self._pool)

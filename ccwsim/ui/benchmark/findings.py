@@ -27,10 +27,10 @@ NONE = "–"
 
 def by_setting(timings: Sequence[TrialResult]) -> dict[Setting, list[TrialResult]]:
     """Return the times by method and level, in the order in which they were measured."""
-    found: dict[Setting, list[TrialResult]] = {}
+    groups: dict[Setting, list[TrialResult]] = {}
     for timing in timings:
-        found.setdefault(setting_of(timing.trial), []).append(timing)
-    return found
+        groups.setdefault(setting_of(timing.trial), []).append(timing)
+    return groups
 
 
 def setting_of(trial: Trial) -> Setting:
@@ -48,60 +48,62 @@ def name_of(setting: Setting, settings: Sequence[Setting]) -> str:
 
 
 def describe_growth(name: str, timings: Sequence[TrialResult]) -> str:
-    """Describe the growth of a setting's time with the number of cells; empty for only one size."""
+    """Describe the growth of a setting's time with the number of cells; empty for a single size."""
     if len({t.trial.grid.n_cells for t in timings}) < 2:
         return ""
-    found = growth(timings)
+    fit = growth(timings)
     ends = (f((t.trial for t in timings), key=lambda trial: trial.grid.n_cells) for f in (min, max))
     low, high = (size_text(trial.grid.shape) for trial in ends)
-    how, why = "linear", ""
-    if not found.linear:
-        how = "more than linear" if found.exponent > 1 else "less than linear"
-    if found.exponent < 1 and not found.linear:
-        why = ": on small grids, preparing the training image takes a larger share of the time"
+    trend, reason = "linear", ""
+    if not fit.linear:
+        trend = "more than linear" if fit.exponent > 1 else "less than linear"
+    if fit.exponent < 1 and not fit.linear:
+        reason = ": on small grids, preparing the training image takes a larger share of the time"
     return (
-        f"{name[:1].upper()}{name[1:]}: {three_digits(found.seconds_per_million)} µs a cell from "
-        f"{low} to {high}: {how} (cells to the power {found.exponent:.2f}){why}."
+        f"{name[:1].upper()}{name[1:]}: {three_digits(fit.seconds_per_million)} µs a cell from "
+        f"{low} to {high}: {trend} (cells to the power {fit.exponent:.2f}){reason}."
     )
 
 
 def growth_lines(timings: Sequence[TrialResult]) -> list[str]:
     """Describe how each setting's time grows with the grid; compare levels, volumes and maps."""
-    found = by_setting(timings)
-    each = [describe_growth(name_of(setting, list(found)), own) for setting, own in found.items()]
-    more = (describe_levels(timings), describe_volumes(timings))
-    return [line for line in (*each, *more) if line]
+    groups = by_setting(timings)
+    growths = [
+        describe_growth(name_of(setting, list(groups)), group) for setting, group in groups.items()
+    ]
+    comparisons = (describe_levels(timings), describe_volumes(timings))
+    return [line for line in (*growths, *comparisons) if line]
 
 
 def describe_volumes(timings: Sequence[TrialResult]) -> str:
     """Compare the times per cell of volumes and of maps, on the largest grid of each."""
-    found = by_setting(timings)
-    both = [
-        (setting, own[-1], found[(*setting[:2], False)][-1])
-        for setting, own in found.items()
-        if setting[2] and (*setting[:2], False) in found
+    groups = by_setting(timings)
+    pairs = [
+        (setting, group[-1], groups[(*setting[:2], False)][-1])
+        for setting, group in groups.items()
+        if setting[2] and (*setting[:2], False) in groups
     ]
-    if not both:
+    if not pairs:
         return ""
-    said = (
+    ratios = (
         f"{three_digits(a.seconds_per_cell / b.seconds_per_cell)} (level {level})"
-        for (_, level, _), a, b in both
+        for (_, level, _), a, b in pairs
     )
-    return page_text("Volumes and maps", times=", ".join(said))
+    return page_text("Volumes and maps", times=", ".join(ratios))
 
 
 def describe_levels(timings: Sequence[TrialResult]) -> str:
     """Compare the lowest and highest wavelet level by time, as measured here and in the paper."""
     paper = {t.level: t.cpu_seconds or 0.0 for t in published.FIGURE_13}
     maps = [t for t in timings if setting_of(t.trial)[::2] == ("ccwsim", False)]
-    own = {t.parameters.level: t for t in maps}
-    sides = {level: t for level, t in own.items() if level in paper}
-    if len(sides) < 2:
+    by_level = {t.parameters.level: t for t in maps}
+    compared = {level: t for level, t in by_level.items() if level in paper}
+    if len(compared) < 2:
         return ""
-    low, high = min(sides), max(sides)
-    if sides[low].trial.grid != sides[high].trial.grid:
+    low, high = min(compared), max(compared)
+    if compared[low].trial.grid != compared[high].trial.grid:
         return ""
-    ratio = f"{sides[low].seconds / sides[high].seconds:.1f}"
+    ratio = f"{compared[low].seconds / compared[high].seconds:.1f}"
     published_ratio = f"{paper[low] / paper[high]:.1f}"
     shares = published.LEVEL_CHANGES.items()
     changes = " and ".join(f"−{-100 * v:.1f} % ({a} to {b})" for (a, b), v in shares)
@@ -111,7 +113,7 @@ def describe_levels(timings: Sequence[TrialResult]) -> str:
         high=high,
         ratio=ratio,
         changes=changes,
-        side=sides[low].trial.grid.nx,
+        side=compared[low].trial.grid.nx,
         published=published_ratio,
     )
 
@@ -127,13 +129,13 @@ def describe_run(run: TimingRun | None) -> str:
     return (
         f"Training image {pretty(image.name)}, {describe_shape(image.shape)} cells, "
         f"{image.n_facies} facies; {_describe_sizes(p)}, K {p.n_candidates}"
-        f"{_how_maps(run.trials)}; median time of {plural(run.n_realizations, 'realization')}, "
-        "including preparation of the training image; one thread; seed "
-        f"{run.main.seed}{off}."
+        f"{_describe_maps(run.trials)}; median time of "
+        f"{plural(run.n_realizations, 'realization')}, including preparation of the training "
+        f"image; one thread; seed {run.main.seed}{off}."
     )
 
 
-def _how_maps(trials: Sequence[Trial]) -> str:
+def _describe_maps(trials: Sequence[Trial]) -> str:
     """Describe the maps that are timed in addition to volumes; empty if no maps are timed."""
     maps = [trial.parameters for trial in trials if trial.grid.n_dimensions == 2]
     if not maps or len(maps) == len(trials):
@@ -153,20 +155,21 @@ def _describe_sizes(p: Parameters) -> str:
 
 def grid_table(timings: Sequence[TrialResult]) -> str:
     """Return an HTML table of times by grid size; for maps, the paper's largest grid is last."""
-    found = by_setting(timings)
-    head = ["cells", *(name_of(setting, list(found)) for setting in found)]
+    groups = by_setting(timings)
+    head = ["cells", *(name_of(setting, list(groups)) for setting in groups)]
     rows = []
     for shape in sorted({t.trial.grid.shape for t in timings}, key=lambda s: (prod(s), len(s))):
-        took = [
-            next((t for t in own if t.trial.grid.shape == shape), None) for own in found.values()
+        row = [
+            next((t for t in group if t.trial.grid.shape == shape), None)
+            for group in groups.values()
         ]
-        rows.append([size_text(shape), *(duration(t.seconds) if t else NONE for t in took)])
-    if any(volume for _, _, volume in found):
+        rows.append([size_text(shape), *(duration(t.seconds) if t else NONE for t in row)])
+    if any(volume for _, _, volume in groups):
         return times_table(rows, head)
     paper = {t.level: t.cpu_seconds for t in published.FIGURE_13}
     last = [
         f"{paper[level]:.0f} s" if method == "ccwsim" and level in paper else NONE
-        for method, level, _ in found
+        for method, level, _ in groups
     ]
     return times_table([*rows, ["paper, 5000²", *last]], head, "with-paper")
 
@@ -174,26 +177,28 @@ def grid_table(timings: Sequence[TrialResult]) -> str:
 def data_table(timings: Sequence[TrialResult], trials: Sequence[Trial]) -> str:
     """Return measured and published times (none for volumes) as HTML, laid out as Table 2."""
     measured = {(setting_of(t.trial), t.trial.n_data): t for t in timings}
-    cells = {setting_of(trial): trial.grid.n_cells for trial in trials}
+    n_cells_of = {setting_of(trial): trial.grid.n_cells for trial in trials}
     numbers = sorted({trial.n_data for trial in trials})
-    shown, has_free = [n for n in numbers if n], 0 in numbers
+    nonzero, has_free = [n for n in numbers if n], 0 in numbers
     first = ["method", "level", *["no data"] * has_free]
-    head = [*first, *(f"{n} data" for n in shown for _ in range(3))]
-    second = [""] * len(first) + ["here", "paper", "wrong"] * len(shown)
-    if len(shown) > 1:
-        head += [f"{shown[-1]} / {shown[-2]}"] * 2
+    head = [*first, *(f"{n} data" for n in nonzero for _ in range(3))]
+    second = [""] * len(first) + ["here", "paper", "wrong"] * len(nonzero)
+    if len(nonzero) > 1:
+        head += [f"{nonzero[-1]} / {nonzero[-2]}"] * 2
         second += ["here", "paper"]
     rows = []
-    for setting, n_cells in cells.items():
+    for setting, n_cells in n_cells_of.items():
         method, level, volume = setting
-        own = [measured.get((setting, n)) for n in shown]
-        paper = [published_time(PAPER, method, level, 0 if volume else n_cells, n) for n in shown]
+        ours = [measured.get((setting, n)) for n in nonzero]
+        theirs = [
+            published_time(PAPER, method, level, 0 if volume else n_cells, n) for n in nonzero
+        ]
         row = [method.upper(), str(level), *[_time(measured.get((setting, 0)))] * has_free]
-        for here, there in zip(own, paper, strict=True):
-            row += [_time(here), f"{there.cpu_seconds} s" if there else NONE, _wrong(here)]
-        if len(shown) > 1:
-            row.append(_ratio([here and here.seconds for here in own]))
-            row.append(_ratio([there and there.cpu_seconds for there in paper]))
+        for timing, stated in zip(ours, theirs, strict=True):
+            row += [_time(timing), f"{stated.cpu_seconds} s" if stated else NONE, _wrong(timing)]
+        if len(nonzero) > 1:
+            row.append(_ratio([timing and timing.seconds for timing in ours]))
+            row.append(_ratio([stated and stated.cpu_seconds for stated in theirs]))
         rows.append(row)
     return times_table(rows, head, subhead=second)
 
@@ -215,8 +220,8 @@ def times_table(
     rows: Iterable[Sequence[str]], head: Sequence[str], kind: str = "", subhead: Sequence[str] = ()
 ) -> str:
     """Return an HTML table of CPU times that scrolls sideways."""
-    cells = [list(map(escape, row)) for row in rows]
-    return scrolled(numbers_table(cells, head, f"times {kind}", subhead), "CPU times")
+    escaped_rows = [list(map(escape, row)) for row in rows]
+    return scrolled(numbers_table(escaped_rows, head, f"times {kind}", subhead), "CPU times")
 
 
 def _time(timing: TrialResult | None) -> str:

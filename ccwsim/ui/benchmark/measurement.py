@@ -34,13 +34,13 @@ FINEST, COARSEST = 0, 3
 
 @dataclass(kw_only=True)
 class TimingRun(TrialsRun[TrialResult, None]):
-    """Timed trials, in order; `disturbed` by other sessions that computed at the same time."""
+    """Timed trials, in order; `disturbed` is whether other sessions computed at the same time."""
 
     disturbed: bool = False
 
     @property
     def main(self) -> Trial:
-        """A trial on the study's own image; maps beside volumes have the middle layer."""
+        """A trial on the study's image; maps timed beside volumes use only its middle layer."""
         return max(self.trials, key=lambda trial: trial.grid.n_dimensions)
 
     def n_kept(self, trial: Trial) -> int:
@@ -137,21 +137,25 @@ def number_options(side: int, nz: int | None = None) -> list[int]:
 
 def trials_of(state: State, kind: Kind) -> list[Trial]:
     """Return the trials of a measurement by size; raise an error if a choice is missing."""
-    own, nz, seed = state.page(Benchmark), layers_of(state), state.choices.seed
+    page_state, nz, seed = state.page(Benchmark), layers_of(state), state.choices.seed
     image = image_of(state.choices.image)
     if kind == "data":
         shape = shape_of_data(state)
-        numbers = [n for n in number_options(shape[-1], nz) if n in own.numbers]
+        numbers = [n for n in number_options(shape[-1], nz) if n in page_state.numbers]
         if not numbers:
             raise CCWSIMError("Choose at least one number of data.")
-        chosen = timed_parameters(state, own.data_methods, own.data_levels)
+        chosen = timed_parameters(state, page_state.data_methods, page_state.data_levels)
         return timing.data_trials(image, shape, numbers, chosen, seed)
-    largest, offered = (own.largest, SIDES) if nz is None else (own.largest_volume, VOLUME_SIDES)
+    largest, offered = (
+        (page_state.largest, SIDES) if nz is None else (page_state.largest_volume, VOLUME_SIDES)
+    )
     sides = [side for side in offered if side <= largest]
-    chosen = timed_parameters(state, own.grid_methods, own.grid_levels)
+    chosen = timed_parameters(state, page_state.grid_methods, page_state.grid_levels)
     trials = timing.grid_trials(image, [shape_of(side, nz) for side in sides], chosen, seed)
-    if nz is not None and own.maps:
-        flat = timed_parameters(state, own.grid_methods, own.grid_levels, image.shape[-2:])
+    if nz is not None and page_state.maps:
+        flat = timed_parameters(
+            state, page_state.grid_methods, page_state.grid_levels, image.shape[-2:]
+        )
         shapes = [shape_of(round((nz * side * side) ** 0.5)) for side in sides]
         trials += timing.grid_trials(image, shapes, flat, seed)
     return sorted(trials, key=lambda trial: trial.grid.n_cells)
@@ -189,20 +193,20 @@ def timed_parameters(
 ) -> list[Parameters]:
     """Return the study's parameters by method and level, with sizes that fit an image's shape."""
     p, shape = state.choices.parameters, image_shape or image_of(state.choices.image).shape
-    found = [
+    settings = [
         fitted(p, shape, method=method, wavelet_level=level)
         for method in TIMED_METHODS
         for level in level_options(state)
         if method in methods and level in chosen_levels
     ]
-    if not found:
+    if not settings:
         raise CCWSIMError("Choose at least one method and one level.")
-    return found
+    return settings
 
 
 def expected(state: State, trials: Sequence[Trial]) -> float:
     """Return the expected duration of a run in seconds, from measurements in this session."""
     page_state, image = state.page(Benchmark), image_of(state.choices.image)
     runs = [run for run in page_state.runs if run.main.training_image.digest == image.digest]
-    known = [timed for run in runs for timed in run.rows]
-    return timing.expected_seconds(trials, page_state.n_realizations, known)
+    timings = [timed for run in runs for timed in run.rows]
+    return timing.expected_seconds(trials, page_state.n_realizations, timings)

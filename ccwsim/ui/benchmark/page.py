@@ -49,10 +49,11 @@ def draw_benchmark(state: State) -> None:
     for part in (page_state.grids, page_state.data):
         if part.message:
             st.error(plain(part.message))
-    row = {"horizontal": True, "vertical_alignment": "bottom", "gap": "medium"}
     for kind, (title, place, draw_sizes) in PARTS.items():
         st.html(f'<h2 class="part">{title} <span>as in {place}</span></h2>')
-        with st.container(key=f"controls_{kind}", **row):
+        with st.container(
+            horizontal=True, vertical_alignment="bottom", gap="medium", key=f"controls_{kind}"
+        ):
             draw_sizes(state)
             _draw_choices(state, kind)
             _draw_start(state, kind)
@@ -123,7 +124,7 @@ def _draw_pills(
     page_state: Benchmark, name: str, label: str, offered: Sequence[Any], **options: Any
 ) -> None:
     """Draw pills for a list of choices; selected values that are unavailable are not shown."""
-    chosen = [one for one in getattr(page_state, name) if one in offered]
+    chosen = [value for value in getattr(page_state, name) if value in offered]
     field(
         st.pills,
         label,
@@ -245,8 +246,8 @@ def ticks_of(timings: Sequence[TrialResult], volumes: bool) -> dict[int, str]:
     if has_paper(timings) and not (volumes and not timings):
         sides = {t.trial.grid.nx for t in timings} | {SIDES[0], SIDES[1], SIDES[3], SIDES[-1]}
         return {side**2: f"{side}²" for side in sorted(sides)}
-    cells = [t.trial.grid.n_cells for t in timings] or [10**5, 10**7]
-    low, high = int(np.log10(min(cells))), int(np.ceil(np.log10(max(cells))))
+    numbers = [t.trial.grid.n_cells for t in timings] or [10**5, 10**7]
+    low, high = int(np.log10(min(numbers))), int(np.ceil(np.log10(max(numbers))))
     return {10**k: f"{10**k:,}" for k in range(low, high + 1)}
 
 
@@ -269,15 +270,15 @@ def _draw_data(state: State) -> None:
 
 def measured_series(timings: Sequence[TrialResult], per_cell: bool) -> list[TimeSeries]:
     """Return one line per setting, in seconds or in microseconds per cell."""
-    found, lines = findings.by_setting(timings), []
-    for setting, own in found.items():
-        values = [MICRO * t.seconds_per_cell if per_cell else t.seconds for t in own]
+    groups, lines = findings.by_setting(timings), []
+    for setting, group in groups.items():
+        values = [MICRO * t.seconds_per_cell if per_cell else t.seconds for t in group]
         beside_volumes = not setting[2] and not has_paper(timings)
         lines.append(
             TimeSeries(
-                findings.name_of(setting, list(found)),
+                findings.name_of(setting, list(groups)),
                 setting[1],
-                cells=np.array([t.trial.grid.n_cells for t in own], float),
+                cells=np.array([t.trial.grid.n_cells for t in group], float),
                 values=np.maximum(values, SMALLEST_TIME),
                 dashed=setting[0] != "ccwsim" or beside_volumes,
             )

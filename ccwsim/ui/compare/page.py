@@ -39,7 +39,7 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.study.changes import image_name
 from ccwsim.ui.study.image_questions import image_of_file
 from ccwsim.ui.study.image_step import image_uploader
-from ccwsim.ui.study.study_column import parameter_field, size_fields
+from ccwsim.ui.study.study_column import parameter_field, size_fields, variant_field
 from ccwsim.ui.study.trials import draw_run_news, use_button
 from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, download, field, options_of
@@ -47,7 +47,7 @@ from ccwsim.ui.widgets.text import page_text, pair, panel_title, plain, scrolled
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 SHOWN_AT_ONCE = {
-    *("method", "wavelet_level", "template_size", "overlap_size"),
+    *("variant", "method", "wavelet_level", "template_size", "overlap_size"),
     *("n_candidates", "search_fraction", "refine"),
 }
 """Parameters of a setting that are shown on the page, outside the setting's menu."""
@@ -75,8 +75,8 @@ def draw_page(state: State) -> None:
         page_state.earlier = None  # free its realizations
     _draw_settings(state)
     _draw_run_row(state, problem)
-    shown, outdated = page_state.shown_run, ""
-    if not problem and shown is not None and shown.key != settings.key_of(state):
+    shown_run, outdated = page_state.shown_run, ""
+    if not problem and shown_run is not None and shown_run.key != settings.key_of(state):
         outdated = "the settings or the study have changed. Compare again."
     ended = "" if busy else settings.describe_end(page_state)
     draw_run_news(
@@ -84,7 +84,7 @@ def draw_page(state: State) -> None:
         outdated="" if busy else outdated,
         problem=problem,
         message=page_state.message or ended,
-        dim=shown is page_state.earlier is not None,
+        dim=shown_run is page_state.earlier is not None,
     )
     with st.container(key="results"):
         _draw_results(state, busy)
@@ -126,6 +126,7 @@ def _draw_parameters(state: State, k: int, p: Parameters) -> None:
     shape, prefix = image_of(state.choices.image).shape, f"{LETTERS[k]}_"
     change = partial(settings.change_setting, state, k)
 
+    variant_field(p, shape, change, prefix)
     left, right = pair()
     with left:
         parameter_field(p, "method", change, prefix)
@@ -204,19 +205,19 @@ def _draw_run_row(state: State, problem: str) -> None:
             help=problem or None,
         )
         kept = page_state.kept_run
-        if kept is not None and (found := kept.found) is not None:
+        if kept is not None and (comparison := kept.latest_result) is not None:
             with st.popover("Download", key="downloads"):
-                first = found.ensembles[0]
-                of = f"{grid_part(first.training_image, first.grid)}_seed{first.seed}"
-                for label, name, made in (
+                first = comparison.ensembles[0]
+                prefix = f"{grid_part(first.training_image, first.grid)}_seed{first.seed}"
+                for label, name, csv_of in (
                     ("Settings and their results, CSV", "settings", findings.settings_csv),
                     ("Every realization, CSV", "compared_realizations", findings.realizations_csv),
                     ("ANODI ratios, CSV", "anodi_ratios", findings.ratios_csv),
                 ):
                     download(
                         label,
-                        partial(made, found),
-                        f"{of}_{name}.csv",
+                        partial(csv_of, comparison),
+                        f"{prefix}_{name}.csv",
                         key=f"download_{name}",
                         width="stretch",
                     )
@@ -229,16 +230,17 @@ def _draw_beside(state: State) -> None:
     """Draw the choice of a two-point simulation or of a second image with the same facies."""
     page_state, is_volume = state.page(ComparePageState), state.choices.grid.nz is not None
     bundled = datasets.volume_names() if is_volume else datasets.names()
-    own = state.choices.image
-    images = [
-        image
-        for image in map(ImageChoice, bundled)
-        if image != own and np.array_equal(image_of(image).codes, image_of(own).codes)
+    study_image = state.choices.image
+    choices = [
+        choice
+        for choice in map(ImageChoice, bundled)
+        if choice != study_image
+        and np.array_equal(image_of(choice).codes, image_of(study_image).codes)
     ]
     if isinstance(page_state.beside, ImageChoice):
-        images.append(page_state.beside)
+        choices.append(page_state.beside)
     names: dict[Beside, str] = {"": "nothing", TWO_POINT: "two-point simulation"}
-    names |= {image: f"image {image_name(image)}" for image in images}
+    names |= {choice: f"image {image_name(choice)}" for choice in choices}
     field(
         st.selectbox,
         "Beside the settings",
@@ -262,8 +264,8 @@ def _draw_results(state: State, busy: bool) -> None:
     with error_boundary():
         if page_state.going != busy:  # a fragment of the page has started another job
             st.rerun()
-        shown = page_state.shown_run
-        if shown is None or (found := shown.found) is None:
+        run = page_state.shown_run
+        if run is None or (comparison := run.latest_result) is None:
             tried = settings.settings_of(state)
             grid, n = state.choices.grid, len(settings.names_of(tried, page_state.beside))
             with st.container(key="maps"):
@@ -273,39 +275,43 @@ def _draw_results(state: State, busy: bool) -> None:
                     text = "One realization of each setting, simulated with the same random numbers"
                     maps.ghost_panel(text, f"aspect-ratio: {grid.nx} / {grid.ny}")
         else:
-            _draw_found(state, shown, found)
+            _draw_comparison(state, run, comparison)
 
 
-def _draw_found(state: State, run: ComparisonRun, found: Comparison) -> None:
-    image = found.ensembles[0].training_image
+def _draw_comparison(state: State, run: ComparisonRun, comparison: Comparison) -> None:
+    image = comparison.ensembles[0].training_image
     page_state = state.page(ComparePageState)
-    page_state.shown = min(page_state.shown, found.ensembles[0].n - 1)
+    page_state.shown = min(page_state.shown, comparison.ensembles[0].n - 1)
     state.facies = min(state.facies, image.n_facies - 1)
-    said = "; ".join(f"{name}: {note}" for name, note in _notes(run).items())
-    inputs, n = describe_inputs(found.ensembles[0]), plural(run.n_realizations, "realization")
-    charts.draw_caption(f"{inputs}; {said}; {n} each, seed {run.first.seed}")
+    notes = "; ".join(f"{name}: {note}" for name, note in _notes(run).items())
+    inputs, n = describe_inputs(comparison.ensembles[0]), plural(run.n_realizations, "realization")
+    charts.draw_caption(f"{inputs}; {notes}; {n} each, seed {run.first.seed}")
     with st.container(key="said"):  # always drawn, so that elements below do not move
-        if len(found.names) == len(run.names) or not page_state.going:
+        if len(comparison.names) == len(run.names) or not page_state.going:
             left, right = st.columns(2, gap="medium")
             with left:
-                lines = "".join(f"<p>{escape(text)}</p>" for text in findings.sentences(found))
+                lines = "".join(f"<p>{escape(text)}</p>" for text in findings.sentences(comparison))
                 st.html(f'<div class="summary">{lines}</div>')
             with right:
-                st.html(scrolled(findings.figures_table(found), "Settings in numbers"))
-    draw_maps(state, run, found)
-    if run.of_second is not None:
-        _draw_two_images(state, found.ensembles[0], run.of_second, run.colours)
+                st.html(scrolled(findings.figures_table(comparison), "Settings in numbers"))
+    draw_maps(state, run, comparison)
+    if run.second_ensemble is not None:
+        _draw_two_images(state, comparison.ensembles[0], run.second_ensemble, run.colours)
     with st.container(key="curves"):
-        draw_curves(state, found)
+        draw_curves(state, comparison)
     with st.container(key="patterns"):
-        draw_patterns(state, found)
+        draw_patterns(state, comparison)
 
 
 def _notes(run: ComparisonRun) -> dict[str, str]:
-    """Return the setting of the study, how each other setting differs, and the other method."""
-    own, *others = run.settings
-    said = [describe_parameters(own), *(describe_setting(p, own) for p in others), "not CCWSIM"]
-    return dict(zip(run.names, said, strict=False))
+    """Return the study's setting, the differences of other settings, and "not CCWSIM", by name."""
+    study_setting, *others = run.settings
+    descriptions = [
+        describe_parameters(study_setting),
+        *(describe_setting(p, study_setting) for p in others),
+        "not CCWSIM",
+    ]
+    return dict(zip(run.names, descriptions, strict=False))
 
 
 def draw_name(k: int, name: str, note: str) -> None:
@@ -315,10 +321,10 @@ def draw_name(k: int, name: str, note: str) -> None:
     st.html(f'<div class="setting" style="--own: {findings.colour_of(k)}">{html}</div>')
 
 
-def draw_maps(state: State, run: ComparisonRun, found: Comparison) -> None:
+def draw_maps(state: State, run: ComparisonRun, comparison: Comparison) -> None:
     """Draw one column for the training image and one per setting, with the E-type below."""
     page_state = state.page(ComparePageState)
-    image, grid, n = found.ensembles[0].training_image, run.grid, found.ensembles[0].n
+    image, grid, n = comparison.ensembles[0].training_image, run.grid, comparison.ensembles[0].n
     colours = run.colours
 
     def write(option: int | str) -> None:
@@ -335,23 +341,23 @@ def draw_maps(state: State, run: ComparisonRun, found: Comparison) -> None:
         first, *others = st.columns([share] + [1.0] * len(run.names), gap="medium")
     with first:
         panel_title("Training image")
-        shown = facies_map(image.indices, image, colours, f"Training image {image.name}")
+        cell_map = facies_map(image.indices, image, colours, f"Training image {image.name}")
         options = MAPS | {"max_height": MAX_HEIGHTS[grid.n_dimensions], "leads": False}
         link = "image" if grid.nz is None else "grid"
-        draw_cells(shown, "image", name="training_image", link=link, **options)
-        _draw_times_and_proportions(found)
+        draw_cells(cell_map, "image", name="training_image", link=link, **options)
+        _draw_times_and_proportions(comparison)
     notes = _notes(run)
     options = MAPS | {"link": "grid", "max_height": MAX_HEIGHTS[grid.n_dimensions]}
     for k, (column, name) in enumerate(zip(others, run.names, strict=True)):
         with column:
             draw_name(k, name, notes[name])
-            if k < len(found.ensembles):
-                ensemble, r = found.ensembles[k], page_state.shown
+            if k < len(comparison.ensembles):
+                ensemble, r = comparison.ensembles[k], page_state.shown
                 alt, file = f"{name}, realization {r + 1}", f"{name}_realization_{r + 1}"
-                shown = maps.realization_map(state, ensemble, colours, r, alt)
-                below = maps.uncertainty_map(state, ensemble, colours)
-                draw_cells(shown, name, name=file, **options)
-                draw_cells(below, f"e_type_{name}", name=f"{name}_e_type", **options)
+                cell_map = maps.realization_map(state, ensemble, colours, r, alt)
+                e_type_map = maps.uncertainty_map(state, ensemble, colours)
+                draw_cells(cell_map, name, name=file, **options)
+                draw_cells(e_type_map, f"e_type_{name}", name=f"{name}_e_type", **options)
             else:
                 maps.ghost_panel("", f"aspect-ratio: {grid.nx} / {grid.ny}")
 
@@ -363,7 +369,7 @@ def _draw_two_images(
     image, r = second.training_image, state.page(ComparePageState).shown
     name = maps.pretty(image.name)
     alt = f"{name}, realization {r + 1}"
-    shown = {
+    panels = {
         f"Second image: {name}": facies_map(image.indices, image, colours, f"Image {name}"),
         f"A with {name}": maps.realization_map(state, second, colours, r, alt),
         f"E-type with {name}": maps.uncertainty_map(state, second, colours),
@@ -372,13 +378,13 @@ def _draw_two_images(
         ),
     }
     with st.container(key="two_images"):
-        columns = st.columns(len(shown), gap="medium")
-    for k, (column, (title, cells)) in enumerate(zip(columns, shown.items(), strict=True)):
+        columns = st.columns(len(panels), gap="medium")
+    for k, (column, (title, cell_map)) in enumerate(zip(columns, panels.items(), strict=True)):
         with column:
             panel_title(title)
             link = "grid" if k or first.grid.nz is not None else ""
             draw_cells(
-                cells,
+                cell_map,
                 f"two_images_{k}",
                 link=link,
                 name=f"two_images_{k + 1}",
@@ -388,29 +394,29 @@ def _draw_two_images(
     step_note(page_text("E-type of both images"))
 
 
-def _draw_times_and_proportions(found: Comparison) -> None:
+def _draw_times_and_proportions(comparison: Comparison) -> None:
     """Draw CPU times and proportions below the training image."""
-    image, theme, names = found.ensembles[0].training_image, chart_theme(), found.names
-    each = [1000 * e.cpu_seconds for e in found.ensembles]
+    image, theme, names = comparison.ensembles[0].training_image, chart_theme(), comparison.names
+    milliseconds = [1000 * e.cpu_seconds for e in comparison.ensembles]
     times = figures.compared_times_chart(
-        dict(zip(names, each, strict=True)),
-        1000 * found.cpu_seconds,
-        [duration(mean) for mean in found.cpu_seconds],
+        dict(zip(names, milliseconds, strict=True)),
+        1000 * comparison.cpu_seconds,
+        [duration(mean) for mean in comparison.cpu_seconds],
         theme,
     )
     alt = "CPU time of a realization by setting"
     charts.titled_chart("CPU time", "", times, "compared_times", alt)
-    shares = dict(zip(names, found.proportions, strict=True))
+    shares = dict(zip(names, comparison.proportions, strict=True))
     chart = figures.compared_proportions_chart(image.facies_names, image.proportions, shares, theme)
     alt = "Facies proportions of the realizations by setting, and of the training image"
     charts.titled_chart("Proportions", "", chart, "compared_proportions", alt)
 
 
-def draw_curves(state: State, found: Comparison) -> None:
+def draw_curves(state: State, comparison: Comparison) -> None:
     """Draw the curves of the chosen facies or, until curves are computed, a note."""
     facies = state.facies
-    name = found.ensembles[0].training_image.facies_names[facies]
-    if not settings.has_curves(found, facies):
+    name = comparison.ensembles[0].training_image.facies_names[facies]
+    if not settings.has_curves(comparison, facies):
         if not state.page(ComparePageState).going:
             button(
                 f"Compute the curves of {plain(name)}",
@@ -424,37 +430,39 @@ def draw_curves(state: State, found: Comparison) -> None:
     lines = [("2px solid var(--reference)", "training image")]
     lines += [
         (f"2px {BORDERS[dash]} {findings.colour_of(k)}", f"{name}, median and 5–95 %")
-        for k, (name, dash) in enumerate(zip(found.names, figures.DASHES, strict=False))
+        for k, (name, dash) in enumerate(zip(comparison.names, figures.DASHES, strict=False))
     ]
     charts.draw_curve_key(lines)
-    code = settings.code_of(found, facies)
-    ways = axes_of(found.ensembles[0].grid.shape)
-    variograms = [found.curves[code, "variogram", way] for way in ways]
+    code = settings.code_of(comparison, facies)
+    directions = axes_of(comparison.ensembles[0].grid.shape)
+    variograms = [comparison.curves[code, "variogram", direction] for direction in directions]
     values = [c.reference.max() for c in variograms]
     values += [band.high.max() for c in variograms for band in c.bands]
     top = 1.08 * float(np.nanmax(values)) or 0.5  # the same scale along all axes
     with st.container(key="charts"):
-        in_rows = [2 * len(ways)] if len(ways) == 2 else [len(ways)] * 2
+        in_rows = [2 * len(directions)] if len(directions) == 2 else [len(directions)] * 2
         columns = [place for n in in_rows for place in st.columns(n, gap="medium")]
-    for column, (statistic, way) in zip(columns, product(STATISTICS, ways), strict=True):
-        curves = found.curves[code, statistic, way]
+    for column, (statistic, direction) in zip(
+        columns, product(STATISTICS, directions), strict=True
+    ):
+        curves = comparison.curves[code, statistic, direction]
         bundles = {
             letter: figures.Bundle(
-                curves.lags.astype(float),
-                curves.reference,
-                NO_CURVES,
-                band.low,
-                band.median,
-                band.high,
+                lags=curves.lags.astype(float),
+                reference=curves.reference,
+                each=NO_CURVES,
+                low=band.low,
+                median=band.median,
+                high=band.high,
             )
-            for letter, band in zip(found.names, curves.bands, strict=True)
+            for letter, band in zip(comparison.names, curves.bands, strict=True)
         }
-        fits = dict(zip(found.names, curves.fits, strict=True))
+        fits = dict(zip(comparison.names, curves.fits, strict=True))
         with column:
             charts.draw_statistic(
                 bundles,
                 statistic,
-                way,
+                direction,
                 name,
                 note=describe_curves(fits, statistic),
                 y_range=(0, top) if statistic == "variogram" else (0, 1.04),
@@ -463,11 +471,11 @@ def draw_curves(state: State, found: Comparison) -> None:
             )
 
 
-def draw_patterns(state: State, found: Comparison) -> None:
+def draw_patterns(state: State, comparison: Comparison) -> None:
     """Draw the MDS plot and the ANODI ratios; if there are none, write the reason."""
-    if found.anodi is None:
-        if found.problem:
-            step_note(f"Patterns are not compared: {found.problem}.")
+    if comparison.anodi is None:
+        if comparison.problem:
+            step_note(f"Patterns are not compared: {comparison.problem}.")
         elif state.page(ComparePageState).going:
             st.html('<div class="unseen patterns"></div>')
         else:
@@ -475,20 +483,20 @@ def draw_patterns(state: State, found: Comparison) -> None:
         return
     left, right = st.columns([1.0, 1.15], gap="large")
     with left:
-        _draw_mds(state, found)
+        _draw_mds(state, comparison)
     with right:
         panel_title("ANODI ratios", "each setting against the settings before it")
-        st.html(scrolled(findings.ratio_table(found), "ANODI ratios"))
-        weights = ", ".join(three_digits(w) for w in found.anodi.weights)
-        image, side = found.ensembles[0].training_image, found.anodi.pattern_size
+        st.html(scrolled(findings.ratio_table(comparison), "ANODI ratios"))
+        weights = ", ".join(three_digits(w) for w in comparison.anodi.weights)
+        image, side = comparison.ensembles[0].training_image, comparison.anodi.pattern_size
         size = describe_shape((side,) * image.n_dimensions)
         step_note(page_text("ANODI ratios", weights=weights, size=size))
 
 
-def _draw_mds(state: State, found: Comparison) -> None:
-    assert found.anodi is not None
-    assert found.scaling is not None
-    page_state, n, names = state.page(ComparePageState), found.ensembles[0].n, found.names
+def _draw_mds(state: State, comparison: Comparison) -> None:
+    assert comparison.anodi is not None
+    assert comparison.scaling is not None
+    page_state, n, names = state.page(ComparePageState), comparison.ensembles[0].n, comparison.names
 
     def choose(k: int) -> None:
         page_state.shown = min(max(k, 0), n - 1)
@@ -501,20 +509,20 @@ def _draw_mds(state: State, found: Comparison) -> None:
         st.html(f'<div class="curve-key points">{entries}</div>')
         charts.draw_clickable_chart(chart, key, alt, choose, n_series=len(names))
 
-    theme, positions = chart_theme(), found.scaling.positions
+    theme, positions = chart_theme(), comparison.scaling.positions
     groups = [
         figures.Group(
             name,
-            positions[found.anodi.owner == k],
+            positions[comparison.anodi.owner == k],
             theme.settings[k],
-            figures.SYMBOLS[k],
-            [f"{name}, realization {r + 1}" for r in range(n)],
-            page_state.shown,
+            symbol=figures.SYMBOLS[k],
+            labels=[f"{name}, realization {r + 1}" for r in range(n)],
+            ringed=page_state.shown,
         )
         for k, name in enumerate(names)
     ]
     chart = figures.mds_chart(positions[0], groups, theme)
     alt = "MDS plot: realizations of all settings and the training image"
-    stress = found.scaling.stress
+    stress = comparison.scaling.stress
     note = describe_scaling(stress, "click a point to see it")
-    charts.titled_chart(figures.mds_title(stress), note, chart, "compared_mds", alt, draw)
+    charts.titled_chart(figures.mds_title(stress), note, chart, "compared_mds", alt, draw=draw)

@@ -33,23 +33,23 @@ LETTERS: tuple[str, ...] = ("A", "B", "C", "D")
 TWO_POINT = "two-point"
 """Name of the two-point simulation, which is not CCWSIM, among the compared settings."""
 Beside = str | ImageChoice
-"""What is shown beside the settings: nothing (""), TWO_POINT, or a second training image."""
+"""Simulation shown beside the settings: none (""), TWO_POINT, or a second training image."""
 BYTES_OF_FIELD = 80
 """Bytes per cell of the periodic Gaussian field from which the two-point simulation is cut."""
 
 
 @dataclass(kw_only=True)
 class ComparisonRun(TrialsRun[comparison.Comparison, comparison.Comparison]):
-    """A run that compares settings, or adds curves of `facies` to a known comparison.
+    """A run that compares settings, or adds curves of `facies` to the comparison `base`.
 
     The last of `rows` is the comparison so far. `second` is setting A with the second training
-    image, if there is one; `of_second` are its realizations.
+    image, if there is one; `second_ensemble` are its realizations.
     """
 
     beside: Beside
-    known: comparison.Comparison | None = None
+    base: comparison.Comparison | None = None
     second: Trial | None = None
-    of_second: Ensemble | None = None
+    second_ensemble: Ensemble | None = None
     unit = "realizations"
 
     @property
@@ -63,42 +63,42 @@ class ComparisonRun(TrialsRun[comparison.Comparison, comparison.Comparison]):
         return self.n_realizations * len(self.names)
 
     @property
-    def found(self) -> comparison.Comparison | None:
-        """The comparison so far; a stopped run needs two settings, and a failed run has none."""
-        found = self.result or (self.rows[-1] if self.rows else None)
-        if found is None or not self.error:
-            return found
-        enough = len(found.names) >= comparison.MIN_SETTINGS
-        return found if enough and isinstance(self.error, Cancelled) else None
+    def latest_result(self) -> comparison.Comparison | None:
+        """The comparison so far; None if the run failed, or was stopped before two settings."""
+        latest = self.result or (self.rows[-1] if self.rows else None)
+        if latest is None or not self.error:
+            return latest
+        enough = len(latest.names) >= comparison.MIN_SETTINGS
+        return latest if enough and isinstance(self.error, Cancelled) else None
 
     def demand(self) -> Demand:
         """Return the resources that the run needs, including memory for all realizations."""
-        if self.known is not None:
+        if self.base is not None:
             return NOTHING
-        each = self.demands()
-        n_bytes = sum(demand.n_bytes for demand in each)
+        demands = self.demands()
+        n_bytes = sum(demand.n_bytes for demand in demands)
         if self.second is not None:
             n_bytes += demand_of(self.second.fitting(), self.n_realizations).n_bytes
         if self.beside == TWO_POINT:
             sides = zip(self.grid.shape, self.training_image.shape, strict=True)
             n_bytes += BYTES_OF_FIELD * prod(n + side // 2 for n, side in sides)
-        return Demand(sum(demand.n_cells for demand in each), self.first.n_data, n_bytes)
+        return Demand(sum(demand.n_cells for demand in demands), self.first.n_data, n_bytes)
 
     def label(self) -> str:
         """Return the name of the step that follows the simulation; empty during the simulation."""
         if self.job is None or self.job.n_done < self.n_pieces:
             return ""
-        found = self.found
-        if self.second is not None and found and (found.anodi or found.problem):
+        latest = self.latest_result
+        if self.second is not None and latest and (latest.anodi or latest.problem):
             return "Simulating with the second image"
-        return "Comparing patterns" if found and found.curves else "Comparing curves"
+        return "Comparing patterns" if latest and latest.curves else "Comparing curves"
 
     def work(self, job: Job[comparison.Comparison]) -> comparison.Comparison:
         """Run the comparison, publish partial results, and return the comparison."""
         first, n = self.first, self.n_realizations
         facies = int(first.training_image.codes[self.facies])
-        if self.known is not None:
-            return comparison.add_curves(self.known, facies, job.report, job.is_cancelled)
+        if self.base is not None:
+            return comparison.add_curves(self.base, facies, job.report, job.is_cancelled)
         settings: dict[str, Parameters | Ensemble] = {
             name: trial.parameters for name, trial in zip(LETTERS, self.trials, strict=False)
         }
@@ -106,13 +106,13 @@ class ComparisonRun(TrialsRun[comparison.Comparison, comparison.Comparison]):
             settings[TWO_POINT] = simulate_two_point(
                 first.training_image, first.grid, n, first.seed
             )
-        found = comparison.compare(
+        result = comparison.compare(
             first.training_image,
             first.grid,
             settings,
-            first.hard_data,
-            n,
-            first.seed,
+            hard_data=first.hard_data,
+            n_realizations=n,
+            seed=first.seed,
             progress=job.report,
             cancel=job.is_cancelled,
             facies=facies,
@@ -120,8 +120,8 @@ class ComparisonRun(TrialsRun[comparison.Comparison, comparison.Comparison]):
             secondary=first.secondary,
         )
         if self.second is not None:
-            self.of_second = self.second.simulate(n, cancel=job.is_cancelled)
-        return found
+            self.second_ensemble = self.second.simulate(n, cancel=job.is_cancelled)
+        return result
 
 
 @dataclass
@@ -130,7 +130,7 @@ class ComparePageState(RunState[ComparisonRun]):
 
     `others` are the settings besides the setting of the study; an element None stands for a default
     setting, derived from the study. `n` is the number of realizations per setting, or None until
-    the page is first drawn. `earlier` is the run whose results are shown while `run` has none.
+    the page is first drawn. `earlier` is a run whose results are shown until `run` has results.
     """
 
     others: list[Parameters | None] = field(default_factory=lambda: [None, None])
@@ -142,7 +142,8 @@ class ComparePageState(RunState[ComparisonRun]):
     @property
     def shown_run(self) -> ComparisonRun | None:
         """The latest run with results."""
-        return self.run if self.run is not None and self.run.found is not None else self.earlier
+        run = self.run
+        return run if run is not None and run.latest_result is not None else self.earlier
 
     @property
     def kept_run(self) -> ComparisonRun | None:
@@ -153,27 +154,29 @@ class ComparePageState(RunState[ComparisonRun]):
 def settings_of(state: State) -> tuple[Parameters, ...]:
     """Return all settings, with the nearest sizes that fit the training image."""
     shape = image_of(state.choices.image).shape
-    own = fitted(state.choices.parameters, shape)
-    usual = usual_others(own, shape)
+    study_setting = fitted(state.choices.parameters, shape)
+    usual = usual_others(study_setting, shape)
     chosen = state.page(ComparePageState).others
     others = (usual[k] if p is None else p for k, p in enumerate(chosen))
-    return own, *(fitted(p, shape) for p in others)
+    return study_setting, *(fitted(p, shape) for p in others)
 
 
-def usual_others(own: Parameters, shape: Shape) -> list[Parameters]:
+def usual_others(study_setting: Parameters, shape: Shape) -> list[Parameters]:
     """Return default settings for a comparison with the setting of the study."""
-    wanted: list[Any] = [k for k in (3, 1, 2) if k in levels(shape)]
+    usual_levels: list[Any] = [k for k in (3, 1, 2) if k in levels(shape)]
     if len(shape) == 3:  # volumes are thin, so the level along z is at most the level in layers
-        wanted = [(z, k, k) for k in wanted for z in (k - 1, k) if z in levels(shape, True)]
+        usual_levels = [
+            (z, k, k) for k in usual_levels for z in (k - 1, k) if z in levels(shape, True)
+        ]
     tried: list[dict] = [{"method": "ccsim"}]
-    tried += [{"method": "ccwsim", "wavelet_level": level} for level in wanted]
+    tried += [{"method": "ccwsim", "wavelet_level": level} for level in usual_levels]
     tried += [{"method": method} for method in METHODS]
-    tried += [{"n_candidates": 5}, {"n_candidates": 50}, {"refine": not own.refine}]
-    tried += [{"random_path": not own.random_path}]
+    tried += [{"n_candidates": 5}, {"n_candidates": 50}, {"refine": not study_setting.refine}]
+    tried += [{"random_path": not study_setting.random_path}]
     usual: list[Parameters] = []
     for changes in tried:
-        p = fitted(own, shape, **changes)
-        if p != own and p not in usual:
+        p = fitted(study_setting, shape, **changes)
+        if p != study_setting and p not in usual:
             usual.append(p)
     return usual
 
@@ -227,8 +230,8 @@ def names_of(settings: Sequence[object], beside: Beside) -> tuple[str, ...]:
 def key_of(state: State) -> tuple:
     """Return a key of the page's inputs; two comparisons with equal keys look equal."""
     c, beside = state.choices, state.page(ComparePageState).beside
-    study = *study_key(c), c.seed, c.image.names
-    return *study, n_of(state), settings_of(state), getattr(beside, "digest", beside)
+    study_inputs = *study_key(c), c.seed, c.image.names
+    return *study_inputs, n_of(state), settings_of(state), getattr(beside, "digest", beside)
 
 
 def n_of(state: State) -> int:
@@ -258,8 +261,8 @@ def second_trial(state: State) -> Trial | None:
 def both_images(first: Ensemble, second: Ensemble) -> Ensemble:
     """Return the realizations of two ensembles with equal facies as one ensemble."""
     names = ("indices", "cpu_seconds", "data_status", "numbers")
-    each = {name: (getattr(first, name), getattr(second, name)) for name in names}
-    return replace(first, **{name: readonly(np.concatenate(two)) for name, two in each.items()})
+    pairs = {name: (getattr(first, name), getattr(second, name)) for name in names}
+    return replace(first, **{name: readonly(np.concatenate(pair)) for name, pair in pairs.items()})
 
 
 def start_comparison(state: State) -> None:
@@ -288,27 +291,27 @@ def start_comparison(state: State) -> None:
 def want_curves(state: State) -> None:
     """Start computing the curves of the chosen facies if the comparison lacks these curves."""
     page_state = state.page(ComparePageState)
-    shown = page_state.shown_run
-    if page_state.going or shown is None:
+    shown_run = page_state.shown_run
+    if page_state.going or shown_run is None:
         return
-    found = shown.found
-    if found is None or has_curves(found, state.facies):
+    latest = shown_run.latest_result
+    if latest is None or has_curves(latest, state.facies):
         return
     page_state.earlier, page_state.run = (
-        shown,
-        replace(shown, known=found, rows=[found], facies=state.facies, second=None).start(),
+        shown_run,
+        replace(shown_run, base=latest, rows=[latest], facies=state.facies, second=None).start(),
     )
 
 
-def has_curves(found: comparison.Comparison, facies: int) -> bool:
+def has_curves(compared: comparison.Comparison, facies: int) -> bool:
     """Return whether the comparison contains the curves of a facies."""
-    code = code_of(found, facies)
-    return any(key[0] == code for key in found.curves)
+    code = code_of(compared, facies)
+    return any(key[0] == code for key in compared.curves)
 
 
-def code_of(found: comparison.Comparison, facies: int) -> int:
+def code_of(compared: comparison.Comparison, facies: int) -> int:
     """Return the code of a facies by its index."""
-    return int(found.ensembles[0].training_image.codes[facies])
+    return int(compared.ensembles[0].training_image.codes[facies])
 
 
 def describe_end(page_state: ComparePageState) -> str:
@@ -318,8 +321,8 @@ def describe_end(page_state: ComparePageState) -> str:
         return ""
     if not isinstance(run.error, Cancelled):
         return failed(run.error)
-    if (found := run.found) is not None:
-        n, n_done = len(run.names), len(found.names)
+    if (latest := run.latest_result) is not None:
+        n, n_done = len(run.names), len(latest.names)
         all_ = "all" if n_done == n else f"{n_done} of {n}"
         return f"Stopped after {all_} settings were simulated; the results so far are shown."
     return "Stopped before two settings were simulated." + (

@@ -52,10 +52,12 @@ class LecturePart:
     examples: tuple[Example, ...]
 
 
-def _parameters(row: dict[str, Any]) -> Parameters:
+def _parameters_of_row(row: dict[str, Any]) -> Parameters:
     """Return the parameters in a TOML table; lists contain the numbers along z, y and x."""
-    own: dict[str, Any] = {name: tuple(v) if isinstance(v, list) else v for name, v in row.items()}
-    return Parameters(**own)
+    values: dict[str, Any] = {
+        name: tuple(v) if isinstance(v, list) else v for name, v in row.items()
+    }
+    return Parameters(**values)
 
 
 def _example(row: dict[str, Any]) -> Example:
@@ -67,11 +69,11 @@ def _example(row: dict[str, Any]) -> Example:
         ImageChoice(row.pop("image")),
         DataChoice(**row.pop("data", {})),
         Grid.of(shape),
-        _parameters(row.pop("parameters", {})),
+        _parameters_of_row(row.pop("parameters", {})),
         row.pop("n_realizations", 12),
         guides=guides_of(guides) if guides else GuideChoice(),
     )
-    others = tuple(map(_parameters, row.pop("others", [])))
+    others = tuple(map(_parameters_of_row, row.pop("others", [])))
     shows = tuple(row.pop("shows", Example.shows))
     return Example(**row, choices=choices, others=others, shows=shows)
 

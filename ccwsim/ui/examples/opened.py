@@ -73,11 +73,11 @@ def back_to_own(state: State) -> None:
     if kept is None:
         return
     stop_run(state)
-    own, own_comparison = kept
-    state.choices, state.ensemble_choices = own.choices, own.ensemble_choices
-    state.ensemble, state.reference, state.message = own.ensemble, own.reference, ""
+    user_state, comparison_state = kept
+    state.choices, state.ensemble_choices = user_state.choices, user_state.ensemble_choices
+    state.ensemble, state.reference, state.message = user_state.ensemble, user_state.reference, ""
     state.image_draft = state.data_draft = None
-    comparing.others, comparing.n = own_comparison.others, own_comparison.n
+    comparing.others, comparing.n = comparison_state.others, comparison_state.n
 
 
 def keep_example(state: State) -> None:
@@ -87,37 +87,36 @@ def keep_example(state: State) -> None:
 
 
 def draw_opened(state: State, *, compared: bool = False) -> None:
-    """Draw a line on the open example, on Compare if `compared`, or on the link for a class.
+    """Draw a line about the open example or, without an example, about the user's seed in a class.
 
-    Without either, the line introduces the program to a new reader.
+    For a new user, the line introduces the program. `compared` is whether the page is Compare.
     """
     example = example_named(state.page(Examples).opened)
     with st.container(key="opened"):  # always drawn, so that Streamlit keeps the elements below
         if example is not None:
             _draw_example(state, example, compared)
         elif state.own_seed is not None and not compared:
-            own, seed = state.own_seed, state.choices.seed
-            changed = "" if own == seed else f" The study has {seed} now."
-            text = f"<b>Your own seed in this class is {own}.</b>{changed}"
+            own_seed, seed = state.own_seed, state.choices.seed
+            changed = "" if own_seed == seed else f" The study uses {seed} now."
+            text = f"<b>Your own seed in this class is {own_seed}.</b>{changed}"
             st.html(f'<p class="opened">{text}</p>')
         elif state.welcome and not compared:
             _draw_welcome(state)
 
 
 def _draw_welcome(state: State) -> None:
-    """Say what the program is, with three ways to begin."""
+    """Describe the program, and offer three ways to begin."""
     st.html(f'<p class="opened">{page_text("Welcome")}</p>')
     with st.container(horizontal=True, gap="small", key="welcome"):
         for label, subject in (("Bring a picture", "image"), ("Bring wells", "data")):
-            bring = {"on_click": setattr, "args": (state.page(Imports), "subject", subject)}
-            if button(label, key=f"bring_{subject}", **bring):
+            attribute = state.page(Imports), "subject", subject
+            if button(label, key=f"bring_{subject}", on_click=setattr, args=attribute):
                 go_to(IMPORT_PAGE)
-        look = {"on_click": setattr, "args": (state, "welcome", False)}
-        button("Look at this one", key="look", **look)
+        button("Look at this one", key="look", on_click=setattr, args=(state, "welcome", False))
 
 
 def task_html(example: Example) -> str:
-    """Return the task of an example as HTML, with the answer behind a word to press."""
+    """Return the task of an example as HTML, with an answer that unfolds on a click."""
     return (
         f'<details class="example"><summary>{as_html(example.task)} <u>Answer</u></summary>'
         f"{as_html(example.text)}</details>"

@@ -36,7 +36,7 @@ from ccwsim.ui.session.fragments import follow_tasks
 from ccwsim.ui.session.resolve import data_of, image_of, secondary_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.errors import problem_in
-from ccwsim.ui.widgets.fields import bound_to, button, download, field
+from ccwsim.ui.widgets.fields import bound_to, button, download, field, options_of
 from ccwsim.ui.widgets.text import page_labels, page_text, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
@@ -58,10 +58,15 @@ def draw_examples(state: State) -> None:
     """Draw the example studies, or the quiz."""
     draw_style("examples/examples.css")
     page_state = state.page(opened.Examples)
-    views = {"options": list(VIEWS), "format_func": lambda view: VIEWS[view]}
-    views |= {"key": "examples_view", "label_visibility": "collapsed"}
     with st.container(horizontal=True, vertical_alignment="center", key="examples_row"):
-        field(st.segmented_control, "Examples", **bound_to(page_state, "view"), **views)
+        field(
+            st.segmented_control,
+            "Examples",
+            key="examples_view",
+            label_visibility="collapsed",
+            **bound_to(page_state, "view"),
+            **options_of(VIEWS),
+        )
         with st.popover("Link for a class", key="class_menu"):
             step_note(page_text("Link for a class"))
             link = class_link(state.choices, st.context.url or "")
@@ -77,8 +82,13 @@ def draw_examples(state: State) -> None:
             "Lecture sheet", sheet, "ccwsim_lecture.html", key="lecture_sheet", help=SHEET_HELP
         )
         if page_state.kept is not None:
-            back = {"on_click": opened.back_to_own, "args": (state,), "help": opened.BACK_HELP}
-            button("Back to my study", key="back_to_own", **back)
+            button(
+                "Back to my study",
+                key="back_to_own",
+                on_click=opened.back_to_own,
+                args=(state,),
+                help=opened.BACK_HELP,
+            )
     with st.container(key="results"):
         if page_state.view == "quiz":
             draw_quiz(state)
@@ -114,15 +124,15 @@ def _draw_card(state: State, number: int, example: Example, deadline: float) -> 
     """Draw an example; return whether its pictures are done, with or without an error."""
     worker, task = picture_worker(), pictures_of(example, chart_theme())
     worker.ask(task)
-    found = worker.wait_for(task, max(0.0, deadline - time.monotonic()))
+    result = worker.wait_for(task, max(0.0, deadline - time.monotonic()))
     source = f"<span>{escape(example.source)}</span>" if example.source else ""
     st.html(
-        f"{pictures_html(example, found)}"
+        f"{pictures_html(example, result)}"
         f'<h3 class="example"><b>{number}</b>{escape(example.title)}{source}</h3>'
         f"{opened.task_html(example)}"
     )
-    if isinstance(found, Failure):
-        step_note(f"No pictures: {found.reason}.")
+    if isinstance(result, Failure):
+        step_note(f"No pictures: {result.reason}.")
 
     def action(label: str, key: str, act: Callable, note: str) -> bool:
         def clicked() -> None:
@@ -134,23 +144,22 @@ def _draw_card(state: State, number: int, example: Example, deadline: float) -> 
         note = "Makes this example the study and runs it."
         is_opened = action("Open", f"open_{example.name}", opened.open_example, note)
         note = "Compares the settings of this example side by side."
-        compare = "Compare", f"compare_{example.name}", opened.compare_example
-        is_compared = bool(example.others) and action(*compare, note)
+        key = f"compare_{example.name}"
+        is_compared = bool(example.others) and action("Compare", key, opened.compare_example, note)
     if is_opened or is_compared:
         go_to(opened.COMPARE if is_compared else opened.SIMULATE, opened.TAKEN)
-    return found is not None
+    return result is not None
 
 
-def pictures_html(example: Example, found: tuple[CardPicture, ...] | Failure | None) -> str:
+def pictures_html(example: Example, result: tuple[CardPicture, ...] | Failure | None) -> str:
     """Return the pictures of an example, or empty spaces of the same size."""
-    room = tuple(CardPicture("<i></i>", *size) for size in expected(example))
-    pictures = found if isinstance(found, tuple) else room
+    pictures = result if isinstance(result, tuple) else expected(example)
     figures = "".join(
         f'<figure style="--shape: {p.nx} / {p.ny}">{p.content}'
         f"<figcaption>{escape(p.label)}</figcaption></figure>"
         for p in pictures
     )
-    busy = "" if found else ' aria-busy="true"'
+    busy = "" if result else ' aria-busy="true"'
     row = pictures[: 3 if len(pictures) == 6 else None]  # six pictures are in two rows
     columns = " ".join(f"minmax(0, {p.nx}fr)" for p in row)  # all pictures have the same scale
     return (
@@ -188,35 +197,39 @@ def small(choices: Choices) -> Choices:
 def pictures_of(example: Example, theme: Theme) -> Task[tuple[CardPicture, ...]]:
     """Return the task that draws the training image and the other pictures of an example."""
     choices = small(example.choices)
-    shown = choices.image.digest, repr(choices), repr(example.others), example.shows
-    return Task(("example", *shown, theme.each), lambda progress: _drawn(example, choices, theme))
+    inputs = choices.image.digest, repr(choices), repr(example.others), example.shows
+    return Task(("example", *inputs, theme.each), lambda progress: _drawn(example, choices, theme))
 
 
-def expected(example: Example) -> list[tuple[str, int, int]]:
-    """Return the expected label, columns and rows of each picture."""
+def expected(example: Example) -> list[CardPicture]:
+    """Return an empty picture, with its expected label and size, for each picture."""
     image, settings, kinds = image_of(example.choices.image), example.settings, example.shows
     grid, first = small(example.choices).grid, kinds[0]
     named = page_labels("pictures_of_examples")
     labels = [named[kind].format(n=N_TOGETHER) for kind in kinds]
     if example.others:
         beside = settings[1], *[settings[0]] * len(example.others)
-        said = map(describe_setting, settings, beside)
-        labels = [f"{letter}: {text}" for letter, text in zip(LETTERS, said, strict=False)]
+        texts = map(describe_setting, settings, beside)
+        labels = [f"{letter}: {text}" for letter, text in zip(LETTERS, texts, strict=False)]
         kinds = [first] * len(settings)
     heights = [(grid.nz or 0) if kind == "section" else grid.ny for kind in kinds]
     cut_of_image = f", a {first}" if first in ("layer", "section") else ""
-    own_height = image.shape[0] if first == "section" else image.shape[-2]
+    image_height = image.shape[0] if first == "section" else image.shape[-2]
+    blank = "<i></i>"
     return [
-        (f"training image{cut_of_image}", image.shape[-1], own_height),
-        *((label, grid.nx, height) for label, height in zip(labels, heights, strict=True)),
+        CardPicture(blank, f"training image{cut_of_image}", image.shape[-1], image_height),
+        *(
+            CardPicture(blank, label, grid.nx, ny)
+            for label, ny in zip(labels, heights, strict=True)
+        ),
     ]
 
 
-def cut(cells: NDArray, kind: str) -> NDArray:
+def cut(values: NDArray, kind: str) -> NDArray:
     """Return the middle layer of a volume or the middle section along x; return a map unchanged."""
-    if cells.ndim == 2:
-        return cells
-    return cells[:, cells.shape[1] // 2] if kind == "section" else middle_layer(cells)
+    if values.ndim == 2:
+        return values
+    return values[:, values.shape[1] // 2] if kind == "section" else middle_layer(values)
 
 
 def _drawn(example: Example, choices: Choices, theme: Theme) -> tuple[CardPicture, ...]:
@@ -225,53 +238,68 @@ def _drawn(example: Example, choices: Choices, theme: Theme) -> tuple[CardPictur
     few = set(example.shows) <= SINGLE or example.others
     n, secondary = 2 if few else N_TOGETHER, secondary_of(choices)
     ensembles = [
-        simulate(image, choices.grid, p, data, n, choices.seed, secondary=secondary)
+        simulate(
+            image,
+            choices.grid,
+            p,
+            hard_data=data,
+            n_realizations=n,
+            seed=choices.seed,
+            secondary=secondary,
+        )
         for p in example.settings
     ]
     first = example.shows[0]
     picture = data_map_png(cut(image.indices, first), colours, longest=MAX_PIXELS)
-    own = _img(picture, f"The image {image.name}")
+    image_tag = _img(picture, f"The image {image.name}")
     if example.others:
-        shown = [_realization(e, 0, colours, first) for e in ensembles]
+        tags = [_realization(e, 0, colours, first) for e in ensembles]
     else:
         sources = {"": ensembles[0]}
         if "two-point realization" in example.shows:
             sources["two-point"] = simulate_two_point(image, choices.grid, N_TOGETHER, choices.seed)
         parts = (name.rpartition(" ") for name in example.shows)
-        shown = [_shown(kind, sources[of], colours, theme) for of, _, kind in parts]
-    sizes = expected(example)
-    return tuple(CardPicture(html, *size) for html, size in zip([own, *shown], sizes, strict=True))
+        tags = [_shown(kind, sources[of], colours, theme) for of, _, kind in parts]
+    blanks = zip(expected(example), [image_tag, *tags], strict=True)
+    return tuple(replace(blank, content=tag) for blank, tag in blanks)
 
 
 def _shown(name: str, e: Ensemble, colours: list[str], theme: Theme) -> str:
     code, facies_name = int(e.training_image.codes[1]), e.training_image.facies_names[1]
     if name == "probability":
-        shares = cut(e.probability(code), name)
-        picture = data_map_png(*steps_of(shares), longest=MAX_PIXELS)
+        indices, steps = steps_of(cut(e.probability(code), name))
+        picture = data_map_png(indices, steps, longest=MAX_PIXELS)
         return _img(picture, f"Probability of {facies_name}")
     if name == "variogram":
-        own = variogram(e, code, lags=N_LAGS).gamma
+        curves = variogram(e, code, lags=N_LAGS).gamma
         reference = variogram(e.training_image, code, lags=N_LAGS).gamma[0]
-        return _img(sparkline(own, reference, theme), "Variograms along E–W", "svg+xml")
+        return _img(sparkline(curves, reference, theme), "Variograms along E–W", "svg+xml")
     if name == "connectivity":
-        own, (ref,) = (connectivity(i, code, "N-S", N_LAGS).tau for i in (e, e.training_image))
-        return _img(sparkline(own, ref, theme), "Connectivity along N–S", "svg+xml")
+        curves, (reference,) = (
+            connectivity(i, code, "N-S", N_LAGS).tau for i in (e, e.training_image)
+        )
+        return _img(sparkline(curves, reference, theme), "Connectivity along N–S", "svg+xml")
     if name == "breakthrough":
-        *own, ref = map(arrived, [*e.indices[:N_SOLVED], e.training_image.indices])
-        return _img(sparkline(own, ref, theme), "Share of the water that arrived", "svg+xml")
+        *curves, reference = map(arrived, [*e.indices[:N_SOLVED], e.training_image.indices])
+        return _img(
+            sparkline(curves, reference, theme), "Share of the water that arrived", "svg+xml"
+        )
     if name == "data":
-        known = np.full(e.grid.shape, len(colours), np.uint8)
+        facies_grid = np.full(e.grid.shape, len(colours), np.uint8)
         rows, columns = e.hard_data.cells.T
-        known[rows, columns] = _facies_of_data(e)
+        facies_grid[rows, columns] = _facies_of_data(e)
         ground = [*colours, LIGHT.paper]  # this grey contrasts with the facies in both themes
-        return _img(data_map_png(known, ground, longest=MAX_PIXELS), f"{e.hard_data.n} hard data")
+        return _img(
+            data_map_png(facies_grid, ground, longest=MAX_PIXELS), f"{e.hard_data.n} hard data"
+        )
     return _realization(e, 1 if name == "second" else 0, colours, name)
 
 
 def arrived(indices: NDArray[np.uint8]) -> NDArray[np.float64]:
     """Return the share of the water that has flowed from W to E, at times on a logarithmic scale.
 
-    Facies 1 conducts 1000 times as well; the times are 1 to 1000 times that through facies 1 alone.
+    Facies 1 conducts 1000 times as well as the others; the times are 1 to 1000 times the travel
+    time through only facies 1.
     """
     flow = darcy(np.where(indices == 1, 1.0, 1e-3), west_east=(indices.shape[1] ** 2, 0))
     times = breakthrough(flow, 1.0, "x", N_PARTICLES)
@@ -282,13 +310,16 @@ def _realization(e: Ensemble, r: int, colours: list[str], kind: str = "realizati
     dots, cells, facies = None, e.hard_data.cells, _facies_of_data(e)
     wrong = e.indices[r][tuple(cells.T)] != facies
     if e.grid.nz is not None:  # only the data in the slice are drawn
-        across, at = (1, e.grid.ny // 2) if kind == "section" else (0, e.grid.nz // 2)
-        here = cells[:, across] == at if len(cells) else np.zeros(0, bool)
-        cells, facies, wrong = np.delete(cells[here], across, 1), facies[here], wrong[here]
+        across, index = (1, e.grid.ny // 2) if kind == "section" else (0, e.grid.nz // 2)
+        in_slice = cells[:, across] == index if len(cells) else np.zeros(0, bool)
+        cells = np.delete(cells[in_slice], across, 1)
+        facies, wrong = facies[in_slice], wrong[in_slice]
     if 0 < len(cells) <= MAX_DOTS:
         dots = Dots(cells, [colours[k] for k in facies], wrong)
-    own = cut(e.indices[r], kind)
-    return _img(data_map_png(own, colours, dots, longest=MAX_PIXELS), f"Realization {r + 1}")
+    facies_grid = cut(e.indices[r], kind)
+    return _img(
+        data_map_png(facies_grid, colours, dots, longest=MAX_PIXELS), f"Realization {r + 1}"
+    )
 
 
 def _facies_of_data(e: Ensemble) -> NDArray[np.integer]:

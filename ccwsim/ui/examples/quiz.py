@@ -11,7 +11,6 @@ from dataclasses import field as dataclass_field
 from functools import cached_property
 from html import escape
 from secrets import randbelow
-from typing import Any
 
 import numpy as np
 import streamlit as st
@@ -72,14 +71,14 @@ class Round:
         return copying(self.sources[k], self.training_image.shape)
 
     @cached_property
-    def known(self) -> NDArray[np.uint64]:
+    def image_codes(self) -> NDArray[np.uint64]:
         """The codes of all windows in the training image."""
         image = self.training_image
         return np.unique(window_codes(image.indices, image.n_facies))
 
     def shapes_at(self, k: int) -> tuple[Mask, float]:
         """Return a mask of the new shapes in picture k, and their share (see `new_shapes`)."""
-        return new_shapes(self.pictures[k], self.training_image.n_facies, self.known)
+        return new_shapes(self.pictures[k], self.training_image.n_facies, self.image_codes)
 
     @property
     def easiest(self) -> int:
@@ -90,7 +89,7 @@ class Round:
 
 
 def draw_round(image: TrainingImage, parameters: Parameters, seed: int) -> Round:
-    """Create a round from a seed; pieces are cut away from edges, which would tell the answer."""
+    """Create a round from a seed; pieces are cut at random, so edges do not tell the answer."""
     rng = np.random.default_rng(seed)
     side = piece_side(image.shape)
     p, n, length = fitted(parameters, image.shape), N_PICTURES - 1, SIDES_PER_REALIZATION * side
@@ -121,15 +120,17 @@ def window_codes(indices: Bytes, n_facies: int) -> NDArray[np.uint64]:
     return np.concatenate(strips) if strips else np.zeros((0, 0), np.uint64)
 
 
-def new_shapes(indices: Bytes, n_facies: int, known: NDArray[np.uint64]) -> tuple[Mask, float]:
-    """Return a mask of the middles of windows that are not `known`, and the share of these."""
-    new = ~np.isin(window_codes(indices, n_facies), known)
-    where = np.zeros(indices.shape, bool)
+def new_shapes(
+    indices: Bytes, n_facies: int, image_codes: NDArray[np.uint64]
+) -> tuple[Mask, float]:
+    """Return a mask of the middles of windows with new codes, and the share of these windows."""
+    new = ~np.isin(window_codes(indices, n_facies), image_codes)
+    new_mask = np.zeros(indices.shape, bool)
     middle = SIDE // 2 - 1
     for down in (middle, middle + 1):
         for along in (middle, middle + 1):
-            where[down : down + new.shape[0], along : along + new.shape[1]] |= new
-    return where, float(new.mean()) if new.size else 0.0
+            new_mask[down : down + new.shape[0], along : along + new.shape[1]] |= new
+    return new_mask, float(new.mean()) if new.size else 0.0
 
 
 @dataclass
@@ -139,8 +140,8 @@ class Quiz:
     `image` is the name of a bundled training image, or empty for the image of the study. `level`,
     `n_candidates` and `refine` are parameters of the realizations. `seed` is random, one per
     session, and `n_rounds` is added to it. `job` computes the round with the settings `asked`.
-    `picked` is the picture that the user picked as the training image. `tallies` has the number of
-    right picks and the number of picks for each setting.
+    `picked` is the picture that the user picked as the training image. `tallies` are the numbers of
+    right picks and of all picks for each setting.
     """
 
     image: str = "channels"
@@ -182,8 +183,9 @@ def begin_round(state: State) -> None:
     quiz = state.page(Quiz)
     quiz.asked, quiz.picked = _asked(state), None
     quiz.n_rounds += 1
-    inputs = _image(state), _parameters(quiz), quiz.seed + quiz.n_rounds
-    quiz.job = Job(lambda _: draw_round(*inputs))
+    image, parameters = _image(state), _realization_parameters(quiz)
+    seed = quiz.seed + quiz.n_rounds
+    quiz.job = Job(lambda _: draw_round(image, parameters, seed))
 
 
 def pick(quiz: Quiz, k: int) -> None:
@@ -192,8 +194,8 @@ def pick(quiz: Quiz, k: int) -> None:
         return
     quiz.picked = k
     setting = describe_setting(quiz)
-    found, tries = quiz.tallies.get(setting, (0, 0))
-    quiz.tallies[setting] = found + (k == quiz.round.answer), tries + 1
+    hits, tries = quiz.tallies.get(setting, (0, 0))
+    quiz.tallies[setting] = hits + (k == quiz.round.answer), tries + 1
 
 
 def describe_setting(quiz: Quiz) -> str:
@@ -212,27 +214,52 @@ def _controls(state: State) -> None:
     def name_of(name: str) -> str:
         return pretty(name) if name else upload.name if upload else ""
 
-    image = {"options": names, "format_func": name_of, "width": 180}
     possible = [level for level in levels(_image(state).shape) if level <= MAX_QUIZ_LEVEL]
-    level = {"options": possible, "width": 90, "help": help_of("wavelet_level")}
-    number: dict[str, Any] = {"min_value": 1, "max_value": MAX_QUIZ_CANDIDATES, "width": 130}
-    number |= bound_to(quiz, "n_candidates") | {"help": help_of("n_candidates")}
-    refine: dict[str, Any] = {"key": "quiz_refine", "help": help_of("refine")}
-    select, starts = st.selectbox, {"on_click": begin_round, "args": (state,), "type": "primary"}
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="quiz_row"):
-        field(select, "Training image", key="quiz_image", **bound_to(quiz, "image"), **image)
-        field(select, "Level", key="quiz_level", **bound_to(quiz, "level"), **level)
-        field(st.number_input, "Candidates K", key="quiz_k", **number)
-        field(st.checkbox, "Refine", **bound_to(quiz, "refine"), **refine)
-        button("Next round", key="quiz_next", **starts)
+        field(
+            st.selectbox,
+            "Training image",
+            key="quiz_image",
+            options=names,
+            format_func=name_of,
+            width=180,
+            **bound_to(quiz, "image"),
+        )
+        field(
+            st.selectbox,
+            "Level",
+            key="quiz_level",
+            options=possible,
+            width=90,
+            help=help_of("wavelet_level"),
+            **bound_to(quiz, "level"),
+        )
+        field(
+            st.number_input,
+            "Candidates K",
+            key="quiz_k",
+            min_value=1,
+            max_value=MAX_QUIZ_CANDIDATES,
+            width=130,
+            help=help_of("n_candidates"),
+            **bound_to(quiz, "n_candidates"),
+        )
+        field(
+            st.checkbox,
+            "Refine",
+            key="quiz_refine",
+            help=help_of("refine"),
+            **bound_to(quiz, "refine"),
+        )
+        button("Next round", key="quiz_next", on_click=begin_round, args=(state,), type="primary")
 
 
-def _draw_round(state: State, shown: Round) -> None:
+def _draw_round(state: State, quiz_round: Round) -> None:
     quiz = state.page(Quiz)
-    n = len(shown.pictures)
+    n = len(quiz_round.pictures)
     if quiz.picked is None:
         step_note(page_text("Quiz", n=n))
-    colours = _colours(state, shown)
+    colours = _colours(state, quiz_round)
     number, picked = quiz.n_rounds, quiz.picked is not None
 
     def chosen(value: list[int]) -> None:
@@ -242,7 +269,7 @@ def _draw_round(state: State, shown: Round) -> None:
     def label(k: int) -> str:
         if not picked:  # the browser gets the answer only after the pick
             return f"{k + 1}"
-        what = "training image" if k == shown.answer else "realization"
+        what = "training image" if k == quiz_round.answer else "realization"
         return f"{k + 1} · {what}{', your pick' if k == quiz.picked else ''}"
 
     tiles = [
@@ -251,24 +278,24 @@ def _draw_round(state: State, shown: Round) -> None:
             "png": b64encode(map_png(picture, colours)).decode(),
             "label": label(k),
             "name": f"Picture {label(k)}",
-            "mark": "answer" if picked and k == shown.answer else "",
+            "mark": "answer" if picked and k == quiz_round.answer else "",
             "disabled": picked,
         }
-        for k, picture in enumerate(shown.pictures)
+        for k, picture in enumerate(quiz_round.pictures)
     ]
     heading = "Which one is the training image?"
     draw_tiles(PICTURES, heading, tiles, chosen, kind="quiz", shown=quiz.picked)
     if picked:
-        draw_reveal(quiz, shown, colours)
+        draw_reveal(quiz, quiz_round, colours)
     if not quiz.tallies:
         return
     lines = "".join(
-        f"<li>{setting}: <b>{found} of {tries}</b> found</li>"
-        for setting, (found, tries) in quiz.tallies.items()
+        f"<li>{setting}: <b>{hits} of {tries}</b> found</li>"
+        for setting, (hits, tries) in quiz.tallies.items()
     )
-    found, tries = (sum(t[k] for t in quiz.tallies.values()) for k in (0, 1))
+    hits, tries = (sum(t[k] for t in quiz.tallies.values()) for k in (0, 1))
     st.html(
-        f'<div class="score"><p class="facts">{found} of {tries} found; guessing finds one in '
+        f'<div class="score"><p class="facts">{hits} of {tries} found; guessing finds one in '
         f"{N_PICTURES}</p><ul>{lines}</ul></div>"
     )
 
@@ -285,71 +312,80 @@ def _image(state: State):
     return if_possible(lambda: image_of(choice)) or datasets.load("channels")
 
 
-def _parameters(quiz: Quiz) -> Parameters:
-    wanted = {"wavelet_level": quiz.level, "n_candidates": quiz.n_candidates}
-    return fitted(Parameters(), (1024, 1024), refine=quiz.refine, **wanted)
+def _realization_parameters(quiz: Quiz) -> Parameters:
+    return fitted(
+        Parameters(),
+        (1024, 1024),
+        refine=quiz.refine,
+        wavelet_level=quiz.level,
+        n_candidates=quiz.n_candidates,
+    )
 
 
-def _colours(state: State, shown: Round) -> list[str]:
-    own = dict(state.choices.image.colours) if not state.page(Quiz).image else {}
-    return facies_colours(shown.training_image, own)
+def _colours(state: State, quiz_round: Round) -> list[str]:
+    user_colours = dict(state.choices.image.colours) if not state.page(Quiz).image else {}
+    return facies_colours(quiz_round.training_image, user_colours)
 
 
-def draw_reveal(quiz: Quiz, shown: Round, colours: Sequence[str]) -> None:
+def draw_reveal(quiz: Quiz, quiz_round: Round, colours: Sequence[str]) -> None:
     """Tell whether the pick was right, and draw the seams of a realization."""
     picked = quiz.picked
     assert picked is not None
-    k = shown.easiest if picked == shown.answer else picked
-    tone = "good" if picked == shown.answer else "bad"
-    verdict = escape(describe_verdict(picked, shown))
+    k = quiz_round.easiest if picked == quiz_round.answer else picked
+    tone = "good" if picked == quiz_round.answer else "bad"
+    verdict = escape(describe_verdict(picked, quiz_round))
     st.html(f'<p class="verdict {tone}" role="status">{verdict}</p>')
     left, middle, words = st.columns([1.0, 1.0, 1.6], gap="medium")
     with left:
         panel_title(f"Seams of picture {k + 1}")
-        seams = seam_map(shown, k, colours)
+        seams = seam_map(quiz_round, k, colours)
         draw_cells(seams, "quiz_seams", name="seams", max_height=REVEAL_HEIGHT)
     with middle:
         panel_title("Where the pieces come from in the training image")
-        pieces = piece_map(shown, k, colours)
+        pieces = piece_map(quiz_round, k, colours)
         draw_cells(pieces, "quiz_pieces", name="pieces", max_height=REVEAL_HEIGHT)
     with words:
         panel_title("How to recognize the realization")
-        lines = describe_seams(shown, k)
+        lines = describe_seams(quiz_round, k)
         st.html("".join(f'<p class="telling">{escape(line)}</p>' for line in lines))
 
 
-def describe_verdict(picked: int, shown: Round) -> str:
+def describe_verdict(picked: int, quiz_round: Round) -> str:
     """Return a sentence that tells whether the pick was right."""
-    if picked == shown.answer:
+    if picked == quiz_round.answer:
         return f"Yes: picture {picked + 1} is the training image."
     return (
         f"No: picture {picked + 1} is a realization. The training image is picture "
-        f"{shown.answer + 1}."
+        f"{quiz_round.answer + 1}."
     )
 
 
-def describe_seams(shown: Round, k: int) -> list[str]:
+def describe_seams(quiz_round: Round, k: int) -> list[str]:
     """Describe the seams of picture k; compare its share of new shapes with the other pictures."""
-    found, own = shown.copying_of(k), shown.shapes_at(k)[1]
-    others = [shown.shapes_at(j)[1] for j in range(len(shown.pictures)) if j != shown.answer]
-    low, high, own = (f"{100 * share:.1f}" for share in (min(others), max(others), own))
-    share, side = f"{100 * found.seams.mean():.0f}", found.largest_square
+    copied, new_share = quiz_round.copying_of(k), quiz_round.shapes_at(k)[1]
+    others = [
+        quiz_round.shapes_at(j)[1]
+        for j in range(len(quiz_round.pictures))
+        if j != quiz_round.answer
+    ]
+    low, high, new_share = (f"{100 * share:.1f}" for share in (min(others), max(others), new_share))
+    share, side = f"{100 * copied.seams.mean():.0f}", copied.largest_square
     return [
         page_text("Seams of a picture", picture=k + 1, share=share, side=side),
-        page_text("Visible seams", own=own, side=SIDE, low=low, high=high),
+        page_text("Visible seams", own=new_share, side=SIDE, low=low, high=high),
         page_text("Windows of the image"),
     ]
 
 
-def seam_map(shown: Round, k: int, colours: Sequence[str]) -> CellMap:
+def seam_map(quiz_round: Round, k: int, colours: Sequence[str]) -> CellMap:
     """Return picture k with its seams, and a mask of shapes absent from the training image."""
-    theme, names = chart_theme(), shown.training_image.facies_names
-    indices = shown.pictures[k]
+    theme, names = chart_theme(), quiz_round.training_image.facies_names
+    indices = quiz_round.pictures[k]
     n = len(names)
     if n > MAX_FACIES_MARKED:
         return CellMap(indices, colours, names, f"Picture {k + 1}")
-    marked = np.where(shown.copying_of(k).seams, n + indices, indices)
-    marked = np.where(shown.shapes_at(k)[0], 2 * n, marked).astype(np.uint8)
+    marked = np.where(quiz_round.copying_of(k).seams, n + indices, indices)
+    marked = np.where(quiz_round.shapes_at(k)[0], 2 * n, marked).astype(np.uint8)
     return CellMap(
         indices=marked,
         colours=[*colours, *(mixed(colour, GREY, 0.4) for colour in colours), theme.reference],
@@ -359,13 +395,13 @@ def seam_map(shown: Round, k: int, colours: Sequence[str]) -> CellMap:
     )
 
 
-def piece_map(shown: Round, k: int, colours: Sequence[str]) -> CellMap:
+def piece_map(quiz_round: Round, k: int, colours: Sequence[str]) -> CellMap:
     """Return the training image; cells used in picture k are in colour, and others are grey."""
-    image = shown.training_image
+    image = quiz_round.training_image
     n = image.n_facies
     if n > MAX_FACIES_MARKED:
         return CellMap(image.indices, colours, image.facies_names, "The training image")
-    used = shown.copying_of(k).uses > 0
+    used = quiz_round.copying_of(k).uses > 0
     return CellMap(
         indices=np.where(used, image.indices, n + image.indices).astype(np.uint8),
         colours=[*colours, *(mixed(colour, GREY, 0.75) for colour in colours)],

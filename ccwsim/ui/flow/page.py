@@ -1,4 +1,4 @@
-"""The page Flow: flow through the shown realization, solved live, and what all realizations say."""
+"""The page Flow: flow through one realization, solved live, and answers of all realizations."""
 
 import time
 from dataclasses import replace
@@ -144,7 +144,7 @@ def _draw_rock(page_state: FlowState, ensemble: Ensemble, k: int, name: str) -> 
     """Draw the conductivity and the porosity of a facies."""
     conductivity, porosity = solving.rock_of(page_state, ensemble.training_image, k)
     factor = solving.UNITS[page_state.unit]
-    at = float(f"{conductivity * factor:.3g}")
+    shown_k = float(f"{conductivity * factor:.3g}")
 
     def write_k(value: float) -> None:
         page_state.conductivity = {**page_state.conductivity, name: value / factor}
@@ -156,8 +156,8 @@ def _draw_rock(page_state: FlowState, ensemble: Ensemble, k: int, name: str) -> 
         st.select_slider,
         text.plain(f"K of {name} ({page_state.unit})"),
         key=f"flow_k_{k}",
-        options=sorted({*CONDUCTIVITIES, at}),
-        value=at,
+        options=sorted({*CONDUCTIVITIES, shown_k}),
+        value=shown_k,
         format_func=lambda value: f"{value:g}",
         write=write_k,
     )
@@ -185,8 +185,10 @@ def _draw_well(page_state: FlowState, ensemble: Ensemble, settings: FlowSettings
             text.step_note("No well. Click a map to place one.")
         return
     names = ("layer", "row", "column")[-len(settings.well) :]
-    at = ", ".join(f"{name} {k}" for name, k in zip(names, settings.well, strict=True))
-    text.step_note(f"Well in {at}.{'' if volume else ' Drag it on a map, or click another cell.'}")
+    cell = ", ".join(f"{name} {k}" for name, k in zip(names, settings.well, strict=True))
+    text.step_note(
+        f"Well in {cell}.{'' if volume else ' Drag it on a map, or click another cell.'}"
+    )
     if volume:
         field(
             st.toggle,
@@ -207,15 +209,15 @@ def _draw_well(page_state: FlowState, ensemble: Ensemble, settings: FlowSettings
 
 
 def _draw_solution(state: State, ensemble: Ensemble, settings: FlowSettings) -> None:
-    """Draw the flow through the shown realization; until it is solved, the earlier flow dimmed."""
+    """Draw the flow through the shown realization; until it is solved, dim the earlier flow."""
     page_state = state.page(FlowState)
     task = solving.solution(ensemble, state.shown, settings)
     worker = page_state.worker
     worker.forget()
     worker.ask(task)
-    found = worker.wait_for(task, PATIENCE)
-    if isinstance(found, Solution):
-        page_state.latest = ensemble, found
+    result = worker.wait_for(task, PATIENCE)
+    if isinstance(result, Solution):
+        page_state.latest = ensemble, result
     latest = page_state.latest
     # maps stay in their place, so that a well can be dragged on while the next flow is solved
     with st.container(key="flow_solution"):
@@ -223,20 +225,22 @@ def _draw_solution(state: State, ensemble: Ensemble, settings: FlowSettings) -> 
             _draw_flow(state, ensemble, latest[1], settings)
         else:
             _draw_map(state, ensemble, None, settings)
-    if isinstance(found, Solution):
+    if isinstance(result, Solution):
         return
     with st.container(key="flow_unsolved"):
-        if isinstance(found, Failure):
-            st.warning(text.plain(f"{found.reason[:1].upper()}{found.reason[1:]}."))
+        if isinstance(result, Failure):
+            st.warning(text.plain(f"{result.reason[:1].upper()}{result.reason[1:]}."))
             return
         text.step_note("Solving …")
     follow_tasks(worker, [task], time.monotonic())
 
 
-def _draw_flow(state: State, ensemble: Ensemble, found: Solution, settings: FlowSettings) -> None:
+def _draw_flow(
+    state: State, ensemble: Ensemble, solution: Solution, settings: FlowSettings
+) -> None:
     """Draw facts and maps of a solution."""
-    page_state, flow = state.page(FlowState), found.flow
-    times = np.where(found.tracks.status == 2, np.inf, found.tracks.times)
+    page_state, flow = state.page(FlowState), solution.flow
+    times = np.where(solution.tracks.status == 2, np.inf, solution.tracks.times)
     median = float(np.median(times))
     low, high = SIDES[settings.axis]
     inflow = max(flow.through[low], flow.through[high]) * solving.DAY
@@ -248,20 +252,19 @@ def _draw_flow(state: State, ensemble: Ensemble, found: Solution, settings: Flow
     facts.append(f"balance {with_power(flow.balance, 1)}, {plural(flow.iterations, 'iteration')}")
     with st.container(**ROW, key="flow_tools"):
         write_facts(facts)
-        _draw_downloads(state, ensemble, found, settings)
+        _draw_downloads(state, ensemble, solution, settings)
     with st.container(key="flow_maps"):
         left, right = maps.map_columns((1.0, 1.0), 0, ensemble.grid)
     with left:
-        _draw_map(state, ensemble, found, settings)
+        _draw_map(state, ensemble, solution, settings)
     with right:
-        _draw_heads(page_state, ensemble, found, settings)
-    options = bound_to(page_state, "particles", min_value=0, max_value=200, step=5, width=420)
+        _draw_heads(page_state, ensemble, solution, settings)
     if np.isfinite(median) and ensemble.grid.nz is None:  # volumes show whole tracks
         field(
             st.slider,
             f"Particles after this share of {duration(median)} (%)",
             key="flow_particles",
-            **options,
+            **bound_to(page_state, "particles", min_value=0, max_value=200, step=5, width=420),
         )
     note, by_hand = text.page_text("Flow of the shown realization"), text.page_text("Flow by hand")
     if ensemble.grid.nz is not None:
@@ -270,7 +273,7 @@ def _draw_flow(state: State, ensemble: Ensemble, found: Solution, settings: Flow
 
 
 def _draw_map(
-    state: State, ensemble: Ensemble, found: Solution | None, settings: FlowSettings
+    state: State, ensemble: Ensemble, solution: Solution | None, settings: FlowSettings
 ) -> None:
     page_state, r = state.page(FlowState), state.shown
     with st.container(**ROW, key="shown_row"):
@@ -279,26 +282,32 @@ def _draw_map(
         maps.step_buttons("flow", state, ensemble.n)
     colours = maps.colours_of_ran(state)
     alt = f"Realization {r + 1} with tracks of particles"
-    shown = facies_map(ensemble.indices[r], ensemble.training_image, colours, alt)
-    shown = with_tracks(shown, found, settings, page_state.particles)
-    _draw_by_hand(page_state, ensemble, settings, shown, "flow")
+    cell_map = facies_map(ensemble.indices[r], ensemble.training_image, colours, alt)
+    cell_map = with_tracks(cell_map, solution, settings, page_state.particles)
+    _draw_by_hand(page_state, ensemble, settings, cell_map, "flow")
 
 
 def _draw_by_hand(
-    page_state: FlowState, ensemble: Ensemble, settings: FlowSettings, shown: CellMap, key: str
+    page_state: FlowState, ensemble: Ensemble, settings: FlowSettings, cell_map: CellMap, key: str
 ) -> None:
-    """Draw a map or a volume in which the user moves the well, and in a map of heads the heads."""
+    """Draw a map or volume in which the user moves the well or, in a map of heads, the heads."""
     options: dict[str, Any] = {"grid": ensemble.grid, "link": "grid", "max_height": HEIGHT}
     options |= {"name": {"flow": "tracks"}.get(key, key), "body": key == "flow"}
     if ensemble.grid.nz is not None:
-        fastest, k = max(settings.conductivity), settings.conductivity
-        options |= {"mode": "several", "opacities": [GLASS[one < fastest] for one in k]}
-        options |= {"picks": bool(settings.well and page_state.follows), "ack": page_state.ack}
+        fastest = max(settings.conductivity)
         take = partial(solving.take_strokes, page_state, ensemble)
-        content = volume_content(shown, f"volume_{key}", **options)
+        content = volume_content(
+            cell_map,
+            f"volume_{key}",
+            mode="several",
+            opacities=[GLASS[k < fastest] for k in settings.conductivity],
+            picks=bool(settings.well and page_state.follows),
+            ack=page_state.ack,
+            **options,
+        )
         draw_component("volume", f"volume_{key}", content, "edits", take)
         return
-    content = map_content(shown, scale="maps", picks=True, **options) | {
+    content = map_content(cell_map, scale="maps", picks=True, **options) | {
         "well": settings.well,
         "well_colour": chart_theme().reference,
         "well_label": f"well, pumps {three_digits(settings.rate * solving.DAY)} m³/d",
@@ -310,12 +319,13 @@ def _draw_by_hand(
 
 
 def _draw_heads(
-    page_state: FlowState, ensemble: Ensemble, found: Solution, settings: FlowSettings
+    page_state: FlowState, ensemble: Ensemble, solution: Solution, settings: FlowSettings
 ) -> None:
-    heads = found.flow.heads
-    lowest, highest, given = np.nanmin(heads), np.nanmax(heads), sorted(settings.heads)
+    heads = solution.flow.heads
+    lowest, highest = np.nanmin(heads), np.nanmax(heads)
+    lower_end, upper_end = sorted(settings.heads)
     # heads at a well in tight rock do not take all colours
-    low, high = max(lowest, 2 * given[0] - given[1]), min(highest, 2 * given[1] - given[0])
+    low, high = max(lowest, 2 * lower_end - upper_end), min(highest, 2 * upper_end - lower_end)
     with st.container(**ROW, key="heads_row"):
         text.panel_title("Head", "each change of colour is a line of equal head")
     span = max(high - low, 1e-300)
@@ -324,47 +334,48 @@ def _draw_heads(
     middles = low + (np.arange(N_BANDS) + 0.5) / N_BANDS * span
     decimals = 2 - int(np.floor(np.log10(span)))  # the difference has three digits
 
-    def said(head: float) -> str:
+    def format_head(head: float) -> str:
         return minus(f"{round(float(head), decimals) + 0.0:.9g} m")
 
-    labels = [f"head {said(middle)}" for middle in middles]
-    labels[0] += f" or less, down to {said(lowest)}" if lowest < low else ""
-    labels[-1] += f" or more, up to {said(highest)}" if highest > high else ""
-    strip = {"colours": list(figures.CIVIDIS), "low": said(low), "high": said(high)}
+    labels = [f"head {format_head(middle)}" for middle in middles]
+    labels[0] += f" or less, down to {format_head(lowest)}" if lowest < low else ""
+    labels[-1] += f" or more, up to {format_head(highest)}" if highest > high else ""
+    strip = {"colours": list(figures.CIVIDIS), "low": format_head(low), "high": format_head(high)}
     colours = [*figures.ramp(figures.CIVIDIS, N_BANDS), "#8A8F96"]
-    shown = CellMap(bands, colours, [*labels, "inactive"], "Map of heads", strip=strip)
-    shown = with_tracks(shown, found, settings, 0)
-    _draw_by_hand(page_state, ensemble, settings, shown, "heads")
+    cell_map = CellMap(bands, colours, [*labels, "inactive"], "Map of heads", strip=strip)
+    cell_map = with_tracks(cell_map, solution, settings, 0)
+    _draw_by_hand(page_state, ensemble, settings, cell_map, "heads")
 
 
 def with_tracks(
-    shown: CellMap, found: Solution | None, settings: FlowSettings, particles: int
+    cell_map: CellMap, solution: Solution | None, settings: FlowSettings, particles: int
 ) -> CellMap:
     """Return a map with tracks and with particles after a share (%) of the median travel time.
 
-    Tracks to the well have the last colour. A volume also has the well and colours of times.
+    Tracks to the well are drawn in the last colour. A volume also shows the well, and tracks are
+    coloured by time.
     """
     accent = chart_theme().reference
     if len(well := settings.well or ()) == 3:
-        shown = replace(shown, points=[[*well, 0, 0]], point_colours=[accent])
-        shown = replace(shown, wells=(("well", (well,)),), points_are=("well", "wells"))
-    if found is None:
-        return shown
-    grid, median = found.flow.grid, float(np.median(found.tracks.times))
+        cell_map = replace(cell_map, points=[[*well, 0, 0]], point_colours=[accent])
+        cell_map = replace(cell_map, wells=(("well", (well,)),), points_are=("well", "wells"))
+    if solution is None:
+        return cell_map
+    grid, median = solution.flow.grid, float(np.median(solution.tracks.times))
     corner, size = np.array(grid.origin), np.array(grid.cell_size)
     colours = [TRACK] if grid.nz is None else TIMES
     lines, marks, n = [], [], len(colours)
-    for tracks in (found.tracks, found.to_well):
+    for tracks in (solution.tracks, solution.to_well):
         for path in tracks.paths if tracks is not None else ():
             path = thinned((path - [0.0, *corner]) / [2 * median / n, *size])
             steps = np.minimum(path[:, 0] // 1, n - 1)
-            colour = steps if tracks is found.tracks else np.full(len(path), n)
+            colour = steps if tracks is solution.tracks else np.full(len(path), n)
             lines.append(np.column_stack([path[:, :0:-1], colour]).round(2).tolist())
-    at = particles / 100 * median
-    for x, y in (positions(found.tracks, at) - corner) / size if particles else ():
+    seconds = particles / 100 * median
+    for x, y in (positions(solution.tracks, seconds) - corner) / size if particles else ():
         mark = {"kind": "disc", "row": y - 0.5, "column": x - 0.5, "height": 1, "width": 1}
-        marks.append({**mark, "colour": PARTICLE, "label": f"after {duration(at)}"})
-    return replace(shown, lines=lines, line_colours=[*colours, accent], marks=marks)
+        marks.append({**mark, "colour": PARTICLE, "label": f"after {duration(seconds)}"})
+    return replace(cell_map, lines=lines, line_colours=[*colours, accent], marks=marks)
 
 
 def thinned(path: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -373,15 +384,15 @@ def thinned(path: NDArray[np.float64]) -> NDArray[np.float64]:
     return path[np.unique([0, *kept, len(path) - 1])]
 
 
-def positions(tracks: Tracks, at: float) -> NDArray[np.float64]:
-    """Return the positions of particles at a time, without those that have ended before."""
-    moving = (path.T for path in tracks.paths if path[-1, 0] >= at)
-    found = [[np.interp(at, times, place) for place in places] for times, *places in moving]
-    return np.array(found).reshape(-1, tracks.paths[0].shape[1] - 1)
+def positions(tracks: Tracks, seconds: float) -> NDArray[np.float64]:
+    """Return the positions of particles at a time, without particles that ended earlier."""
+    moving = (path.T for path in tracks.paths if path[-1, 0] >= seconds)
+    places = [[np.interp(seconds, times, axis) for axis in axes] for times, *axes in moving]
+    return np.array(places).reshape(-1, tracks.paths[0].shape[1] - 1)
 
 
 def _draw_downloads(
-    state: State, ensemble: Ensemble, found: Solution, settings: FlowSettings
+    state: State, ensemble: Ensemble, solution: Solution, settings: FlowSettings
 ) -> None:
     """Draw a menu of files of the solution, and of models for other programs."""
     page_state, name = state.page(FlowState), study_part(ensemble)
@@ -389,12 +400,12 @@ def _draw_downloads(
     with st.popover("Download", key="flow_downloads"):
         text.step_note(f"Heads and conductivity of realization {r + 1}")
         conductivity = cell_values(np.array(settings.conductivity), ensemble.indices[r])
-        fields = {"head": found.flow.heads, "conductivity": conductivity}
+        fields = {"head": solution.flow.heads, "conductivity": conductivity}
         with st.container(**ROW):
             for kind, label in (("npz", "NumPy"), ("vti", "VTK"), ("gslib", "GSLIB")):
                 content = partial(maps_as_bytes, fields, grid, kind)
                 download(label, content, f"{name}_heads.{kind}", key=f"flow_heads_{kind}")
-            content = partial(tracks_csv, found.tracks)
+            content = partial(tracks_csv, solution.tracks)
             download("Tracks, CSV", content, f"{name}_tracks.csv", key="flow_tracks")
         for title, files in solving.model_downloads(page_state, ensemble, r).items():
             text.step_note(title)
@@ -406,7 +417,7 @@ def _draw_downloads(
             result = run.result
             text.step_note("All realizations")
             with st.container(**ROW):
-                content = partial(csv_as_bytes, *result.k.table())
+                content = partial(k_csv, result)
                 download("Effective K, CSV", content, f"{name}_k.csv", key="flow_k_csv")
                 content = partial(times_csv, result)
                 download("Travel times, CSV", content, f"{name}_times.csv", key="flow_times_csv")
@@ -419,6 +430,12 @@ def tracks_csv(tracks: Tracks) -> bytes:
     return csv_as_bytes(head, lines)
 
 
+def k_csv(result: Answers) -> bytes:
+    """Return CSV with effective conductivities of the realizations and of the training image."""
+    head, lines = result.k.table()
+    return csv_as_bytes(head, lines)
+
+
 def times_csv(result: Answers) -> bytes:
     """Return CSV with a line per particle and a column per realization; times are in seconds."""
     head = ["share", *(f"realization_{r + 1}" for r in range(len(result.times)))]
@@ -428,13 +445,13 @@ def times_csv(result: Answers) -> bytes:
 
 
 def _draw_answers(state: State, ensemble: Ensemble, settings: FlowSettings) -> None:
-    """Draw what all realizations answer, or an outline before they are solved."""
+    """Draw the answers of all realizations, or an outline before they are solved."""
     run = state.page(FlowState).run
     with st.container(key="flow_answers"):
         st.html('<h2 class="part">All realizations</h2>')
         if run is None:
-            shape = f"height: {CHART_HEIGHT}px"
-            maps.ghost_panel(text.page_text("Answers of all realizations"), shape)
+            style = f"height: {CHART_HEIGHT}px"
+            maps.ghost_panel(text.page_text("Answers of all realizations"), style)
             return
         if run.going:
             assert run.job is not None
@@ -498,9 +515,9 @@ def _draw_representatives(state: State, run: solving.AnswersRun, result: Answers
                     go_to("pages/simulate.py", f"Realization {r + 1} is shown now.")
             indices = maps.middle_layer(ensemble.indices[r])
             image, alt = ensemble.training_image, f"Realization {r + 1}"
-            shown = facies_map(indices, image, colours, alt)
+            cell_map = facies_map(indices, image, colours, alt)
             draw_cells(
-                shown,
+                cell_map,
                 f"flow_p{percentile}",
                 name=f"p{percentile}",
                 max_height=MAP_HEIGHT,
@@ -509,16 +526,16 @@ def _draw_representatives(state: State, run: solving.AnswersRun, result: Answers
 
 
 def _draw_capture(state: State, run: solving.AnswersRun, result: Answers) -> None:
-    """Draw the probability of capture, and what it is worth."""
+    """Draw the probability of capture, and its skill."""
     capture = result.capture
     assert capture is not None
     left, right = st.columns(2, gap="medium")
     with left:
         text.panel_title("Probability of capture", "share of the realizations, by start")
-        shown = share_map(capture.probability, "P(captured) =", "Probability of capture")
-        draw_cells(shown, "capture", name="capture", max_height=MAP_HEIGHT, tools=False)
+        cell_map = share_map(capture.probability, "P(captured) =", "Probability of capture")
+        draw_cells(cell_map, "capture", name="capture", max_height=MAP_HEIGHT, tools=False)
     with right:
-        text.panel_title("What it is worth")
+        text.panel_title("Skill of the map")
         area = 100 * float(capture.probability.mean())
         rows = [("captured area, mean", f"{area:.1f} %")]
         sure = 100 * float(np.isin(capture.probability, (0.0, 1.0)).mean())

@@ -36,7 +36,7 @@ UNITS = {"m/s": 1.0, "m/d": DAY}
 
 @dataclass(frozen=True)
 class FlowSettings:
-    """What determines the flow through a realization; lengths in m, times in s."""
+    """Settings that determine the flow through a realization; lengths in m, times in s."""
 
     conductivity: tuple[float, ...]  # of each facies, m/s
     porosity: tuple[float, ...]
@@ -82,24 +82,24 @@ def solution(
     flow = settings.solve(ensemble, indices)
     shares = cell_values(np.array(settings.porosity), indices)
     starts = starts_at_inflow(flow, N_TRACKS, settings.axis)
-    found, to_well = tracks(flow, starts, porosity=shares), None
+    inflow_tracks, to_well = tracks(flow, starts, porosity=shares), None
     if settings.pumps:
         assert settings.well is not None
         grid, angle = flow.grid, np.linspace(0, 2 * np.pi, 24, endpoint=False)
         (centre,) = grid.centers_of(np.array([settings.well]))
         # just outside the sides of the cell of the well, where upstream tracks begin
-        way = np.column_stack([np.cos(angle), np.sin(angle)])
-        way *= 0.51 / np.abs(way).max(axis=1, keepdims=True)
-        around = np.repeat(centre[None], len(angle), axis=0)
-        around[:, :2] += way * grid.cell_size[:2]
-        around = around[grid.holds(grid.cells_of(*around.T))]
-        to_well = tracks(flow, around, porosity=shares, backward=True)
-    return Solution(flow, found, to_well)
+        steps = np.column_stack([np.cos(angle), np.sin(angle)])
+        steps *= 0.51 / np.abs(steps).max(axis=1, keepdims=True)
+        ring = np.repeat(centre[None], len(angle), axis=0)
+        ring[:, :2] += steps * grid.cell_size[:2]
+        ring = ring[grid.holds(grid.cells_of(*ring.T))]
+        to_well = tracks(flow, ring, porosity=shares, backward=True)
+    return Solution(flow, inflow_tracks, to_well)
 
 
 @dataclass(frozen=True, eq=False)
 class Answers:
-    """What all realizations of an ensemble answer."""
+    """Effective conductivities, travel times and capture of all realizations of an ensemble."""
 
     k: EffectiveK
     times: NDArray[np.float64]  # sorted travel times in s, (n, N_PARTICLES); inf if not arrived
@@ -134,10 +134,10 @@ class AnswersRun(PageRun[Answers]):
         k, times, captured = zip(*each, strict=True)
         capture = Capture(starts, shape, np.array(captured)) if settings.pumps else None
         of_facies = np.array(settings.conductivity)
-        found = answers.with_bounds(
+        effective_k = answers.with_bounds(
             ensemble, of_facies, settings.axis, np.array(k), settings.anisotropy
         )
-        return Answers(found, np.array(times), capture)
+        return Answers(effective_k, np.array(times), capture)
 
 
 def _answer(
@@ -182,7 +182,7 @@ def rock_of(page_state: FlowState, image: TrainingImage, k: int) -> tuple[float,
 
 
 def settings_of(page_state: FlowState, ensemble: Ensemble) -> FlowSettings:
-    """Return the settings on the page for an ensemble; a well outside the grid is left out."""
+    """Return the settings on the page for an ensemble; a well outside the grid is ignored."""
     image, grid = ensemble.training_image, ensemble.grid
     rocks = [rock_of(page_state, image, k) for k in range(image.n_facies)]
     conductivity, porosity = zip(*rocks, strict=True)
@@ -192,8 +192,15 @@ def settings_of(page_state: FlowState, ensemble: Ensemble) -> FlowSettings:
     axis = page_state.axis if page_state.axis in "xyz"[: grid.n_dimensions] else "x"
     heads = page_state.high, page_state.low
     anisotropy = page_state.anisotropy if grid.nz is not None else 1.0
-    rate = page_state.rate / DAY
-    return FlowSettings(conductivity, porosity, axis, heads, anisotropy, well, rate)
+    return FlowSettings(
+        conductivity=conductivity,
+        porosity=porosity,
+        axis=axis,
+        heads=heads,
+        anisotropy=anisotropy,
+        well=well,
+        rate=page_state.rate / DAY,
+    )
 
 
 def set_well(page_state: FlowState, ensemble: Ensemble, cell: Sequence[int]) -> None:
@@ -245,32 +252,43 @@ def model_downloads(
     """Return models for other programs, below a title with the values of the page Flow."""
     settings, image = settings_of(page_state, ensemble), ensemble.training_image
     k = dict(zip(image.codes.tolist(), settings.conductivity, strict=True))
-    made = partial(grdecl_as_zip, study_part(ensemble), ensemble, k, anisotropy=settings.anisotropy)
-    files = [Download("GRDECL with permeability", "models_grdecl", "_grdecl.zip", made)]
+    content = partial(
+        grdecl_as_zip, study_part(ensemble), ensemble, k, anisotropy=settings.anisotropy
+    )
+    files = [Download("GRDECL with permeability", "models_grdecl", "_grdecl.zip", content)]
     named = zip(image.facies_names, settings.conductivity, strict=True)
-    said = [f"K of {name} {with_power(value, 6)} m/s" for name, value in named]
+    values = [f"K of {name} {with_power(value, 6)} m/s" for name, value in named]
     if settings.axis != "z" and is_installed("flopy"):
         ends = zip(SIDES[settings.axis], settings.heads, strict=True)
-        said += [*(f"head {head:g} m {side}" for side, head in ends), *["a well"] * settings.pumps]
-        options = {answers.HEADS_ALONG[settings.axis]: settings.heads, "wells": settings.wells}
-        options |= {"anisotropy": settings.anisotropy, "realization": realization}
-        made = partial(flopy_as_zip, ensemble, k, **options)
+        values += [
+            *(f"head {head:g} m {side}" for side, head in ends),
+            *["a well"] * settings.pumps,
+        ]
+        content = partial(
+            flopy_as_zip,
+            ensemble,
+            k,
+            wells=settings.wells,
+            anisotropy=settings.anisotropy,
+            realization=realization,
+            **{answers.HEADS_ALONG[settings.axis]: settings.heads},
+        )
         label = f"MODFLOW 6, realization {realization + 1}"
-        files.append(Download(label, "models_modflow", "_modflow.zip", made))
-    return {f"Models for flow programs, with the values of Flow: {', '.join(said)}": files}
+        files.append(Download(label, "models_modflow", "_modflow.zip", content))
+    return {f"Models for flow programs, with the values of Flow: {', '.join(values)}": files}
 
 
 def worth(capture: Capture, truth: NDArray[np.bool_] | None) -> str:
     """Return a sentence on the Brier score of the capture probability against climatology."""
     try:
-        own, constant = capture.brier(truth)
+        score, constant = capture.brier(truth)
     except CCWSIMError as error:
         return f"{error}."
     against = "the reference field" if truth is not None else "one realization left out in turn"
-    better = "hardly better than" if own > 0.8 * constant else "better than"
-    better = "no better than" if own >= 0.98 * constant else better
+    better = "hardly better than" if score > 0.8 * constant else "better than"
+    better = "no better than" if score >= 0.98 * constant else better
     return (
-        f"Brier score {three_digits(own)} against {against}; one constant probability has "
+        f"Brier score {three_digits(score)} against {against}; one constant probability scores "
         f"{three_digits(constant)}. The map is {better} a constant."
     )
 

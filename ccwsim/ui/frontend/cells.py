@@ -22,7 +22,7 @@ _ramp = cache(ramp)
 N_STEPS = 200
 """Number of colour steps of a probability map; shares of 200 realizations are not rounded."""
 MAX_NAMES = 30
-"""Maximum number of wells in a picture whose names are written; others are shown on hovering."""
+"""Maximum number of wells whose names are written; with more wells, names appear on hovering."""
 COMPRESSION = {2: 4, 3: 6}
 """Compression level of zlib by number of dimensions. Higher levels save a third of the bytes of a
 volume, but take six times as long for a map of probabilities."""
@@ -72,9 +72,9 @@ def share_map(
     """Return a map or volume of numbers from 0 to 1, such as probabilities."""
     steps = _ramp(tuple(colours), N_STEPS + 1)
     labels = [f"{name} {k / N_STEPS:.2f}" for k in range(N_STEPS + 1)]
-    known = ~np.isnan(shares)  # inactive cells have no colour
+    valid = ~np.isnan(shares)  # inactive cells have no colour
     indices = np.full(shares.shape, UNKNOWN, np.uint8)
-    indices[known] = np.rint(shares[known] * N_STEPS)
+    indices[valid] = np.rint(shares[valid] * N_STEPS)
     strip = {"colours": list(colours), "low": "0", "high": "1"}
     return CellMap(indices, steps, labels, alt, strip=strip, point_colours=point_colours)
 
@@ -85,15 +85,15 @@ def points_of(
     """Return data as [(layer,) row, column, facies index, wrong in `realization` (codes)]."""
     if not data.n:
         return []
-    places = np.searchsorted(training_image.codes, data.facies)
+    indices = np.searchsorted(training_image.codes, data.facies)
     wrong = np.zeros(data.n, bool)
     if realization is not None:
         wrong = realization[tuple(data.cells.T)] != data.facies
-    return np.column_stack([data.cells, places, wrong]).astype(int).tolist()
+    return np.column_stack([data.cells, indices, wrong]).astype(int).tolist()
 
 
 def shared_content(cell_map: CellMap, grid: Grid | None) -> dict[str, Any]:
-    """Return the content that the components of maps and of volumes have in common."""
+    """Return the content that the components of maps and of volumes share."""
     indices = np.ascontiguousarray(cell_map.indices, np.uint8)
     n_dimensions = indices.ndim
     digest = f"{indices.shape} {blake2b(indices.tobytes(), digest_size=16).hexdigest()}"
@@ -121,7 +121,7 @@ def shared_content(cell_map: CellMap, grid: Grid | None) -> dict[str, Any]:
 
 
 def draw_cells(
-    cells: CellMap,
+    cell_map: CellMap,
     key: str,
     *,
     name: str = "cells",
@@ -145,31 +145,38 @@ def draw_cells(
 
     Options of maps: maps with the same `scale` share one cell size, the largest at which each map
     with `leads` fits on the page. `tools` shows buttons for zooming and saving. `on_cell` is called
-    with the row and column of a clicked cell. When `answer` changes, the user can compare the map
-    with the map before. Options of volumes: `body` shows the volume beside three slices. If
+    with the row and column of a clicked cell. After `answer` has changed, the user can compare the
+    map with the previous map. Options of volumes: `body` shows the volume beside three slices. If
     `cursor` (layer, row, column) changes, the slices move to this cell; otherwise
     only the user moves the slices.
     """
     options: dict[str, Any] = {"grid": grid, "link": link, "name": name}
     if max_height:
         options["max_height"] = max_height
-    if cells.indices.ndim == 3:
+    if cell_map.indices.ndim == 3:
         key = f"volume_{key}"
-        content = volume_content(cells, key, body=body, cursor=cursor, **options)
+        content = volume_content(cell_map, key, body=body, cursor=cursor, **options)
         draw_component("volume", key, content)
         return
-    options |= {"scale": scale, "leads": leads, "tools": tools, "picks": on_cell is not None}
-    options["answer"] = answer
 
     def picked(cell: Sequence[int]) -> None:
         if on_cell is not None:
             on_cell(int(cell[0]), int(cell[1]))
 
-    draw_component("map", f"map_{key}", map_content(cells, **options), "cell", picked)
+    content = map_content(
+        cell_map,
+        scale=scale,
+        leads=leads,
+        tools=tools,
+        picks=on_cell is not None,
+        answer=answer,
+        **options,
+    )
+    draw_component("map", f"map_{key}", content, "cell", picked)
 
 
 def draw_editable(
-    cells: CellMap,
+    cell_map: CellMap,
     take_edits: Callable[[list[dict[str, Any]]], None],
     editing: dict[str, Any],
     **options: Any,
@@ -187,12 +194,12 @@ def draw_editable(
     facies to place) and `empty` (whether the map is blank). `options` replace defaults of the
     component.
     """
-    if cells.indices.ndim == 3:
+    if cell_map.indices.ndim == 3:
         key = "volume_editor"
-        content = volume_content(cells, key, picks=True, **options) | editing
+        content = volume_content(cell_map, key, picks=True, **options) | editing
         draw_component("volume", key, content, "edits", take_edits)
     else:
-        content = map_content(cells, scale="maps", **options) | editing
+        content = map_content(cell_map, scale="maps", **options) | editing
         draw_component("editor", "editor", content, "edits", take_edits)
 
 
@@ -209,7 +216,7 @@ def map_content(cell_map: CellMap, *, grid: Grid | None = None, **options: Any) 
 
 
 def volume_content(
-    cells: CellMap,
+    cell_map: CellMap,
     key: str,
     *,
     grid: Grid | None = None,
@@ -220,8 +227,8 @@ def volume_content(
 
     The browser stores cursor, view angle and mode under the name `link`, by default `key`.
     """
-    return shared_content(cells, grid) | {
-        "shape": list(cells.indices.shape[::-1]),  # the browser's axis order is x, y, z
+    return shared_content(cell_map, grid) | {
+        "shape": list(cell_map.indices.shape[::-1]),  # the browser's axis order is x, y, z
         "key": key,
         "cursor": list(cursor[::-1]) if cursor else None,
         **options,

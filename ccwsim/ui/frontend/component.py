@@ -26,7 +26,7 @@ ENTRY = "export default "
 def draw_component(
     name: str,
     key: str,
-    data: dict[str, Any],
+    content: dict[str, Any],
     event: str = "",
     take: Callable[[Any], None] | None = None,
     **options: Any,
@@ -44,7 +44,7 @@ def draw_component(
 
     if event:
         options[f"on_{event}_change"] = catch_callback_errors(changed)
-    _component(name)(key=key, data=data, **options)
+    _component(name)(key=key, data=content, **options)
 
 
 def draw_tiles(
@@ -58,16 +58,18 @@ def draw_tiles(
 
     A tile may have a `value` (by default its number), a `name` for screen readers, texts (`label`,
     `note`, `badge`, `title`), a picture `png` with `width` and `height`, and may be `disabled`.
-    `options` has what the tiles have in common: their style `kind`, the number `shown`, what
-    `arrows` do ("choose" or "move"), and a picture of all tiles with some `columns`.
+    `options` has the style `kind` of all tiles, the number of the tile `shown`, the effect of
+    `arrows` ("choose" or "move"), and a picture `png` of all tiles with its number of `columns`.
     """
-    data = {"heading": heading, "tiles": tiles, **options}
-    draw_component("tiles", key, data, "chosen", take)
+    content = {"heading": heading, "tiles": tiles, **options}
+    draw_component("tiles", key, content, "chosen", take)
 
 
-def run_script(name: str, key: str, take: Callable[[Any], None] | None = None, **data: Any) -> None:
-    """Run a script of the component `script` in the page; `take` is called with what it tells."""
-    draw_component("script", key, {"script": name, **data}, "told", take)
+def run_script(
+    name: str, key: str, take: Callable[[Any], None] | None = None, **content: Any
+) -> None:
+    """Run a script of the component `script`; `take` is called with the values that it reports."""
+    draw_component("script", key, {"script": name, **content}, "told", take)
 
 
 def reported(key: str, event: str) -> Any:

@@ -59,7 +59,7 @@ class DataTable:
 
     world: bool = True  # whether positions are x and y; otherwise row and column
     base: Any = None  # DataFrame of the rows before the widget's edits
-    of: tuple = ()  # identifies the edited data; different data need a new base
+    content_key: tuple = ()  # identifies the edited data; different data need a new base
     version: int = 0  # version number of `base`
     notes: list[str] = field(default_factory=list)
 
@@ -85,8 +85,8 @@ class Editor:
 def with_changes(data: HardData, changes: Mapping[Cell, int | None]) -> HardData:
     """Return data with `changes`, which map a cell to a facies code, or to None for removal."""
     before = dict(zip(map(tuple, data.cells.tolist()), data.facies.tolist(), strict=True))
-    known = {cell: code for cell, code in {**before, **changes}.items() if code is not None}
-    return HardData(list(known), list(known.values()))
+    merged = {cell: code for cell, code in {**before, **changes}.items() if code is not None}
+    return HardData(list(merged), list(merged.values()))
 
 
 def take(state: State, choice: DataChoice, reference: TrainingImage | None = None) -> None:
@@ -163,20 +163,20 @@ def paint(state: State, axis: str, cells: Sequence[Cell], layers: range) -> None
     page_state.message = ""
     codes = image_of(state.choices.image).codes.tolist()
     inside = grid.holds(np.array(cells, np.int64).reshape(-1, 3))
-    wanted = [cell for cell, known in zip(cells, inside, strict=True) if known]
-    if axis == "z" and wanted:
-        wanted = [(layer, *wanted[-1][1:]) for layer in layers]
+    edited = [cell for cell, is_inside in zip(cells, inside, strict=True) if is_inside]
+    if axis == "z" and edited:
+        edited = [(layer, *edited[-1][1:]) for layer in layers]
     brush = page_state.brush
     if brush == AS_SHOWN:
         ensemble = answer(state) or state.ensemble
         if ensemble is None or not fits(ensemble, state.choices):
             page_state.message = "there is no realization yet to read from; choose a facies"
             return
-        shown = ensemble.realizations[min(state.shown, ensemble.n - 1)]
-        changes = {cell: int(shown[cell]) for cell in wanted}
+        realization = ensemble.realizations[min(state.shown, ensemble.n - 1)]
+        changes = {cell: int(realization[cell]) for cell in edited}
     else:
         code = None if brush == ERASE else codes[min(brush, len(codes) - 1)]
-        changes = dict.fromkeys(wanted, code)
+        changes = dict.fromkeys(edited, code)
     data, wells = with_changes(data_of(state.choices), changes), wells_of(state.choices)
     take_data(state, data, state.reference, wells)
 
@@ -191,19 +191,19 @@ def answer(state: State) -> Ensemble | None:
     """Return realizations that honour the present data, or None if a run is needed.
 
     If the latest run had the present data, return its realizations. If data were only added,
-    re-simulate realizations locally; only this page shows the result, until a run is finished. If
+    re-simulate realizations locally; until a run is finished, only this page shows the result. If
     data were removed, a run is needed, because removed data affected surrounding cells.
     """
     study, page_state = if_possible(lambda: study_of(state.choices)), state.page(Editor)
     if study is None:
         return None
     data = study.hard_data
-    known = [e for e in (state.ensemble, page_state.local) if e and fits(e, state.choices)]
-    answered = next((e for e in known if e.hard_data.digest == data.digest), None)
+    fitting = [e for e in (state.ensemble, page_state.local) if e and fits(e, state.choices)]
+    answered = next((e for e in fitting if e.hard_data.digest == data.digest), None)
     if answered is None:
-        known = [e for e in known if set(e.hard_data.triples) <= set(data.triples)]
-        if not known:
+        extensible = [e for e in fitting if set(e.hard_data.triples) <= set(data.triples)]
+        if not extensible:
             return None
-        answered = revise(max(known, key=lambda ensemble: ensemble.hard_data.n), data)
+        answered = revise(max(extensible, key=lambda ensemble: ensemble.hard_data.n), data)
     page_state.local = None if answered is state.ensemble else answered
     return answered

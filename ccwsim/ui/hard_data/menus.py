@@ -58,8 +58,8 @@ def draw_problem(state: State, problem: str) -> None:
 
     st.error(plain(problem))
     ask_data(state.choices, use)
-    none = {"args": (DataChoice("placed", placed=HardData()),)}
-    button("Start without data", key="start_empty", on_click=use, **none)
+    no_data = DataChoice("placed", placed=HardData())
+    button("Start without data", key="start_empty", on_click=use, args=(no_data,))
 
 
 def draw_export(state: State, data: HardData) -> None:
@@ -107,8 +107,14 @@ def draw_sampling(state: State) -> None:
 
     st.caption(page_text("Sampling"))
     choice = page_state.reference_choice
-    origin = {"value": choice is not None, "write": read_from, **options_of(ORIGINS)}
-    field(st.selectbox, "Read from", key="sample_from", **origin)
+    field(
+        st.selectbox,
+        "Read from",
+        key="sample_from",
+        value=choice is not None,
+        write=read_from,
+        **options_of(ORIGINS),
+    )
     if choice is not None:
         _ask_reference(page_state, choice, volume)
     _ask_way(page_state, volume)
@@ -129,13 +135,14 @@ def sample(state: State) -> None:
     page_state.message = problem_in(take)
 
 
-def sampled(reference: TrainingImage, how: Sampling) -> HardData:
-    """Return data sampled from a field in the cells that the pattern `how` selects."""
-    if how.way == "random":
-        return sample_random(reference.array, how.n, how.seed)
-    if how.way == "grid":
-        return sample_grid(reference.array, how.every)
-    return sample_wells(reference.array, how.n, how.seed, direction=how.way, every=how.every)
+def sampled(reference: TrainingImage, sampling: Sampling) -> HardData:
+    """Return data sampled from a field in the cells that `sampling` selects."""
+    values, n, seed = reference.array, sampling.n, sampling.seed
+    if sampling.way == "random":
+        return sample_random(values, n, seed)
+    if sampling.way == "grid":
+        return sample_grid(values, sampling.every)
+    return sample_wells(values, n, seed, direction=sampling.way, every=sampling.every)
 
 
 def reference_of(state: State) -> TrainingImage:
@@ -165,8 +172,13 @@ def _ask_reference(page_state: Editor, choice: ImageChoice, volume: bool) -> Non
         change(image_of_file(upload, volume=volume))
 
     tip = "An image with the grid's number of cells, in any format that a training image can have."
-    options: dict[str, Any] = {"removed": partial(change, ImageChoice())}
-    file_uploader("Reference image", key="reference_file", take=take, help=tip, **options)
+    file_uploader(
+        "Reference image",
+        key="reference_file",
+        take=take,
+        removed=partial(change, ImageChoice()),
+        help=tip,
+    )
     if choice.upload is not None:
         problem = problem_of_image(choice)
         if problem:
@@ -175,23 +187,23 @@ def _ask_reference(page_state: Editor, choice: ImageChoice, volume: bool) -> Non
 
 
 def _ask_way(page_state: Editor, volume: bool) -> None:
-    ways = WAYS_VOLUME if volume else WAYS
-    if page_state.sampling.way not in ways or (volume and page_state.sampling == Sampling()):
+    labels = WAYS_VOLUME if volume else WAYS
+    if page_state.sampling.way not in labels or (volume and page_state.sampling == Sampling()):
         page_state.sampling = Sampling("vertical", n=10, every=1) if volume else Sampling()
-    how = page_state.sampling
+    sampling = page_state.sampling
 
     def change(**changes: Any) -> None:
         page_state.sampling = replace(page_state.sampling, **changes)
 
-    way = bound_to(how, "way", change) | options_of(ways)
-    field(st.selectbox, "Where", key="sample_way", **way)
-    if how.way != "grid":
-        label = "How many data" if how.way == "random" else "How many wells"
-        number = bound_to(how, "n", change, min_value=1, max_value=MAX_SAMPLED)
+    way = bound_to(sampling, "way", change)
+    field(st.selectbox, "Where", key="sample_way", **way, **options_of(labels))
+    if sampling.way != "grid":
+        label = "How many data" if sampling.way == "random" else "How many wells"
+        number = bound_to(sampling, "n", change, min_value=1, max_value=MAX_SAMPLED)
         field(st.number_input, label, key="sample_n", **number)
-    if how.way != "random":
-        number = bound_to(how, "every", change, min_value=1, max_value=MAX_SAMPLING_STEP)
+    if sampling.way != "random":
+        number = bound_to(sampling, "every", change, min_value=1, max_value=MAX_SAMPLING_STEP)
         field(st.number_input, "Distance between data, in cells", key="sample_every", **number)
-    if how.way != "grid":
-        seed = bound_to(how, "seed", change, min_value=0)
+    if sampling.way != "grid":
+        seed = bound_to(sampling, "seed", change, min_value=0)
         field(st.number_input, "Their own seed", key="sample_seed", **seed)

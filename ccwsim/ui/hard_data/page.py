@@ -45,8 +45,8 @@ def draw_editor(state: State) -> None:
         draw_style("hard_data/editor.css")
         problem = problem_of_data(state.choices)
         local = None if problem else answer(state)
-        rest = REST if state.choices.grid.nz is None else REST_VOLUME
-        start_run_if_needed(state, live=True, after=rest if local else 0.0)
+        delay = REST if state.choices.grid.nz is None else REST_VOLUME
+        start_run_if_needed(state, live=True, after=delay if local else 0.0)
         draw_news(state, wait=local is None)
         with st.container(key="editing"):
             if problem:
@@ -75,12 +75,18 @@ def _draw(state: State) -> None:
         left, middle = st.columns(2, gap="medium")
         right = middle
     with left:
-        row: dict[str, Any] = {"horizontal": True, "vertical_alignment": "center", "gap": "small"}
-        with st.container(**row, key="ground_row"):
+        with st.container(
+            horizontal=True, vertical_alignment="center", gap="small", key="ground_row"
+        ):
             panel_title("Hard data on")
-            options = bound_to(state.page(Editor), "ground", label_visibility="collapsed")
-            options |= options_of(GROUNDS)
-            field(st.segmented_control, "Map under the data", key="ground", **options)
+            field(
+                st.segmented_control,
+                "Map under the data",
+                key="ground",
+                label_visibility="collapsed",
+                **bound_to(state.page(Editor), "ground"),
+                **options_of(GROUNDS),
+            )
         of_run = ground == "e_type"  # a local re-simulation has no E-type
         draw_canvas(state, ensemble if of_run else answered or ensemble)
         if grid.nz is not None:
@@ -119,9 +125,14 @@ def _draw_actions(state: State, data: HardData) -> None:
             past, future = page_state.history.past, page_state.history.future
             button("Undo", key="undo", on_click=undo, args=(state,), disabled=not past)
             button("Redo", key="redo", on_click=undo, args=(state, True), disabled=not future)
-        clear = {"args": (state, DataChoice("placed", placed=HardData())), "disabled": not data.n}
-        clear["help"] = "Remove all data; “undo” restores the data."
-        button("Clear", key="clear", on_click=take, **clear)
+        button(
+            "Clear",
+            key="clear",
+            on_click=take,
+            args=(state, DataChoice("placed", placed=HardData())),
+            disabled=not data.n,
+            help="Remove all data; “undo” restores the data.",
+        )
     if page_state.message:
         st.warning(plain(page_state.message))
 
@@ -153,40 +164,48 @@ def draw_canvas(state: State, ensemble: Ensemble | None) -> None:
     if grid.nz is not None:
         alt = "Hard data of the volume; a click on the map places a well"
     if ensemble is None or ground == "empty":
-        nothing = np.zeros(grid.shape, np.uint8)
-        shown = CellMap(nothing, [chart_theme().paper], ["no datum"], "Empty grid")
+        empty = np.zeros(grid.shape, np.uint8)
+        cell_map = CellMap(empty, [chart_theme().paper], ["no datum"], "Empty grid")
     elif ground == "realization":
-        shown = facies_map(ensemble.indices[min(state.shown, ensemble.n - 1)], image, colours, alt)
-        shown = shown if grid.nz is not None else replace(shown, keys=())  # tools show facies
+        indices = ensemble.indices[min(state.shown, ensemble.n - 1)]
+        cell_map = facies_map(indices, image, colours, alt)
+        if grid.nz is None:  # the tools show the facies
+            cell_map = replace(cell_map, keys=())
     else:
-        shown = maps.uncertainty_map(state, ensemble, colours)
-    status = status_of(data, ensemble, state.shown if ground == "realization" else None)
+        cell_map = maps.uncertainty_map(state, ensemble, colours)
+    statuses = status_of(data, ensemble, state.shown if ground == "realization" else None)
     points = [
-        [*point[:-1], int(how == WRONG), 0 if how == WRONG else how]
-        for point, how in zip(points_of(data, image), status, strict=True)
+        [*point[:-1], int(datum_status == WRONG), 0 if datum_status == WRONG else datum_status]
+        for point, datum_status in zip(points_of(data, image), statuses, strict=True)
     ]
     wells = wells_of(state.choices)
-    shown = replace(shown, point_colours=colours, alt=alt, points=points, wells=wells)
-    history, named = page_state.history, zip(image.facies_names, colours, strict=True)
+    cell_map = replace(cell_map, point_colours=colours, alt=alt, points=points, wells=wells)
+    history, brushes = page_state.history, zip(image.facies_names, colours, strict=True)
     editing: dict[str, Any] = {
-        "brushes": [{"label": name, "colour": colour} for name, colour in named],
+        "brushes": [{"label": name, "colour": colour} for name, colour in brushes],
         "reads": ground == "realization",
         "empty": ground == "empty",
         "ack": page_state.taken,
         "can_undo": bool(history.past),
         "can_redo": bool(history.future),
     }
-    options: dict[str, Any] = {"grid": grid, "link": "grid", "name": "hard_data"}
-    draw_editable(shown, lambda edits: take_edits(state, edits), editing, **options)
+    draw_editable(
+        cell_map,
+        lambda edits: take_edits(state, edits),
+        editing,
+        grid=grid,
+        link="grid",
+        name="hard_data",
+    )
 
 
 def status_of(data: HardData, ensemble: Ensemble | None, shown: int | None) -> list[int]:
     """Return the `Ensemble.data_status` of each datum in a realization; an unknown status is 0."""
-    known = {}
+    status_by_datum = {}
     if ensemble is not None and shown is not None:
         statuses = ensemble.data_status[shown].tolist()
-        known = dict(zip(ensemble.hard_data.triples, statuses, strict=True))
-    return [known.get(datum, 0) for datum in data.triples]
+        status_by_datum = dict(zip(ensemble.hard_data.triples, statuses, strict=True))
+    return [status_by_datum.get(datum, 0) for datum in data.triples]
 
 
 def describe_data_status(data_status: NDArray[np.integer]) -> str:

@@ -17,7 +17,7 @@ from ccwsim.ui.widgets.fields import bound_to, field, options_of
 from ccwsim.ui.widgets.text import panel_title, plain
 
 HEIGHT = 497  # height of the table in pixels, for the heading and exactly fourteen rows
-MAX_NOTES = 4
+MAX_NOTES = 4  # maximum number of notes below the table
 MAX_COLOURED = 500
 """Maximum number of rows with facies colours; Streamlit takes 0.2 ms to colour a row."""
 COLOUR = " "  # heading and name of the column that shows the colours of facies
@@ -28,12 +28,17 @@ def draw_table(state: State, data: HardData, image: TrainingImage, colours: Sequ
     table, grid = state.page(Editor).table, state.choices.grid
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="table_row"):
         panel_title(f"{data.n} data" if data.n != 1 else "1 datum")
-        world = bound_to(table, "world", label_visibility="collapsed")
-        world |= options_of({True: "x, y", False: "row, col"})
-        field(st.segmented_control, "Positions as", key="table_world", **world)
-    if table.of != _stands_for(state, data.digest, image):
+        field(
+            st.segmented_control,
+            "Positions as",
+            key="table_world",
+            label_visibility="collapsed",
+            **bound_to(table, "world"),
+            **options_of({True: "x, y", False: "row, col"}),
+        )
+    if table.content_key != _content_key(state, data.digest, image):
         table.base, table.notes = rows_of(data, grid, table.world), []
-        table.of = _stands_for(state, data.digest, image)
+        table.content_key = _content_key(state, data.digest, image)
         table.version += 1
     key = f"table_{table.version}"
     codes = zip(image.codes, image.facies_names, strict=True)
@@ -41,12 +46,12 @@ def draw_table(state: State, data: HardData, image: TrainingImage, colours: Sequ
     columns = {name: st.column_config.NumberColumn(width=68) for name in table.base.columns}
     columns["facies"] = st.column_config.NumberColumn(width=68, help=tip)
     columns[COLOUR] = st.column_config.TextColumn(width=24, disabled=True)
-    shown = table.base
-    if len(shown) <= MAX_COLOURED:
+    rows = table.base
+    if len(rows) <= MAX_COLOURED:
         edits = st.session_state.get(key, {})
-        shown = painted(shown, edits, dict(zip(image.codes.tolist(), colours, strict=True)))
+        rows = painted(rows, edits, dict(zip(image.codes.tolist(), colours, strict=True)))
     st.data_editor(
-        shown,
+        rows,
         key=key,
         num_rows="dynamic",
         height=HEIGHT,
@@ -60,7 +65,7 @@ def draw_table(state: State, data: HardData, image: TrainingImage, colours: Sequ
         st.caption(plain(note))
 
 
-def _stands_for(state: State, digest: str, image: TrainingImage) -> tuple:
+def _content_key(state: State, digest: str, image: TrainingImage) -> tuple:
     return digest, state.choices.grid, state.page(Editor).table.world, image.digest
 
 
@@ -72,7 +77,7 @@ def _edited(state: State, key: str, image: TrainingImage) -> None:
     if problem := problem_in(lambda: take_data(state, data, state.reference)):
         page_state.message = problem
         return
-    table.of = _stands_for(state, data.digest, image)
+    table.content_key = _content_key(state, data.digest, image)
 
 
 def rows_of(data: HardData, grid: Grid, world: bool) -> pd.DataFrame:
@@ -104,8 +109,8 @@ def edited_rows(base: pd.DataFrame, edits: Mapping[str, Any]) -> pd.DataFrame:
     frame = frame.drop(index=list(edits.get("deleted_rows", [])))
     added = [{n: row.get(n) for n in base.columns} for row in edits.get("added_rows", [])]
     if added:
-        more = pd.DataFrame(added, columns=base.columns).astype(float)
-        frame = more if frame.empty else pd.concat([frame, more], ignore_index=True)
+        new_rows = pd.DataFrame(added, columns=base.columns).astype(float)
+        frame = new_rows if frame.empty else pd.concat([frame, new_rows], ignore_index=True)
     return frame.reset_index(drop=True)
 
 
@@ -119,17 +124,19 @@ def data_of_rows(
     cells = np.full((len(values), 2), -1, np.int64)
     near = whole & (np.abs(values) < 2.0**40).all(axis=1)
     positions = values[near, :2]
-    cells[near] = grid.cells_of(*positions.T) if world else np.floor(positions).astype(np.int64)
+    x, y = positions.T
+    cells[near] = grid.cells_of(x, y) if world else np.floor(positions).astype(np.int64)
     inside = grid.holds(cells) if len(cells) else whole
-    one, many = "is outside the grid and is ignored", "are outside the grid and are ignored"
-    notes += _noted(whole & ~inside, one, many)
-    known = np.isin(values[:, 2], image.codes)
+    singular, plural = "is outside the grid and is ignored", "are outside the grid and are ignored"
+    notes += _noted(whole & ~inside, singular, plural)
+    in_image = np.isin(values[:, 2], image.codes)
     codes = ", ".join(map(str, image.codes))
     tail = f"no facies of the training image ({codes}) and"
-    one, many = f"has {tail} is left out", f"have {tail} are left out"
-    notes += _noted(whole & inside & ~known, one, many)
+    notes += _noted(
+        whole & inside & ~in_image, f"has {tail} is left out", f"have {tail} are left out"
+    )
     taken: dict[tuple[int, int], int] = {}
-    for k in np.flatnonzero(whole & inside & known).tolist():
+    for k in np.flatnonzero(whole & inside & in_image).tolist():
         cell = (int(cells[k, 0]), int(cells[k, 1]))
         if cell in taken and values[taken[cell], 2] != values[k, 2]:
             notes.append(f"Rows {k + 1} and {taken[cell] + 1} share a cell; row {k + 1} is used.")
@@ -140,11 +147,11 @@ def data_of_rows(
     return HardData(list(taken), facies), notes
 
 
-def _noted(which: ArrayLike, one: str, many: str) -> list[str]:
-    rows = (np.flatnonzero(which) + 1).tolist()
+def _noted(mask: ArrayLike, singular: str, plural: str) -> list[str]:
+    rows = (np.flatnonzero(mask) + 1).tolist()
     if not rows:
         return []
     if len(rows) == 1:
-        return [f"Row {rows[0]} {one}."]
+        return [f"Row {rows[0]} {singular}."]
     listed = ", ".join(map(str, rows[:6])) + (" …" if len(rows) > 6 else "")
-    return [f"Rows {listed} {many}."]
+    return [f"Rows {listed} {plural}."]

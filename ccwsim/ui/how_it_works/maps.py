@@ -61,8 +61,8 @@ class PatchView:
     @property
     def part(self) -> tuple[slice, ...]:
         """The slices of the cells of the patch within the grid, in path coordinates."""
-        each = zip(self.first, self.step.cells.shape, strict=True)
-        return tuple(slice(start, start + n) for start, n in each)
+        sides = zip(self.first, self.step.cells.shape, strict=True)
+        return tuple(slice(start, start + n) for start, n in sides)
 
     @property
     def part_of_grid(self) -> tuple[slice, ...]:
@@ -81,7 +81,7 @@ class PatchView:
         return Frame(self.trace.path.orientation, shape)
 
     def where(self, location: PlaceFate) -> str:
-        """Return the first image cell, as it was read, of a patch at a location, as (x, y[, z])."""
+        """Return the first cell (x, y[, z]) of a patch at a location, in the image as read."""
         first = np.multiply(location_of(location, len(self.block)), self.block).tolist()
         part = self.trace.image_frame.box_to_grid(first, self.step.cells.shape)
         return f"({', '.join(str(side.start) for side in reversed(part))})"
@@ -98,32 +98,38 @@ def location_of(place: PlaceFate, n: int) -> tuple[int, ...]:
 
 
 def box_mark(
-    part: tuple[slice, ...], colour: str, label: str, kind: str = "box", cells: int = 1
+    part: tuple[slice, ...], colour: str, label: str, kind: str = "box", side_of_cell: int = 1
 ) -> dict:
-    """Return a mark around a part of the grid, in map cells with `cells` grid cells a side."""
+    """Return a mark around a part of the grid, in map cells of `side_of_cell` grid cells a side."""
     rows, columns = part[-2:]
     height, width = rows.stop - rows.start, columns.stop - columns.start
     box = {"row": rows.start, "column": columns.start, "height": height, "width": width}
-    box = {side: size / cells if cells > 1 else size for side, size in box.items()}
+    box = {side: size / side_of_cell if side_of_cell > 1 else size for side, size in box.items()}
     return {"kind": kind, **box, "colour": colour, "label": label}
 
 
-def data_in(trace: Trace, part: tuple[slice, ...], cells: NDArray | None = None) -> list[list[int]]:
-    """Return the data in a part of the grid as points; wrong if they differ from its `cells`."""
-    at = trace.study.hard_data.cells - [side.start for side in part]
-    inside = ((at >= 0) & (at < [side.stop - side.start for side in part])).all(axis=1)
+def data_in(
+    trace: Trace, part: tuple[slice, ...], facies_grid: NDArray | None = None
+) -> list[list[int]]:
+    """Return the data in a part of the grid as points, wrong if they differ from `facies_grid`."""
+    offsets = trace.study.hard_data.cells - [side.start for side in part]
+    inside = ((offsets >= 0) & (offsets < [side.stop - side.start for side in part])).all(axis=1)
     facies = trace.study.facies_of_data[inside]
-    wrong = np.zeros(len(facies)) if cells is None else cells[tuple(at[inside].T)] != facies
-    return np.column_stack([at[inside], facies, wrong]).astype(int).tolist()
+    wrong = (
+        np.zeros(len(facies))
+        if facies_grid is None
+        else facies_grid[tuple(offsets[inside].T)] != facies
+    )
+    return np.column_stack([offsets[inside], facies, wrong]).astype(int).tolist()
 
 
 def patch_map(
     indices: NDArray[np.uint8], image: TrainingImage, colours: Sequence[str], theme: Theme, alt: str
 ) -> CellMap:
     """Return a map of facies in grid coordinates, without a legend; UNKNOWN cells are blank."""
-    shown = np.where(indices == UNKNOWN, image.n_facies, indices).astype(np.uint8)
+    grid_indices = np.where(indices == UNKNOWN, image.n_facies, indices).astype(np.uint8)
     names = [*image.facies_names, "not simulated"]
-    return CellMap(shown, [*colours, theme.hairline], names, alt)
+    return CellMap(grid_indices, [*colours, theme.hairline], names, alt)
 
 
 def value_map(
@@ -139,7 +145,7 @@ def value_map(
     (low, high), colours = ends, tuple(colours)
     share = np.clip((values - low) / (high - low), 0, 1) if high > low else np.zeros(values.shape)
     indices = np.where(np.isnan(values), N_STEPS + 1, np.rint(np.nan_to_num(share) * N_STEPS))
-    numbers = [minus(three_digits(each)) for each in np.linspace(low, high, N_STEPS + 1).tolist()]
+    numbers = [minus(three_digits(value)) for value in np.linspace(low, high, N_STEPS + 1).tolist()]
     labels = [*(f"{name} {number}" for number in numbers), absent]
     strip = {"colours": list(colours), "low": numbers[0], "high": numbers[-1]}
     steps = [*_steps(colours), theme.hairline]
@@ -152,14 +158,14 @@ def _steps(colours: tuple[str, ...]) -> list[str]:
 
 
 def grid_map(view: PatchView) -> CellMap:
-    """Return the grid before the patch is pasted: lit overlap, data, outline, arrow on a map."""
+    """Return the grid before the patch is pasted, with lit overlap, data, outline and arrow."""
     step, frame = view.step, view.trace.grid_frame
     lit = np.zeros(step.before.shape, bool)
     lit[view.part] = step.in_overlap
     alt = f"The grid before patch {step.patch.number + 1}, with its overlap in full colour"
     before, lit = frame.to_grid(step.before), frame.to_grid(lit)
     return replace(
-        lit_map(before, lit, view.image, view.colours, view.theme, alt),
+        lit_map(before, lit, view.image, view.colours, theme=view.theme, alt=alt),
         points=_conditioning_points(view),
         marks=[box_mark(view.part_of_grid, view.theme.reference, "the patch")],
         trail=[] if view.is_volume else _trail(view.trace, step),
@@ -172,7 +178,7 @@ def centre_of_patch(view: PatchView) -> list[int]:
 
 
 def lit_map(
-    cells: NDArray[np.uint8],
+    facies_grid: NDArray[np.uint8],
     lit: NDArray[np.bool_],
     image: TrainingImage,
     colours: Sequence[str],
@@ -180,11 +186,11 @@ def lit_map(
     alt: str,
 ) -> CellMap:
     """Return a map of facies; cells that are not `lit` are dimmed, and UNKNOWN cells are blank."""
-    n, known = image.n_facies, cells != UNKNOWN
+    n, simulated = image.n_facies, facies_grid != UNKNOWN
     has_dim = n <= MAX_LIT
-    indices = np.where(known, cells, n).astype(int)
+    indices = np.where(simulated, facies_grid, n).astype(int)
     if has_dim:
-        indices = np.where(known & ~lit, n + 1 + indices, indices)
+        indices = np.where(simulated & ~lit, n + 1 + indices, indices)
     dim = [mixed(colour, theme.paper, DIM) for colour in colours] if has_dim else []
     names = list(image.facies_names)
     return CellMap(
@@ -200,13 +206,13 @@ def lit_map(
 def _conditioning_points(view: PatchView) -> list[list[int]]:
     """Return the data that condition the patch on the page, as points of the grid."""
     seen = view.step.data.seen if view.step.data is not None else ()
-    cells = [(datum.layer, datum.row, datum.column)[-len(view.first) :] for datum in seen]
-    places = view.trace.grid_frame.cells_to_grid(cells).tolist()
-    return [[*at, datum.facies, 0] for at, datum in zip(places, seen, strict=True)]
+    path_cells = [(datum.layer, datum.row, datum.column)[-len(view.first) :] for datum in seen]
+    places = view.trace.grid_frame.cells_to_grid(path_cells).tolist()
+    return [[*cell, datum.facies, 0] for cell, datum in zip(places, seen, strict=True)]
 
 
 def _trail(trace: Trace, step: TracedPatch) -> list[list[float]]:
-    """Return the arrow along the path to the tile of a patch; for volumes, return no arrow."""
+    """Return the arrow along the path to the tile of a patch of a map."""
     n, last = trace.path.tiles[2], step.patch.tile
     half, stride = trace.template / 2, trace.template - step.overlap
     first = last - last % n
@@ -226,21 +232,28 @@ def _trail(trace: Trace, step: TracedPatch) -> list[list[float]]:
 def score_map(view: PatchView, with_costs: bool) -> CellMap:
     """Return a map of the CCW scores of all locations, in blocks; good scores are bright."""
     step, frame = view.step, view.block_frame
-    shown, name, absent = step.ccw, "CCW", "a patch here would extend beyond the image"
+    values, name, absent = step.ccw, "CCW", "a patch here would extend beyond the image"
     if with_costs:
         name, absent = "CCW + costs", f"{absent}, or the location is not searched"
         if step.totals is not None:
-            shown = (step.totals + step.energy) / step.block_size**2
-            shown = np.where(step.copies | np.isnan(step.ccw), np.nan, shown)
+            values = (step.totals + step.energy) / step.block_size**2
+            values = np.where(step.copies | np.isnan(step.ccw), np.nan, values)
             if step.data is not None:
-                shown = np.where(step.data.ruled_out, np.nan, shown)
+                values = np.where(step.data.ruled_out, np.nan, values)
     whole = np.full(frame.shape, np.nan)
-    whole[: shown.shape[0], : shown.shape[1]] = shown
-    low, high = float(np.nanmin(shown)), float(np.nanmax(shown))
+    whole[: values.shape[0], : values.shape[1]] = values
+    low, high = float(np.nanmin(values)), float(np.nanmax(values))
     colours = CIVIDIS if step.correlation and not with_costs else CIVIDIS[::-1]
     alt = f"CCW score map of patch {step.patch.number + 1}"
-    shown = frame.to_grid(whole)
-    scores = value_map(shown, name, (low, high), view.theme, alt, colours, absent)
+    scores = value_map(
+        frame.to_grid(whole),
+        name,
+        (low, high),
+        view.theme,
+        alt=alt,
+        colours=colours,
+        absent=absent,
+    )
     if not step.patch.shape and low == high:
         return replace(scores, strip=None)
     return scores
@@ -252,20 +265,30 @@ def score_volume(view: PatchView) -> CellMap:
     scores = np.where(step.copies, np.nan, step.ccw)
     ends = float(np.nanmin(scores)), float(np.nanmax(scores))
     colours = CIVIDIS if step.correlation else CIVIDIS[::-1]
-    absent = "would only extend the piece copied by a neighbouring patch"
     alt = f"CCW score of each location for patch {step.patch.number + 1}"
     frame = Frame(view.trace.path.orientation, step.scores.shape)
-    shown = value_map(frame.to_grid(scores), "CCW", ends, view.theme, alt, colours, absent)
+    cell_map = value_map(
+        frame.to_grid(scores),
+        "CCW",
+        ends,
+        view.theme,
+        alt=alt,
+        colours=colours,
+        absent="would only extend the piece copied by a neighbouring patch",
+    )
     order = [*view.locations[1:], view.locations[0]]  # the chosen location is on top
     kinds = {"candidate": 0, "drawn": 1}
-    looks = [kinds.get(at.fate, 2) for at in order]
-    cells = frame.cells_to_grid([location_of(at, 3) for at in order]).tolist()
-    points = [[*at, look, 0] for at, look in zip(cells, looks, strict=True)]
-    colours = [CANDIDATE, view.theme.reference, REJECTED]
-    keys = list(zip((*kinds, "rejected"), colours, strict=True))
-    keys = [key for k, key in enumerate(keys) if k in looks]
-    named = {"points": points, "point_colours": colours, "points_are": ("location", "locations")}
-    return replace(shown, keys=keys, **named)
+    looks = [kinds.get(location.fate, 2) for location in order]
+    cells = frame.cells_to_grid([location_of(location, 3) for location in order]).tolist()
+    point_colours = [CANDIDATE, view.theme.reference, REJECTED]
+    keys = list(zip((*kinds, "rejected"), point_colours, strict=True))
+    return replace(
+        cell_map,
+        keys=[key for k, key in enumerate(keys) if k in looks],
+        points=[[*cell, look, 0] for cell, look in zip(cells, looks, strict=True)],
+        point_colours=point_colours,
+        points_are=("location", "locations"),
+    )
 
 
 def location_marks(view: PatchView, frame: Frame, scale: int, labels: Sequence[str]) -> list[dict]:
@@ -283,7 +306,7 @@ def location_marks(view: PatchView, frame: Frame, scale: int, labels: Sequence[s
         marks.append(box_mark(box_of(location), colour, label, kind))
     marks.sort(key=lambda m: m["kind"])  # rings are drawn over crosses
     shift = scale / step.block_size
-    first, side = [int(at * shift) for at in step.drawn_place], round(step.patch.size * shift)
+    first, side = [int(index * shift) for index in step.drawn_place], round(step.patch.size * shift)
     marks.append(box_mark(frame.box_to_grid(first, (side, side)), drawn, "drawn"))
     marks.append(box_mark(box_of(view.locations[0]), drawn, labels[0], "disc"))
     return marks
@@ -315,6 +338,6 @@ def cut_map(view: PatchView) -> CellMap:
 def _classes(
     view: PatchView, indices: NDArray, colour_of: dict[str, str], n_keys: int, alt: str
 ) -> CellMap:
-    shown = view.trace.grid_frame.turned(indices.astype(np.uint8))
+    grid_indices = view.trace.grid_frame.turned(indices.astype(np.uint8))
     labels, colours = list(colour_of), list(colour_of.values())
-    return CellMap(shown, colours, labels, alt, keys=list(colour_of.items())[:n_keys])
+    return CellMap(grid_indices, colours, labels, alt, keys=list(colour_of.items())[:n_keys])

@@ -26,6 +26,7 @@ from ccwsim.ui.how_it_works.resimulation import draw_resimulation
 from ccwsim.ui.how_it_works.run import How, forget_own, parameters_of, set_own, trace_of, use_own
 from ccwsim.ui.how_it_works.words import say
 from ccwsim.ui.results.maps import colours_of
+from ccwsim.ui.session.address import page_link
 from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.resolve import image_of
@@ -55,80 +56,87 @@ BANDS = {
 
 def draw_how(state: State) -> None:
     """Draw the page, which is redrawn automatically while it plays."""
-    how = state.page(How)
+    page_state = state.page(How)
     draw_style("how_it_works/how.css", f":root {{ --drawn: {chart_theme().reference} }}")
-    how.resimulated = DRAWING
-    st.fragment(_draw, run_every=PLAY_SECONDS if how.playing else None)(state, how.playing)
+    page_state.resimulated = DRAWING
+    st.fragment(_draw, run_every=PLAY_SECONDS if page_state.playing else None)(
+        state, page_state.playing
+    )
     with st.container(key="how_after"):
         _after(state)
+    page_link("pages/paper_and_ours.py", "Each step beside the paper, and the paper in 170 lines")
 
 
 def _draw(state: State, timed: bool) -> None:
-    how = state.page(How)
+    page_state = state.page(How)
     with error_boundary():
         _draw_top(state)
     # a fragment cannot start its own timer or redraw elements below it
-    if how.playing != timed or how.resimulated not in (DRAWING, how.traced):
+    if page_state.playing != timed or page_state.resimulated not in (DRAWING, page_state.traced):
         st.rerun()
 
 
 @st.fragment
 def _after(state: State) -> None:
     """Draw the local re-simulation, which does not depend on the patch on the page."""
-    how = state.page(How)
-    how.resimulated = how.traced
+    page_state = state.page(How)
+    page_state.resimulated = page_state.traced
     with error_boundary():
-        if how.trace is not None:
-            draw_resimulation(how, how.trace, colours_of(state), chart_theme())
+        if page_state.trace is not None:
+            draw_resimulation(page_state, page_state.trace, colours_of(state), chart_theme())
 
 
 def _draw_top(state: State) -> None:
-    how = state.page(How)
+    page_state = state.page(How)
     with st.container(horizontal=True, vertical_alignment="bottom", gap="large", key="how_top"):
         player = st.container(key="how_player", gap="small")
         _draw_setting(state)
     try:
         check_traceable(parameters_of(state))
     except CCWSIMError as error:
-        how.stop(trace=None, traced=None)
+        page_state.stop(trace=None, traced=None)
         st.warning(plain(str(error)))
-        to_ccwsim = {"on_click": lambda: set_own(state, method="ccwsim"), "type": "primary"}
-        button("Follow CCWSIM here", key="how_ccwsim", **to_ccwsim)
+        button(
+            "Follow CCWSIM here",
+            key="how_ccwsim",
+            on_click=lambda: set_own(state, method="ccwsim"),
+            type="primary",
+        )
         return
     trace = trace_of(state)
-    tick(how, len(trace.patches))
+    tick(page_state, len(trace.patches))
     with player:
-        _draw_player(how, trace)
+        _draw_player(page_state, trace)
     with st.container(key="results"):
-        _draw_patch(how, trace, colours_of(state))
+        _draw_patch(page_state, trace, colours_of(state))
 
 
-def tick(how: How, n: int) -> None:
+def tick(page_state: How, n: int) -> None:
     """While the page plays, show the next patch at its time, and stop at the last patch."""
-    if not how.playing or time.monotonic() - how.ticked < 0.7 * PLAY_SECONDS:
+    if not page_state.playing or time.monotonic() - page_state.ticked < 0.7 * PLAY_SECONDS:
         return
-    how.ticked = time.monotonic()
-    if how.patch + 1 < n:
-        how.patch += 1
-    how.playing = how.patch + 1 < n
+    page_state.ticked = time.monotonic()
+    if page_state.patch + 1 < n:
+        page_state.patch += 1
+    page_state.playing = page_state.patch + 1 < n
 
 
-def _draw_player(how: How, trace: Trace) -> None:
+def _draw_player(page_state: How, trace: Trace) -> None:
     """Draw the controls that step through the patches: buttons, a slider, play, arrow keys."""
     n = len(trace.patches)
 
     def step(by: int) -> None:
-        how.stop(patch=min(max(how.patch + by, 0), n - 1))
+        page_state.stop(patch=min(max(page_state.patch + by, 0), n - 1))
 
     def jump(number: int) -> None:
-        how.stop(patch=min(number, n) - 1)
+        page_state.stop(patch=min(number, n) - 1)
 
     def play() -> None:
-        how.playing, how.ticked = True, time.monotonic()
-        if how.patch + 1 >= n:
-            how.patch = 0
+        page_state.playing, page_state.ticked = True, time.monotonic()
+        if page_state.patch + 1 >= n:
+            page_state.patch = 0
 
-    patch = trace.patches[how.patch]
+    patch = trace.patches[page_state.patch]
     facts = [
         f"<b>Patch {patch.number + 1} of {n}</b>",
         escape(words.describe_sides(trace, patch.shape)),
@@ -139,17 +147,35 @@ def _draw_player(how: How, trace: Trace) -> None:
     position = " ".join(f'<span class="fact">{fact}</span>' for fact in facts)
     st.html(f'<p class="facts where">{position}</p>')
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="how_row"):
-        ends = {"icon": ":material/chevron_left:", "disabled": how.patch == 0}
-        button("Previous", key="how_previous", on_click=lambda: step(-1), **ends)
+        button(
+            "Previous",
+            key="how_previous",
+            on_click=lambda: step(-1),
+            icon=":material/chevron_left:",
+            disabled=page_state.patch == 0,
+        )
         with st.container(key="how_slide"):
-            track = {"value": how.patch + 1, "min_value": 1, "max_value": max(n, 2)}
-            look = {"disabled": n < 2, "label_visibility": "collapsed"}
-            field(st.slider, "Patch", key="how_patch", write=jump, **track, **look)
-        ends = {"icon": ":material/chevron_right:", "disabled": how.patch + 1 == n}
-        button("Next", key="how_next", on_click=lambda: step(1), **ends)
+            field(
+                st.slider,
+                "Patch",
+                key="how_patch",
+                value=page_state.patch + 1,
+                write=jump,
+                min_value=1,
+                max_value=max(n, 2),
+                disabled=n < 2,
+                label_visibility="collapsed",
+            )
+        button(
+            "Next",
+            key="how_next",
+            on_click=lambda: step(1),
+            icon=":material/chevron_right:",
+            disabled=page_state.patch + 1 == n,
+        )
         # two buttons, so that a second click on a slow Stop does not start the play again
-        if how.playing:
-            button("Stop", key="how_stop", on_click=how.stop, type="primary")
+        if page_state.playing:
+            button("Stop", key="how_stop", on_click=page_state.stop, type="primary")
         else:
             button("Play", key="how_play", on_click=play, type="primary")
     run_script("arrows", "how_arrows", lambda by: step(int(by)))
@@ -157,7 +183,7 @@ def _draw_player(how: How, trace: Trace) -> None:
 
 def _draw_setting(state: State) -> None:
     """Draw controls for the setting of this page, and a button that applies it to the study."""
-    how, p = state.page(How), parameters_of(state)
+    page_state, p = state.page(How), parameters_of(state)
     shape, is_ccsim = image_of(state.choices.image).shape, p.method == "ccsim"
 
     def parameter(widget, label: str, name: str, key: str, **options) -> None:
@@ -165,33 +191,61 @@ def _draw_setting(state: State) -> None:
         field(widget, label, key=f"how_{key}", **options)
 
     def follow(number: int) -> None:
-        how.stop(number=number - 1, datum=0)
+        page_state.stop(number=number - 1, datum=0)
 
     with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="how_setting"):
-        numbers = {"value": how.number + 1, "min_value": 1, "max_value": MAX_REALIZATIONS}
-        look = {"help": "Index of the realization, as on the page Simulate.", "width": 124}
-        field(st.number_input, "Realization", key="how_number", write=follow, **numbers, **look)
+        field(
+            st.number_input,
+            "Realization",
+            key="how_number",
+            value=page_state.number + 1,
+            write=follow,
+            min_value=1,
+            max_value=MAX_REALIZATIONS,
+            help="Index of the realization, as on the page Simulate.",
+            width=124,
+        )
         if len(shape) == 3:
             with st.popover("Sizes", key="how_sizes"):
                 size_fields(p, shape, partial(set_own, state), "how_")
         else:
-            offered: dict[str, Any] = {"options": [0] if is_ccsim else levels(shape)}
-            offered |= {"disabled": is_ccsim, "width": 96}
-            parameter(st.selectbox, "Level J", "wavelet_level", "level", value=p.level, **offered)
+            parameter(
+                st.selectbox,
+                "Level J",
+                "wavelet_level",
+                "level",
+                value=p.level,
+                options=[0] if is_ccsim else levels(shape),
+                disabled=is_ccsim,
+                width=96,
+            )
             (_, _, template), _, (_, _, level) = p.along(shape)
-            offered = {"options": overlap_sizes(level, template), "width": 116}
-            parameter(st.selectbox, "Overlap OR", "overlap_size", "overlap", **offered)
-        numbers = {"min_value": 1, "max_value": MAX_CANDIDATES_OFFERED, "width": 136}
-        parameter(st.number_input, "Candidates K", "n_candidates", "candidates", **numbers)
-        if how.parameters is not None:
+            parameter(
+                st.selectbox,
+                "Overlap OR",
+                "overlap_size",
+                "overlap",
+                options=overlap_sizes(level, template),
+                width=116,
+            )
+        parameter(
+            st.number_input,
+            "Candidates K",
+            "n_candidates",
+            "candidates",
+            min_value=1,
+            max_value=MAX_CANDIDATES_OFFERED,
+            width=136,
+        )
+        if page_state.parameters is not None:
             use = "Applies this setting to the study, and therefore to all other pages."
             button("Use this setting", key="how_use", on_click=use_own, args=(state,), help=use)
             button("Back to the study's", key="how_back", on_click=forget_own, args=(state,))
 
 
-def _draw_patch(how: How, trace: Trace, colours: list[str]) -> None:
+def _draw_patch(page_state: How, trace: Trace, colours: list[str]) -> None:
     """Draw the steps of the patch, the table of locations, and the wavelet sub-bands."""
-    step = trace.at(how.patch)
+    step = trace.at(page_state.patch)
     view = PatchView(trace, step, fates(step), colours, chart_theme())
     if view.is_volume:
         grid, overlap = st.columns(WIDTHS_VOLUME, gap="medium")
@@ -206,11 +260,11 @@ def _draw_patch(how: How, trace: Trace, colours: list[str]) -> None:
         with st.container(key="how_more"):
             candidates, bands = st.columns([1, 1.6], gap="large")
     with grid:
-        _draw_grid(how, view)
+        _draw_grid(page_state, view)
     with overlap:
-        _draw_overlap(how, view)
+        _draw_overlap(page_state, view)
     with score:
-        _draw_scores(how, view)
+        _draw_scores(page_state, view)
     with patch:
         _draw_pasting(view)
     words.say_steps(view, texts)
@@ -220,20 +274,25 @@ def _draw_patch(how: How, trace: Trace, colours: list[str]) -> None:
         words.draw_locations(view)
     if bands is not None:
         with bands:
-            _draw_bands(how, view)
+            _draw_bands(page_state, view)
 
 
-def _draw_grid(how: How, view: PatchView) -> None:
+def _draw_grid(page_state: How, view: PatchView) -> None:
     panel_title("1 Grid so far", "overlap lit")
     trace = view.trace
 
     def jump(row: int, column: int) -> None:
-        how.stop(patch=trace.patch_of_cell(row, column))
+        page_state.stop(patch=trace.patch_of_cell(row, column))
 
-    options: dict[str, Any] = {"grid": trace.study.grid, "name": "grid_so_far", "on_cell": jump}
-    options["max_height"] = 420 if view.is_volume else MAX_HEIGHT
-    shown = replace(maps.grid_map(view), wells=how.wells)
-    draw_cells(shown, "how_grid", cursor=maps.centre_of_patch(view), **options)
+    draw_cells(
+        replace(maps.grid_map(view), wells=page_state.wells),
+        "how_grid",
+        name="grid_so_far",
+        grid=trace.study.grid,
+        max_height=420 if view.is_volume else MAX_HEIGHT,
+        on_cell=jump,
+        cursor=maps.centre_of_patch(view),
+    )
 
 
 def _small(view: PatchView) -> dict[str, Any]:
@@ -241,7 +300,7 @@ def _small(view: PatchView) -> dict[str, Any]:
     return SLICES | {"link": "how_patch"} if view.is_volume else SMALL_MAP
 
 
-def _draw_overlap(how: How, view: PatchView) -> None:
+def _draw_overlap(page_state: How, view: PatchView) -> None:
     step = view.step
     approximated = view.level and not view.is_volume
     panel_title(f"2 Overlap → cA{SUBSCRIPTS[view.level]}" if approximated else "2 Overlap")
@@ -250,43 +309,53 @@ def _draw_overlap(how: How, view: PatchView) -> None:
     if not approximated:
         return
     image = view.image
-    plane = facies = how.facies
+    plane = facies = page_state.facies
     if len(step.blocks) == 1:
         plane, facies = 0, min(1, image.n_facies - 1)
     name = image.facies_names[facies]
     values, ends = view.trace.grid_frame.turned(step.approximation[plane]), (0, step.block_size)
     alt, absent = f"Approximation of {name}", "not in the overlap"
-    shown = maps.value_map(values, f"cA of {name}:", ends, view.theme, alt, absent=absent)
-    draw_cells(shown, "how_approximation", **SMALL_MAP)
+    cell_map = maps.value_map(values, f"cA of {name}:", ends, view.theme, alt, absent=absent)
+    draw_cells(cell_map, "how_approximation", **SMALL_MAP)
 
 
-def _draw_scores(how: How, view: PatchView) -> None:
+def _draw_scores(page_state: How, view: PatchView) -> None:
     """Mark the locations in the volume or on the map of scores, or on the image."""
     if view.is_volume:
         panel_title("3 CCW score of each location", "in blocks of the training image")
-        shown = maps.score_volume(view)
-        drawn = shown.points[-1][:3]
-        draw_cells(shown, "how_score", cursor=drawn, name="ccw_score", **SLICES)
+        cell_map = maps.score_volume(view)
+        drawn = cell_map.points[-1][:3]
+        draw_cells(cell_map, "how_score", cursor=drawn, name="ccw_score", **SLICES)
         return
     step, trace = view.step, view.trace
     offered = [key for key in GROUNDS if key != "costs" or step.totals is not None]
-    ground = how.ground if how.ground in offered else "score"
+    ground = page_state.ground if page_state.ground in offered else "score"
     with st.container(horizontal=True, vertical_alignment="center", key="how_score_row"):
         panel_title("3 CCW score map")
-        options = {"value": ground, "options": offered, "format_func": lambda key: GROUNDS[key]}
-        options |= {"write": lambda key: how.stop(ground=key), "label_visibility": "collapsed"}
-        field(st.segmented_control, "Ground", key="how_ground", **options)
+        field(
+            st.segmented_control,
+            "Ground",
+            key="how_ground",
+            value=ground,
+            write=lambda key: page_state.stop(ground=key),
+            options=offered,
+            format_func=lambda key: GROUNDS[key],
+            label_visibility="collapsed",
+        )
     if ground == "image":
-        cells = trace.oriented.pyramid.image[step.layer]
-        shown = view.patch_map(cells, f"Training image {view.image.name}")
+        layer = trace.oriented.pyramid.image[step.layer]
+        cell_map = view.patch_map(layer, f"Training image {view.image.name}")
         frame, scale = trace.image_frame, trace.search.block[2]
     else:
-        shown = maps.score_map(view, ground == "costs")
+        cell_map = maps.score_map(view, ground == "costs")
         frame, scale = view.block_frame, 1
     share = view.search_fraction
-    labels = [f"CCW {at.ccw:.4g}, {words.describe_fate(at, step, share)}" for at in view.locations]
-    shown.marks.extend(maps.location_marks(view, frame, scale, labels))
-    draw_cells(shown, "how_score", max_height=MAX_HEIGHT, name="ccw_score_map")
+    labels = [
+        f"CCW {location.ccw:.4g}, {words.describe_fate(location, step, share)}"
+        for location in view.locations
+    ]
+    cell_map.marks.extend(maps.location_marks(view, frame, scale, labels))
+    draw_cells(cell_map, "how_score", max_height=MAX_HEIGHT, name="ccw_score_map")
     out = words.REJECTED_MARK if any(map(words.is_rejected, view.locations)) else ""
     st.html(words.MARKS.format(out))
 
@@ -294,41 +363,47 @@ def _draw_scores(how: How, view: PatchView) -> None:
 def _draw_pasting(view: PatchView) -> None:
     step, part = view.step, view.part_of_grid
     panel_title("4 Drawn patch → cut → pasted")
-    shown = {
+    cell_maps = {
         "drawn patch": view.patch_map(step.cells, "The drawn patch"),
         "error surface": maps.error_map(view),
         "cut": maps.cut_map(view),
         "pasted": view.patch_map(step.after[view.part], "The grid with the patch pasted"),
     }
     if view.is_volume:
-        del shown["error surface"]  # the map of the cut also shows the overlap
-    elif shown["pasted"].indices.shape == tuple(side.stop - side.start for side in part):
+        del cell_maps["error surface"]  # the map of the cut also shows the overlap
+    elif cell_maps["pasted"].indices.shape == tuple(side.stop - side.start for side in part):
         # the patch is completely within the grid
-        shown["pasted"].points.extend(maps.data_in(view.trace, part))
+        cell_maps["pasted"].points.extend(maps.data_in(view.trace, part))
     with st.container(key="how_small_maps"):
         places = st.columns(3, gap="medium") if view.is_volume else [*pair(), *pair()]
-    for place, (title, small) in zip(places, shown.items(), strict=True):
+    for place, (title, small) in zip(places, cell_maps.items(), strict=True):
         with place:
             st.html(f'<p class="caption">{title}</p>')
             options: dict[str, Any] = _small(view) | {"body": title == "cut"}
             draw_cells(small, f"how_{title.replace(' ', '_')}", **options)
 
 
-def _draw_bands(how: How, view: PatchView) -> None:
+def _draw_bands(page_state: How, view: PatchView) -> None:
     """Draw the sub-bands of the image at the search level, with the chosen location marked."""
     image, level, unit = view.image, view.level, view.step.block_size
     with st.container(horizontal=True, vertical_alignment="center", key="how_bands_row"):
         panel_title("The training image in wavelets", f"level {level}")
         if image.n_facies > 2:
-            options = bound_to(how, "facies", width=140, label_visibility="collapsed")
-            options |= options_of(dict(enumerate(image.facies_names)))
-            field(st.selectbox, "Facies", key="how_facies", **options)
+            field(
+                st.selectbox,
+                "Facies",
+                key="how_facies",
+                width=140,
+                label_visibility="collapsed",
+                **bound_to(page_state, "facies"),
+                **options_of(dict(enumerate(image.facies_names))),
+            )
     if not level:
         say(page_text("Level 0"), words.PAPER["image"])
         return
-    bands = _bands(image, how.facies, level)
+    bands = _bands(image, page_state.facies, level)
     box = view.trace.image_frame.box_to_grid(view.step.drawn_place, view.step.cells.shape)
-    mark = maps.box_mark(box, view.theme.reference, "the drawn patch", cells=unit)
+    mark = maps.box_mark(box, view.theme.reference, "the drawn patch", side_of_cell=unit)
     with st.container(key="how_bands"):
         places = st.columns(4, gap="medium")
     for place, (name, meaning) in zip(places, BANDS.items(), strict=True):
@@ -338,19 +413,27 @@ def _draw_bands(how: How, view: PatchView) -> None:
             ends, colours = (-largest, largest), view.theme.difference
             if name == "cA":
                 ends, colours = (0, unit), CIVIDIS
-            shown = maps.value_map(band, name, ends, view.theme, f"{name}, {meaning}", colours)
+            alt = f"{name}, {meaning}"
+            band_map = maps.value_map(band, name, ends, view.theme, alt=alt, colours=colours)
             if not view.step.source:  # otherwise, the patch is from a copy
-                shown.marks.append(mark)
-            linked: dict[str, Any] = {"scale": "how_bands", "link": "how_bands", "name": name}
-            draw_cells(shown, f"how_{name}", max_height=300, **linked)
+                band_map.marks.append(mark)
+            draw_cells(
+                band_map,
+                f"how_{name}",
+                name=name,
+                link="how_bands",
+                scale="how_bands",
+                max_height=300,
+            )
     say(page_text("Sub-bands", side=unit), words.PAPER["image"])
-    patch, (ty, tx) = view.trace.reconstructed(view.step, how.facies), view.step.drawn_place
-    n, cells = len(patch), view.trace.oriented.pyramid.image[view.step.layer]
-    sliced = cells[ty : ty + n, tx : tx + n] == how.facies
+    patch, (ty, tx) = view.trace.reconstructed(view.step, page_state.facies), view.step.drawn_place
+    n, layer = len(patch), view.trace.oriented.pyramid.image[view.step.layer]
+    sliced = layer[ty : ty + n, tx : tx + n] == page_state.facies
     largest = float(abs(patch - sliced).max(initial=0.0))
-    shown = "0" if largest == 0 else f"{largest:.0e}"
-    values = {"size": len(view.step.cells), "n": len(view.step.cells) // unit, "largest": shown}
-    say(page_text("Inverse transform", **values), words.PAPER["inverse"])
+    size = len(view.step.cells)
+    difference = "0" if largest == 0 else f"{largest:.0e}"
+    text = page_text("Inverse transform", size=size, n=size // unit, largest=difference)
+    say(text, words.PAPER["inverse"])
 
 
 @cached(max_entries=16)

@@ -31,7 +31,7 @@ N_MARKED = 20
 """Maximum number of changes by seam repair that are marked; most changes are single cells."""
 
 
-def draw_resimulation(how: How, trace: Trace, colours: list[str], theme: Theme) -> None:
+def draw_resimulation(page_state: How, trace: Trace, colours: list[str], theme: Theme) -> None:
     """Draw the corrected realization, the windows of a datum, and the changes by seam repair."""
     panel_title("After the last patch: local re-simulation", "mismatches are corrected")
     if not trace.study.hard_data.n:
@@ -44,13 +44,13 @@ def draw_resimulation(how: How, trace: Trace, colours: list[str], theme: Theme) 
             step_note("Finishing this realization takes a while.")
             if not st.button("Place the remaining patches", key="how_finish"):
                 return
-        _draw_windows_of_data(how, trace, colours, theme)
+        _draw_windows_of_data(page_state, trace, colours, theme)
     if trace.repairs:
         _draw_repair(trace, colours, theme)
 
 
 def _takes_long(trace: Trace) -> bool:
-    """Whether placing the remaining patches takes noticeable time."""
+    """Return whether placing the remaining patches takes noticeable time."""
     search = trace.search
     n_blocks = overlap_cells(search.template, search.overlap) / prod(search.block)
     terms = n_blocks * len(trace.oriented.pyramid.sums) * int(trace.oriented.n_places.max())
@@ -68,35 +68,35 @@ def _draw_repair(trace: Trace, colours: list[str], theme: Theme) -> None:
         say("No change joins the patches better.", OURS)
         return
     marked = [] if is_volume(trace) else _boxes_of(changed)
-    cells, share = format_count(int(changed.sum()), "cell"), f"{100 * changed.mean():.1f}"
+    n_changed, share = format_count(int(changed.sum()), "cell"), f"{100 * changed.mean():.1f}"
     note = " The largest changes are marked." if marked else ""
-    say(page_text("Seam repair", cells=cells, share=share) + note, OURS)
+    say(page_text("Seam repair", cells=n_changed, share=share) + note, OURS)
     image = trace.study.training_image
 
-    def shown(cells: NDArray[np.uint8], name: str) -> CellMap:
+    def map_of(indices: NDArray[np.uint8], name: str) -> CellMap:
         points = points_of(trace.study.hard_data, image) if is_volume(trace) else []
         marks = [box_mark(box, theme.reference, "changed") for box in marked]
-        whole = facies_map(cells, image, colours, f"The realization {name} seam repair")
+        whole = facies_map(indices, image, colours, f"The realization {name} seam repair")
         return replace(whole, points=points, marks=marks)
 
     before, after = trace.before_repair, trace.realization.indices
-    maps = {"before": shown(before, "before"), "after": shown(after, "after")}
+    maps = {"before": map_of(before, "before"), "after": map_of(after, "after")}
     _draw_pair(trace, maps, "how_repair", max_height=_height(trace, MAX_HEIGHT))
 
 
 def _height(trace: Trace, of_map: int) -> int:
-    """The height in pixels of a map, or of the slices of a volume."""
+    """Return the height in pixels of a map, or of the slices of a volume."""
     return MAX_HEIGHT_SLICES if is_volume(trace) else of_map
 
 
 def _draw_pair(trace: Trace, maps: dict[str, CellMap], key: str, **options: Any) -> None:
     """Draw the maps or volumes "before" and "after" side by side."""
     places = st.columns(2, gap="medium") if is_volume(trace) else pair()
-    for place, (name, shown) in zip(places, maps.items(), strict=True):
+    for place, (name, cell_map) in zip(places, maps.items(), strict=True):
         with place:
             st.html(f'<p class="caption">{name}</p>')
             draw_cells(
-                shown, f"{key}_{name}", link=key, name=f"{key}_{name}", body=False, **options
+                cell_map, f"{key}_{name}", link=key, name=f"{key}_{name}", body=False, **options
             )
 
 
@@ -109,7 +109,7 @@ def _boxes_of(changed: NDArray[np.bool_]) -> list[tuple[slice, ...]]:
     return boxes[:N_MARKED]
 
 
-def _draw_windows_of_data(how: How, trace: Trace, colours: list[str], theme: Theme) -> None:
+def _draw_windows_of_data(page_state: How, trace: Trace, colours: list[str], theme: Theme) -> None:
     """Draw the local re-simulation windows of one datum."""
     by_datum = windows_by_datum(trace.windows)
     say(_describe(trace, by_datum), f"{OURS}; the authors' code does not correct such data")
@@ -119,24 +119,39 @@ def _draw_windows_of_data(how: How, trace: Trace, colours: list[str], theme: The
         sides = (st.container(), st.container())
         left, right = sides if is_volume(trace) else st.columns([1, 2], gap="medium")
     with left:
-        data = list(by_datum)
-        how.datum = min(how.datum, len(data) - 1)
-        offered = options_of({k: _name(trace, datum) for k, datum in enumerate(data)})
-        offered |= {"value": how.datum, "write": lambda k: how.stop(datum=k)}
-        field(st.selectbox, "Corrected datum", key="how_datum", **offered)
-        windows = by_datum[data[how.datum]]
-        shown = replace(windows_map(trace, windows, colours, theme), wells=how.wells)
+        corrected = list(by_datum)
+        page_state.datum = min(page_state.datum, len(corrected) - 1)
+        field(
+            st.selectbox,
+            "Corrected datum",
+            key="how_datum",
+            value=page_state.datum,
+            write=lambda k: page_state.stop(datum=k),
+            **options_of({k: _name(trace, datum) for k, datum in enumerate(corrected)}),
+        )
+        windows = by_datum[corrected[page_state.datum]]
+        cell_map = replace(windows_map(trace, windows, colours, theme), wells=page_state.wells)
         cursor = trace.study.hard_data.cells[windows[0].datum].tolist()
-        options: dict[str, Any] = {"body": False, "max_height": _height(trace, MAX_HEIGHT)}
-        draw_cells(shown, "how_mended", name="corrected", cursor=cursor, **options)
+        draw_cells(
+            cell_map,
+            "how_mended",
+            name="corrected",
+            cursor=cursor,
+            body=False,
+            max_height=_height(trace, MAX_HEIGHT),
+        )
     with right:
         captions = [describe_window(window) for window in windows if not window.fits]
         if not any(w.fits for w in windows) and not all(w.isolated for w in windows):
             captions.append("Afterwards, the window of a nearby datum corrected this datum too.")
         if captions:
             st.html("".join(f'<p class="caption">{text}</p>' for text in captions))
-        row: dict[str, Any] = {"vertical_alignment": "bottom", "gap": "medium", "key": "how_pairs"}
-        with st.container(horizontal=not is_volume(trace), **row):
+        with st.container(
+            horizontal=not is_volume(trace),
+            vertical_alignment="bottom",
+            gap="medium",
+            key="how_pairs",
+        ):
             for window in windows:
                 if window.fits:
                     _draw_window(trace, window, colours, theme)
@@ -165,9 +180,9 @@ def _describe(trace: Trace, by_datum: dict[int, list[ResimulatedWindow]]) -> str
 
 
 def _name(trace: Trace, datum: int) -> str:
-    at = ", ".join(map(str, trace.study.hard_data.cells[datum].tolist()[::-1]))
+    position = ", ".join(map(str, trace.study.hard_data.cells[datum].tolist()[::-1]))
     name = trace.study.training_image.facies_names[trace.study.facies_of_data[datum]]
-    return f"{name} at ({at})"
+    return f"{name} at ({position})"
 
 
 def _part_of(window: ResimulatedWindow) -> tuple[slice, ...]:
@@ -187,25 +202,26 @@ def windows_map(
         for window in windows:
             lit[_part_of(window)] = True
         alt = "The corrected realization, with the windows of the datum in full colour"
-        return replace(lit_map(trace.before_repair, lit, image, colours, theme, alt), points=points)
-    shown = facies_map(trace.realization.indices, image, colours, "The corrected realization")
+        cell_map = lit_map(trace.before_repair, lit, image, colours, theme=theme, alt=alt)
+        return replace(cell_map, points=points)
+    cell_map = facies_map(trace.realization.indices, image, colours, "The corrected realization")
     marks = [box_mark(_part_of(window), theme.reference, "window") for window in windows]
-    return replace(shown, points=points, marks=marks)
+    return replace(cell_map, points=points, marks=marks)
 
 
 def _draw_window(trace: Trace, w: ResimulatedWindow, colours: list[str], theme: Theme) -> None:
     """Draw a window before and after a fitting patch was pasted."""
     image, part = trace.study.training_image, _part_of(w)
 
-    def shown(cells: NDArray[np.uint8], name: str) -> CellMap:
+    def map_of(indices: NDArray[np.uint8], name: str) -> CellMap:
         alt = f"A window {name} local re-simulation"
-        window = patch_map(cells, image, colours, theme, alt)
-        return replace(window, points=data_in(trace, part, cells), point_colours=colours)
+        window = patch_map(indices, image, colours, theme, alt)
+        return replace(window, points=data_in(trace, part, indices), point_colours=colours)
 
     key = f"how_window_{w.datum}_{w.size}_{w.isolated}"
     with st.container(width="stretch" if is_volume(trace) else 2 * PIXELS + 16, key=key):
         st.html(f'<p class="caption">{describe_window(w)}</p>')
-        maps = {"before": shown(w.before, "before"), "after": shown(w.after, "after")}
+        maps = {"before": map_of(w.before, "before"), "after": map_of(w.after, "after")}
         cursor = (trace.study.hard_data.cells[w.datum] - [side.start for side in part]).tolist()
-        options: dict[str, Any] = {"max_height": _height(trace, PIXELS), "tools": False}
-        _draw_pair(trace, maps, key, cursor=cursor, **options)
+        max_height = _height(trace, PIXELS)
+        _draw_pair(trace, maps, key, cursor=cursor, max_height=max_height, tools=False)

@@ -48,42 +48,42 @@ class How:
 
 
 def parameters_of(state: State) -> Parameters:
-    """Return the setting of the page, or the setting of the study if the page has none."""
+    """Return the setting of the page, or the setting of the study by default."""
     parameters = state.page(How).parameters
     return state.choices.parameters if parameters is None else parameters
 
 
 def trace_of(state: State) -> Trace:
     """Return the trace of the realization; raise an error if it cannot be followed."""
-    how, choices, parameters = state.page(How), state.choices, parameters_of(state)
+    page_state, choices, parameters = state.page(How), state.choices, parameters_of(state)
     image, data = image_of(choices.image), data_of(choices)
-    numbers = parameters.digest, choices.seed, how.number
+    numbers = parameters.digest, choices.seed, page_state.number
     key = image.digest, data.digest, repr(choices.grid), choices.guides.digest, *numbers
-    if how.trace is None or how.traced != key:
-        how.trace = how.traced = None
+    if page_state.trace is None or page_state.traced != key:
+        page_state.trace = page_state.traced = None
         study = study_of(replace(choices, parameters=parameters))
         with st.spinner("Preparing the image; the first time, kernels are compiled …"):
-            trace = Trace(study, how.number)
+            trace = Trace(study, page_state.number)
             trace.at(0)
-        how.trace, how.traced, how.wells = trace, key, wells_of(choices)
-    how.facies = min(how.facies, image.n_facies - 1)
-    if how.patch < 0:
-        how.patch = usual_patch(how.trace)
-    how.patch = min(how.patch, len(how.trace.patches) - 1)
-    return how.trace
+        page_state.trace, page_state.traced, page_state.wells = trace, key, wells_of(choices)
+    page_state.facies = min(page_state.facies, image.n_facies - 1)
+    if page_state.patch < 0:
+        page_state.patch = usual_patch(page_state.trace)
+    page_state.patch = min(page_state.patch, len(page_state.trace.patches) - 1)
+    return page_state.trace
 
 
 def is_volume(trace: Trace) -> bool:
-    """Whether the realization of a trace is a volume."""
+    """Return whether the realization of a trace is a volume."""
     return trace.study.grid.nz is not None
 
 
 def usual_patch(trace: Trace) -> int:
     """Return a patch near `SHOWN_FIRST` that overlaps earlier patches on all possible sides."""
-    wanted = SHOWN_FIRST * len(trace.patches)
+    target = SHOWN_FIRST * len(trace.patches)
     rank = max((not p.split, p.shape) for p in trace.patches)
-    inner = [p.number for p in trace.patches if (not p.split, p.shape) == rank]
-    return min(inner, key=lambda number: abs(number - wanted), default=0)
+    overlapped = [p.number for p in trace.patches if (not p.split, p.shape) == rank]
+    return min(overlapped, key=lambda number: abs(number - target), default=0)
 
 
 def set_own(state: State, **changes: Any) -> None:

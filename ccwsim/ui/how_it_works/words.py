@@ -23,7 +23,6 @@ MARKS = (
     "</i>candidate</span>{}</p>"
 )
 REJECTED_MARK = '<span><i class="mark out"></i>rejected</span>'
-DATA = "datum", "data"
 OURS = "not in the paper"
 PAPER: dict[str, str] = tomllib.loads(Path(__file__).with_name("paper.toml").read_text("utf-8"))
 """For each step, the section, figure and line of the paper that describe the step."""
@@ -60,16 +59,16 @@ def say_steps(view: PatchView, places: Sequence[DeltaGenerator]) -> None:
             (describe_cut(view), cut),
         ],
     )
-    for number, (place, said) in enumerate(zip(places, texts, strict=True), start=1):
+    for number, (place, texts_of_step) in enumerate(zip(places, texts, strict=True), start=1):
         with place:
-            for k, (text, source) in enumerate(said):
+            for k, (text, source) in enumerate(texts_of_step):
                 if text:
                     say(f"<b>{number}</b> {text}" if k == 0 else text, source)
 
 
-def format_count(n: int, one: str, many: str = "") -> str:
+def format_count(n: int, singular: str, plural: str = "") -> str:
     """Return a number with its noun, in singular or plural."""
-    return f"{n:,} {one if n == 1 else many or one + 's'}".replace(",", "\u202f")
+    return f"{n:,} {singular if n == 1 else plural or singular + 's'}".replace(",", "\u202f")
 
 
 def describe_sides(trace: Trace, sides: int) -> str:
@@ -85,8 +84,8 @@ def describe_sides(trace: Trace, sides: int) -> str:
 def describe_position(trace: Trace, number: int) -> str:
     """Describe the position of a patch among the tiles of the path."""
     tiles = trace.path.tiles
-    at = np.unravel_index(trace.patches[number].tile, tiles)
-    named = zip(LAYER_ROW_COLUMN, at, tiles, strict=True)
+    position = np.unravel_index(trace.patches[number].tile, tiles)
+    named = zip(LAYER_ROW_COLUMN, position, tiles, strict=True)
     along = [*named][-trace.study.grid.n_dimensions :]
     return ", ".join(f"{name} {int(k) + 1} of {n}" for name, k, n in along) + " of the path"
 
@@ -96,20 +95,27 @@ def describe_path(trace: Trace) -> str:
     frame, search, volume = trace.grid_frame, trace.search, trace.study.grid.nz is not None
     corner, is_random = frame.faces(), trace.study.parameters.random_path
     line = "row" if frame.direction in ("east", "west") else "column"
-    way = f"the <b>{'-'.join(corner)}</b> and runs <b>{frame.direction}</b>, {line} after {line}"
+    start = f"the <b>{'-'.join(corner)}</b> and runs <b>{frame.direction}</b>, {line} after {line}"
     if volume:
         order = ORDER_WORDS[[axes[0] for axes in ORDERS].index(ORDERS[trace.path.order][0])]
-        way = f"the corner <b>{listing(corner)}</b> and goes {order}"
+        start = f"the corner <b>{listing(corner)}</b> and proceeds {order}"
 
     def along(lengths: Triple) -> str:
         in_grid = along_path(lengths, trace.path.orientation)
         return cells_along(in_grid) if volume else str(in_grid[-1])
 
     z, y, x = (t - o for t, o in zip(search.template, search.overlap, strict=True))
-    same = "random in each realization" if is_random else "equal in all realizations"
+    randomness = "random in each realization" if is_random else "equal in all realizations"
     keys = "Left" if volume else "Click the grid to show a patch; left"
-    sizes = {"template": along(search.template), "overlap": along(search.overlap)}
-    return page_text("Path", way=way, same=same, keys=keys, step=along((z, y, x)), **sizes)
+    return page_text(
+        "Path",
+        way=start,
+        same=randomness,
+        keys=keys,
+        step=along((z, y, x)),
+        template=along(search.template),
+        overlap=along(search.overlap),
+    )
 
 
 def describe_offset(trace: Trace) -> str:
@@ -118,8 +124,8 @@ def describe_offset(trace: Trace) -> str:
     if not any(offset):
         return ""
     named = zip(LAYER_ROW_COLUMN[-len(offset) :], offset, strict=True)
-    said = listing(format_count(n, name) for name, n in named)
-    return page_text("Offset of the path", offset=said)
+    counts = listing(format_count(n, name) for name, n in named)
+    return page_text("Offset of the path", offset=counts)
 
 
 def describe_overlap(view: PatchView) -> str:
@@ -127,14 +133,20 @@ def describe_overlap(view: PatchView) -> str:
     n_cells = int(view.step.in_overlap.sum())
     if not n_cells:
         return "The grid is still empty, so there is no overlap to compare with the image."
-    cells = f"The overlap is {format_count(n_cells, 'cell')}."
+    size_text = f"The overlap is {format_count(n_cells, 'cell')}."
     if max(view.block) == 1:
-        return f"{cells} At level 0, cells are compared one by one, as in CCSIM."
+        return f"{size_text} At level 0, cells are compared one by one, as in CCSIM."
     n = int(np.isfinite(view.step.approximation[0]).sum())
     level = view.level if isinstance(view.level, int) else cells_along(view.level)
-    counts = {"n": format_count(n, "coefficient"), "numbers": format_count(n_cells, "number")}
-    block = {"block": cells_along(view.block), "factor": f"{prod(view.block) ** 0.5:.3g}"}
-    return page_text("Approximation of the overlap", cells=cells, level=level, **counts, **block)
+    return page_text(
+        "Approximation of the overlap",
+        cells=size_text,
+        level=level,
+        n=format_count(n, "coefficient"),
+        numbers=format_count(n_cells, "number"),
+        block=cells_along(view.block),
+        factor=f"{prod(view.block) ** 0.5:.3g}",
+    )
 
 
 def describe_scores(step: TracedPatch) -> str:
@@ -145,33 +157,37 @@ def describe_scores(step: TracedPatch) -> str:
         return f"Without an overlap, all {locations} of the image fit equally well.{decide}"
     ccw = step.ccw
     if step.correlation:
-        best, how = np.nanmax(ccw), "the paper's CCW (cross-correlation) ΣA·B; the largest is best"
+        best, measure = (
+            np.nanmax(ccw),
+            "the paper's CCW (cross-correlation) ΣA·B; the largest is best",
+        )
     else:
-        best, how = np.nanmin(ccw), page_text("Squared difference")
+        best, measure = np.nanmin(ccw), page_text("Squared difference")
     median = f"{np.nanpercentile(ccw, 50, method='higher'):.4g}"
-    values = {"locations": locations, "how": how, "best": f"{best:.4g}", "median": median}
-    return page_text("Scores", **values)
+    return page_text("Scores", locations=locations, how=measure, best=f"{best:.4g}", median=median)
 
 
 def describe_draw(view: PatchView) -> str:
     """Return a description of how the location was chosen."""
     step, n = view.step, view.step.n_candidates
-    how = "all equally likely"
+    chances = "all equally likely"
     if step.steered:
-        how = "candidates that correct the facies proportions are preferred (not in the paper)"
-    chance = f"One of {n} candidates is drawn: {how}. This choice makes realizations differ."
+        chances = "candidates that correct the facies proportions are preferred (not in the paper)"
+    chance = f"One of {n} candidates is drawn: {chances}. This choice makes realizations differ."
     if n == 1:
         chance = "The location is the only candidate."
     elif step.n_drawn > 1:
-        chance = page_text("Several drawn", n_drawn=step.n_drawn, n=n, how=how)
+        chance = page_text("Several drawn", n_drawn=step.n_drawn, n=n, how=chances)
     return f"Drawn: CCW {view.locations[0].ccw:.4g}. {chance}"
 
 
 def describe_shift(step: TracedPatch) -> str:
     """Return a sentence on the shift of the patch by refinement; empty without a shift."""
     shift = int(np.abs(np.subtract(step.place, step.drawn_place)).max())
-    said = f"Refinement shifted the patch by {format_count(shift, 'cell')} to the best fit at full"
-    return f"{said} resolution." if shift else ""
+    sentence = (
+        f"Refinement shifted the patch by {format_count(shift, 'cell')} to the best fit at full"
+    )
+    return f"{sentence} resolution." if shift else ""
 
 
 def describe_cut(view: PatchView) -> str:
@@ -180,17 +196,20 @@ def describe_cut(view: PatchView) -> str:
     if not step.patch.shape:
         return "There is no overlap to cut, so the whole patch is pasted."
     n_cells, kept = int(step.in_overlap.sum()), format_count(int(step.keep_mask.sum()), "cell")
-    how = page_text("Cut of a map", kept=kept)
+    cut = page_text("Cut of a map", kept=kept)
     if view.is_volume:
-        how = page_text("Cut of a volume", kept=kept)
+        cut = page_text("Cut of a volume", kept=kept)
     differ = f"{int(step.error.sum())} of {format_count(n_cells, 'cell')}"
-    return f"Patch and grid differ in {differ} of the overlap. {how}"
+    return f"Patch and grid differ in {differ} of the overlap. {cut}"
 
 
 def describe_fate(location: PlaceFate, step: TracedPatch, search_fraction: float) -> str:
     """Describe the fate of a location and the reason for it."""
-    values = {"best": f"{100 * search_fraction:.3g}", "missed": _misses(location)}
-    return page_text(f"Fate of a location: {location.fate}", **values)
+    return page_text(
+        f"Fate of a location: {location.fate}",
+        best=f"{100 * search_fraction:.3g}",
+        missed=_misses(location),
+    )
 
 
 def _misses(location: PlaceFate) -> str:
@@ -199,7 +218,9 @@ def _misses(location: PlaceFate) -> str:
         "that the cut must keep": location.held,
         "ahead": location.ahead,
     }
-    parts = [f"misses {format_count(n, *DATA)} {where}" for where, n in missed.items() if n]
+    parts = [
+        f"misses {format_count(n, 'datum', 'data')} {where}" for where, n in missed.items() if n
+    ]
     return ", ".join(parts) or "may miss data ahead, which would be outside the image"
 
 
@@ -212,25 +233,29 @@ def draw_locations(view: PatchView) -> None:
     """Draw the table of locations with their scores, missed data and fates."""
     has_data = view.step.data is not None
     rejected = [location for location in view.locations if is_rejected(location)]
-    shown = view.locations[: MAX_ROWS - min(len(rejected), MAX_ROWS // 2)]
-    shown += [location for location in rejected if location not in shown][: MAX_ROWS - len(shown)]
+    listed = view.locations[: MAX_ROWS - min(len(rejected), MAX_ROWS // 2)]
+    listed += [location for location in rejected if location not in listed][
+        : MAX_ROWS - len(listed)
+    ]
     axes = "x, y, z" if view.is_volume else "x, y"
     names = [f"location {axes}", "CCW", *(["missed", "ahead"] if has_data else []), "fate"]
     head = "".join(f"<th>{escape(name)}</th>" for name in names)
-    body = "".join(_row(view, location) for location in shown)
+    body = "".join(_row(view, location) for location in listed)
     table = f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody>"
-    left = len(view.locations) - len(shown)
-    tail = f'<p class="note">and {format_count(left, "location")} more</p>' if left else ""
+    n_omitted = len(view.locations) - len(listed)
+    tail = (
+        f'<p class="note">and {format_count(n_omitted, "location")} more</p>' if n_omitted else ""
+    )
     st.html(scrolled(f'<table class="numbers fates">{table}</table>', "Locations") + tail)
 
 
 def _row(view: PatchView, location: PlaceFate) -> str:
-    cells = [view.where(location), f"{location.ccw:.4g}"]
+    texts = [view.where(location), f"{location.ccw:.4g}"]
     if view.step.data is not None:
-        cells += [str(location.missed + location.held), str(location.ahead)]
+        texts += [str(location.missed + location.held), str(location.ahead)]
     kind = "out" if is_rejected(location) else location.fate
     fate = escape(describe_fate(location, view.step, view.search_fraction))
-    numbers = "".join(f"<td>{cell}</td>" for cell in cells)
+    numbers = "".join(f"<td>{cell}</td>" for cell in texts)
     reason = f'<td class="reason"><i class="mark {kind}"></i>{fate}</td>'
     return f'<tr class="{kind}">{numbers}{reason}</tr>'
 
@@ -258,8 +283,8 @@ def _choice_without_data(view: PatchView) -> str:
     """Describe which of the K best locations can be chosen if no data are near."""
     step, n_copies = view.step, int(view.step.copies.sum())
     assert step.slack is not None
-    cells = round(step.slack / view.trace.search.cell_cost)
-    text = page_text("Choice without data", n=step.n_candidates, cells=cells)
+    slack = round(step.slack / view.trace.search.cell_cost)
+    text = page_text("Choice without data", n=step.n_candidates, cells=slack)
     text += " " + page_text("Costs of guides") if view.trace.study.is_guided else ""
     copies = page_text("Copies", locations=format_count(n_copies, "location"))
     return f"{text} {copies}" if n_copies else text
@@ -279,8 +304,13 @@ def _data_and_search(view: PatchView) -> str:
         searched = f"Only the {best} % of locations with the best overlaps are searched ({n})."
     shape = view.step.cells.shape
     within = f"a box of {cells_along([d.reach // shape[-1] * n for n in shape])} cells"
-    counts = {"inside": format_count(n_inside, *DATA), "ahead": len(d.seen) - n_inside}
-    return page_text("Data and search", within=within, searched=searched, **counts)
+    return page_text(
+        "Data and search",
+        within=within,
+        searched=searched,
+        inside=format_count(n_inside, "datum", "data"),
+        ahead=len(d.seen) - n_inside,
+    )
 
 
 def _choice_with_data(view: PatchView) -> str:
@@ -291,8 +321,9 @@ def _choice_with_data(view: PatchView) -> str:
     missed, held, ahead = (round(w * search.datum_cost / search.cell_cost) for w in d.weights[:3])
     rejected = f" Rejected: {format_count(n_rejected, 'location')} that fit the overlap."
     n, k, slack = view.step.n_candidates, len(view.step.places), round(d.slack / search.cell_cost)
-    costs = {"missed": missed, "held": held, "ahead": ahead, "slack": slack}
-    text = page_text("Choice with data", n=n, k=k, **costs)
+    text = page_text(
+        "Choice with data", n=n, k=k, missed=missed, held=held, ahead=ahead, slack=slack
+    )
     return text + (rejected if n_rejected else "")
 
 

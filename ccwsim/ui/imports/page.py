@@ -51,9 +51,14 @@ def draw_imports(state: State) -> None:
     if state.data_draft is not page_state.draft:  # data that wait for confirmation are shown first
         page_state.subject = "data" if state.data_draft else page_state.subject
         page_state.draft, page_state.tables = state.data_draft, None
-    subject = bound_to(page_state, "subject") | options_of(SUBJECTS)
-    subject["label_visibility"] = "collapsed"
-    field(st.segmented_control, "What is brought", key="import_subject", **subject)
+    field(
+        st.segmented_control,
+        "What to import",
+        key="import_subject",
+        label_visibility="collapsed",
+        **bound_to(page_state, "subject"),
+        **options_of(SUBJECTS),
+    )
     with error_boundary():
         if page_state.subject == "image":
             draw_image_import(state)
@@ -63,13 +68,17 @@ def draw_imports(state: State) -> None:
 
 def _tables(state: State, page_state: Imports) -> bool:
     """For a volume, ask whether wells are in one table or in several, and return the answer."""
-    own = (state.data_draft or state.choices.data).tables is not None
-    if state.choices.grid.nz is None and not own:
+    study_tables = (state.data_draft or state.choices.data).tables is not None
+    if state.choices.grid.nz is None and not study_tables:
         return False
-    tables = own if page_state.tables is None else page_state.tables
-    choice: dict[str, Any] = bound_to(page_state, "tables") | options_of(KINDS)
-    choice["value"] = tables
-    field(st.segmented_control, "The data are", key="import_tables", **choice)
+    tables = study_tables if page_state.tables is None else page_state.tables
+    field(
+        st.segmented_control,
+        "The data are",
+        key="import_tables",
+        **bound_to(page_state, "tables", value=tables),
+        **options_of(KINDS),
+    )
     return tables
 
 
@@ -121,8 +130,13 @@ def draw_image_import(state: State) -> None:
         if image is not None:
             if waits:
                 with st.container(horizontal=True, gap="small"):
-                    take = {"on_click": image_step.use_image, "args": (state, choice)}
-                    button("Use this image", key="image_take", type="primary", **take)
+                    button(
+                        "Use this image",
+                        key="image_take",
+                        on_click=image_step.use_image,
+                        args=(state, choice),
+                        type="primary",
+                    )
                     image_step.keep_button(state)
             tried = replace(state.choices, data=state.data_draft or state.choices.data)
             points = (
@@ -130,13 +144,12 @@ def draw_image_import(state: State) -> None:
             )
             draw_facies(choice, image, write, points.words[:MAX_FACIES] if points else ())
 
-            def turn(**turned: bool) -> None:
-                write(replace(choice, **turned))
+            def turn(**turns: bool) -> None:
+                write(replace(choice, **turns))
 
             with st.container(horizontal=True, vertical_alignment="center", gap="small"):
                 for name, label in TURNS.items():
-                    turned = bound_to(choice, name, turn)
-                    field(st.checkbox, label, key=f"image_{name}", **turned)
+                    field(st.checkbox, label, key=f"image_{name}", **bound_to(choice, name, turn))
                 button("Rotate 90°", key="image_rotate", on_click=write, args=(rotated(choice),))
         elif waits:
             image_step.keep_button(state)
@@ -155,8 +168,8 @@ def _pictures(choice: ImageChoice, image: TrainingImage | None, asked: tuple[str
             size = describe_shape(image.shape)
             panel_title("As facies", f"{size} cells, {image.n_facies} facies")
             colours = facies_colours(image, dict(choice.colours))
-            shown = facies_map(image.indices, image, colours, f"Training image {image.name}")
-            draw_cells(shown, "import", link="import", name="training_image")
+            cell_map = facies_map(image.indices, image, colours, f"Training image {image.name}")
+            draw_cells(cell_map, "import", link="import", name="training_image")
 
 
 def _file_map(choice: ImageChoice) -> None:
@@ -164,15 +177,16 @@ def _file_map(choice: ImageChoice) -> None:
     assert choice.upload is not None
     picture = image_questions.picture_of_file(choice.upload, choice.answers)
     if picture is not None:
-        shown = CellMap(*picture, ["" for _ in picture[1]], "The picture")
+        indices, colours = picture
+        cell_map = CellMap(indices, colours, labels=["" for _ in colours], alt="The picture")
     else:
         values = middle_layer(image_questions.grid_of_file(choice.upload, choice.answers))
         low, high = float(np.nanmin(values)), float(np.nanmax(values))
         shares = np.nan_to_num((values - low) / ((high - low) or 1.0))
-        shown = share_map(shares, "", "Values of the file")
+        cell_map = share_map(shares, "", "Values of the file")
         ends = {"low": f"{low:.4g}", "high": f"{high:.4g}"}
-        shown = replace(shown, strip={**(shown.strip or {}), **ends})
-    draw_cells(shown, "file", link="import", name="file")
+        cell_map = replace(cell_map, strip={**(cell_map.strip or {}), **ends})
+    draw_cells(cell_map, "file", link="import", name="file")
 
 
 def rotated(choice: ImageChoice) -> ImageChoice:
@@ -185,11 +199,10 @@ def rotated(choice: ImageChoice) -> ImageChoice:
 def draw_facies(
     choice: ImageChoice, image: TrainingImage, write: Write, words: tuple[str, ...] = ()
 ) -> None:
-    """Draw name, colour and share of each facies; offer the names that hard data have, `words`."""
+    """Draw name, colour and share of each facies; `words` are names in hard data to choose from."""
     colours = facies_colours(image, dict(choice.colours))
-    hidden: dict[str, Any] = {"label_visibility": "collapsed"}
     for k, code in enumerate(image.codes[:MAX_FACIES].tolist()):
-        own = image.facies_names[k]
+        facies_name = image.facies_names[k]
 
         def recolour(colour: str, code: int = code) -> None:
             changed = {**dict(choice.colours), code: colour}
@@ -200,17 +213,30 @@ def draw_facies(
             names[k] = name.strip()[:MAX_LETTERS] or names[k]
             write(replace(choice, names=tuple(names)))
 
-        row: dict[str, Any] = {"horizontal": True, "vertical_alignment": "center", "gap": "small"}
-        with st.container(key=f"facies_row_{code}", **row):
-            colour = {"value": colours[k], "write": recolour, **hidden}
-            field(st.color_picker, f"Colour of code {code}", key=f"image_colour_{code}", **colour)
-            name: dict[str, Any] = {"value": own, "write": rename, **hidden}
+        with st.container(
+            key=f"facies_row_{code}", horizontal=True, vertical_alignment="center", gap="small"
+        ):
+            field(
+                st.color_picker,
+                f"Colour of code {code}",
+                key=f"image_colour_{code}",
+                value=colours[k],
+                write=recolour,
+                label_visibility="collapsed",
+            )
+            offered: dict[str, Any] = {"max_chars": MAX_LETTERS}
             if words:
-                name |= {"options": [*dict.fromkeys((own, *words))], "accept_new_options": True}
-            else:
-                name["max_chars"] = MAX_LETTERS
-            widget = st.selectbox if words else st.text_input
-            field(widget, f"Name of code {code}", key=f"image_name_{code}", **name)
+                names = [*dict.fromkeys((facies_name, *words))]
+                offered = {"options": names, "accept_new_options": True}
+            field(
+                st.selectbox if words else st.text_input,
+                f"Name of code {code}",
+                key=f"image_name_{code}",
+                value=facies_name,
+                write=rename,
+                label_visibility="collapsed",
+                **offered,
+            )
             st.html(f'<div class="note">{100 * image.proportions[k]:.1f} %</div>')
             if choice.upload is not None and image.n_facies > 2:
                 _merge(choice, image, k, write)
@@ -223,27 +249,35 @@ def draw_facies(
 
 def _merge(choice: ImageChoice, image: TrainingImage, k: int, write: Write) -> None:
     """Draw a menu that merges facies `k` with another facies, or each cell with the nearest."""
-    known, code = dict(dict(choice.answers).get("merge", ())), int(image.codes[k])
+    earlier, code = dict(dict(choice.answers).get("merge", ())), int(image.codes[k])
 
     def merge(to: int | str) -> None:
         new = None if to == NEAREST else to
-        merged = {old: new if at == code else at for old, at in known.items()} | {code: new}
+        merged = {old: new if into == code else into for old, into in earlier.items()}
+        merged |= {code: new}
         names = (*image.facies_names[:k], *image.facies_names[k + 1 :])
         answers = answered(choice.answers, merge=tuple(sorted(merged.items())))
         write(replace(choice, answers=answers, names=names))
 
     facies = zip(image.codes.tolist(), image.facies_names, strict=True)
-    others: dict[Any, str] = {to: f"with {name}" for to, name in facies if to != code}
-    into: dict[str, Any] = options_of(others | {NEAREST: "with the nearest"})
-    into |= {"value": None, "write": merge, "placeholder": "merge", "width": 104}
-    label = f"Merge code {code}"
-    field(st.selectbox, label, key=f"image_merge_{code}", label_visibility="collapsed", **into)
+    labels: dict[Any, str] = {to: f"with {name}" for to, name in facies if to != code}
+    field(
+        st.selectbox,
+        f"Merge code {code}",
+        key=f"image_merge_{code}",
+        value=None,
+        write=merge,
+        placeholder="merge",
+        label_visibility="collapsed",
+        width=104,
+        **options_of(labels | {NEAREST: "with the nearest"}),
+    )
 
 
 def draw_image_advice(state: State, choice: ImageChoice, image: TrainingImage) -> None:
     """Draw advice on parameters, with a button that puts image and parameters into the study."""
     try:
-        found = _diagnosed(image)
+        diagnosis = _diagnosed(image)
     except CCWSIMError as error:  # if an image is too small for advice, this is not an error
         st.caption(plain(f"No advice: {error}."))
         return
@@ -253,7 +287,7 @@ def draw_image_advice(state: State, choice: ImageChoice, image: TrainingImage) -
         set_parameters(state, **advised)
 
     price = partial(describe_price, replace(state.choices, image=choice))
-    draw_advice(found, image, state.choices.parameters, take, price)
+    draw_advice(diagnosis, image, state.choices.parameters, take, price)
 
 
 MAX_DRAWN = 2000  # maximum number of data on the map
@@ -323,8 +357,8 @@ def _say_state(state: State, tried: Choices) -> None:
 
 def _draw_rows(preview: PointsPreview) -> None:
     """Draw the first rows of the file, with the role of each column in the heading."""
-    shown = min(len(preview.rows), preview.n_rows)
-    panel_title("First rows", f"{shown} of {preview.n_rows} of {preview.name}")
+    n_listed = min(len(preview.rows), preview.n_rows)
+    panel_title("First rows", f"{n_listed} of {preview.n_rows} of {preview.name}")
     roles = {column: questions.role_of(role) for role, column in preview.guess.items()}
     heads = [f"{name} → {roles[name]}" if name in roles else name for name in preview.columns]
     table = pd.DataFrame(
@@ -336,7 +370,7 @@ def _draw_rows(preview: PointsPreview) -> None:
 
 
 def _draw_map(state: State, tried: Choices) -> None:
-    """Draw a map of the data, on a larger grid if none is inside; rings are data not used."""
+    """Draw a map of the data, on a larger grid if no datum is inside; rings are unused data."""
     try:
         placed, fitting = resolve.placed_data(tried), resolve.grid_for_data(tried)
         title = "Positions of the data"
@@ -369,7 +403,7 @@ def _draw_map(state: State, tried: Choices) -> None:
 def _colours(state: State, tried: Choices, placed: PlacedPoints) -> list[str | None]:
     """Return the colour of each datum, or None for each datum that is not used."""
     image = resolve.image_of(tried.image)
-    known = dict(zip(image.codes.tolist(), colours_of(state), strict=False))
-    lost = {*placed.outside.tolist(), *placed.unknown.tolist()}
+    colour_of = dict(zip(image.codes.tolist(), colours_of(state), strict=False))
+    unused = {*placed.outside.tolist(), *placed.unknown.tolist()}
     codes = placed.facies.tolist()
-    return [None if k in lost else known.get(code) for k, code in enumerate(codes)]
+    return [None if k in unused else colour_of.get(code) for k, code in enumerate(codes)]

@@ -12,9 +12,9 @@ from ccwsim import CCWSIMError
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import Demand
 from ccwsim.model.bounds import MAX_SEED
-from ccwsim.model.numbers import format_bytes
+from ccwsim.model.numbers import duration, format_bytes
 from ccwsim.paper import reproduction
-from ccwsim.paper.experiment import FULL, QUICK, PaperInputs, inputs_in
+from ccwsim.paper.experiment import FILES_VARIABLE, FULL, QUICK, PaperInputs, inputs_in
 from ccwsim.paper.reproduction import EXPERIMENTS, Finished, Reproduction
 from ccwsim.report.document import report_html
 from ccwsim.system.log import reason
@@ -27,11 +27,8 @@ from ccwsim.ui.widgets.text import page_text, plain, step_note
 from ccwsim.ui.widgets.theme import draw_style
 
 EXTENTS = {False: "Full", True: "Quick"}
-DURATIONS = {False: "some minutes on two cores", True: "under a minute, on smaller grids"}
 BYTES_PER_CELL = 8
 """Bytes of memory per simulated cell that an experiment needs, with statistics and pictures."""
-VARIABLE = "CCWSIM_DATA"
-"""Environment variable of the server that contains the path of the authors' files."""
 
 
 @dataclasses.dataclass
@@ -59,13 +56,18 @@ class PaperRun(PageRun[Reproduction]):
 
     def work(self, job: Job[Reproduction]) -> Reproduction:
         extent, on_finished = QUICK if self.quick else FULL, self.finished.append
-        report, cancel = job.report, job.is_cancelled
-        found = reproduction.reproduce(
-            self.inputs, extent, self.seed, report, cancel, EXPERIMENTS, on_finished
+        reproduced = reproduction.reproduce(
+            self.inputs,
+            extent,
+            self.seed,
+            progress=job.report,
+            cancel=job.is_cancelled,
+            experiments=EXPERIMENTS,
+            on_finished=on_finished,
         )
-        if found.finished:
-            self.report = report_html(reproduction.document_of(found)).encode()
-        return found
+        if reproduced.finished:
+            self.report = report_html(reproduction.document_of(reproduced)).encode()
+        return reproduced
 
 
 @dataclasses.dataclass
@@ -78,11 +80,12 @@ class PaperState(RunState[PaperRun]):
 
 def server_inputs() -> tuple[PaperInputs, str]:
     """Return the authors' inputs on the server, and a text about any problem with their folder."""
-    folder = os.environ.get(VARIABLE)
+    folder = os.environ.get(FILES_VARIABLE)
     try:
         return inputs_in(folder or None), ""
     except CCWSIMError as error:
-        return PaperInputs(), f"{VARIABLE} on the server: {error}. The bundled images are used."
+        problem = f"{FILES_VARIABLE} on the server: {error}. The bundled images are used."
+        return PaperInputs(), problem
 
 
 def draw_paper(state: State) -> None:
@@ -154,7 +157,10 @@ def _controls(state: State) -> None:
             args=(state,),
             type="primary",
         )
-        takes = f"{len(EXPERIMENTS)} experiments, {DURATIONS[page_state.quick]}."
+        seconds = reproduction.usual_seconds(QUICK if page_state.quick else FULL)
+        takes = (
+            f"{len(EXPERIMENTS)} experiments, about {duration(seconds, rough=True)} on two cores."
+        )
         st.html(f'<span class="takes">{takes}{compilation_to_come()}</span>')
 
 
@@ -215,7 +221,7 @@ def _judged(finished: Finished) -> str:
     if finished.outcome is None:
         return ""
     rows = "".join(
-        f"<tr><td>{escape(j.claim)}</td><td>{escape(j.found)}</td>"
+        f"<tr><td>{escape(j.claim)}</td><td>{escape(j.finding)}</td>"
         f'<td class="{j.tone}">{escape(j.word)}</td></tr>'
         for j in finished.outcome.judgements
     )

@@ -30,12 +30,12 @@ SAVE_BUTTON: dict[str, Any] = {"displaylogo": False, "modeBarButtons": [["toImag
 
 
 def draw_caption(text: str) -> None:
-    """Add the caption that saved charts and the printed page have, and the screen does not show."""
+    """Add a caption that is hidden on the screen; saved charts and the printed page show it."""
     st.html(f'<p class="chart-caption">{escape(text)}</p>')
 
 
 def draw_chart(chart: Any, key: str, alt: str, **select: Any) -> None:
-    """Draw a plotly figure that already has a style; `select` are options of clicks."""
+    """Draw a plotly figure that already has a style; `select` has options for clicks."""
     st.plotly_chart(chart, key=f"chart_{key}", theme=None, alt=alt, config=SAVE_BUTTON, **select)
 
 
@@ -61,7 +61,7 @@ def titled_chart(
     alt: str,
     draw: Callable[[Any, str, str], None] = draw_chart,
 ) -> None:
-    """Draw title, note, menu and chart; `key` is unique and the file name, `alt` is read aloud."""
+    """Draw title, note, menu and chart. `key` is unique and names the file; `alt` is read aloud."""
     with st.container(key=f"panel_{key}"):
         with st.container(horizontal=True, gap="small", key=f"title_{key}"):
             panel_title(title, note)
@@ -71,8 +71,8 @@ def titled_chart(
 
 def chart_menu(title: str, key: str) -> None:
     """Draw the menu that saves the chart with the key `key`."""
-    data = {"title": title, "chart": f"chart_{key}", "name": key}
-    draw_component("chart_menu", f"menu_{key}", data, width="content")
+    content = {"title": title, "chart": f"chart_{key}", "name": key}
+    draw_component("chart_menu", f"menu_{key}", content, width="content")
 
 
 SMALL_SHARES = 4_000_000
@@ -94,9 +94,9 @@ def curve_bundle(
     image = ensemble.training_image
     code, lags = int(image.codes[facies]), max_lag(direction, image.shape, ensemble.grid.shape)
     reference = _curve_of_image(image, statistic, code, direction, lags)
-    some = Stack(ensemble.indices[:MAX_CURVES], image.codes)
-    each = curves_of(statistic, some, code, direction, lags)
-    return bundle_of_curves(np.arange(len(reference), dtype=float), reference, each)
+    stack = Stack(ensemble.indices[:MAX_CURVES], image.codes)
+    curves = curves_of(statistic, stack, code, direction, lags)
+    return bundle_of_curves(np.arange(len(reference), dtype=float), reference, curves)
 
 
 @cached(max_entries=64)
@@ -131,10 +131,11 @@ def draw_curves(ensemble: Ensemble, facies: int, colours: Sequence[str] | None =
         rows = [[*variograms, partial(_connectivity_both_ways, ensemble, facies), times, *shares]]
     else:
         layers = partial(draw_layers, ensemble, facies)
-        ways = axes_of(ensemble.grid.shape)
-        connectivity = partial(_titled_curve, ensemble, "connectivity", facies)
-        connected = [partial(connectivity, way) for way in ways]
-        rows = [[*variograms, layers, *shares], [*connected, times]]
+        connectivity = [
+            partial(_titled_curve, ensemble, "connectivity", facies, direction)
+            for direction in axes_of(ensemble.grid.shape)
+        ]
+        rows = [[*variograms, layers, *shares], [*connectivity, times]]
     draw_rows(rows)
 
 
@@ -151,29 +152,47 @@ def draw_rows(rows: Sequence[Sequence[Callable[[], None]]]) -> None:
 
 def _variograms(ensemble: Ensemble, facies: int) -> list[Callable[[], None]]:
     """Return, per axis, a function that draws the variogram; the γ axes are equal."""
-    ways = axes_of(ensemble.grid.shape)
-    bundles = [curve_bundle(ensemble, "variogram", facies, way) for way in ways]
+    directions = axes_of(ensemble.grid.shape)
+    bundles = [curve_bundle(ensemble, "variogram", facies, direction) for direction in directions]
     top = 1.1 * max(float(np.nanmax([b.each.max(), b.reference.max()])) for b in bundles)
     y_range = 0.0, top or 1.0  # there is no variogram along an axis of one cell
-    return [partial(_titled_curve, ensemble, "variogram", facies, way, y_range) for way in ways]
+    return [
+        partial(_titled_curve, ensemble, "variogram", facies, direction, y_range=y_range)
+        for direction in directions
+    ]
 
 
 def _titled_curve(
     ensemble: Ensemble,
     statistic: Statistic,
     facies: int,
-    way: DirectionName,
+    direction: DirectionName,
     y_range: tuple[float, float] = (0.0, 1.04),
     note: verdicts.Verdict | None = None,
     key: str = "",
 ) -> None:
     name = ensemble.training_image.facies_names[facies]
-    note = note or verdicts.describe_curve(fit_of(ensemble, statistic, facies, way), statistic)
-    curve = _curve_chart, ensemble, statistic, facies, way, name, y_range, chart_theme()
     kind, prefix = KINDS[statistic]
-    alt = f"{kind} {verdicts.way_name(way)} of {name}"
-    title = verdicts.curve_title(statistic, way)
-    titled_chart(title, note, curve, key or f"{prefix}_{way[0]}", alt, _draw_once)
+    if note is None:
+        note = verdicts.describe_curve(fit_of(ensemble, statistic, facies, direction), statistic)
+    make_chart = partial(
+        _curve_chart,
+        ensemble,
+        statistic,
+        facies,
+        direction,
+        name=name,
+        y_range=y_range,
+        theme=chart_theme(),
+    )
+    titled_chart(
+        title=verdicts.curve_title(statistic, direction),
+        note=note,
+        chart=make_chart,
+        key=key or f"{prefix}_{direction[0]}",
+        alt=f"{kind} {verdicts.way_name(direction)} of {name}",
+        draw=_draw_once,
+    )
 
 
 def _curve_chart(
@@ -204,19 +223,19 @@ def judged_curves(fit: Fit | None) -> tuple[NDArray[np.float64], ...] | None:
 
 def _connectivity_both_ways(ensemble: Ensemble, facies: int) -> None:
     """Draw the connectivity E–W; a note mentions connectivity N–S if it is outside the band."""
-    along, across = (fit_of(ensemble, "connectivity", facies, way) for way in ("E-W", "N-S"))
-    said, other = (verdicts.describe_curve(fit, "connectivity") for fit in (along, across))
-    if other.good is False:
-        words = f"{'' if said.good else f'E–W {said.words}; '}N–S {other.words}"
-        numbers = f"E–W {said.numbers}; N–S {other.numbers}"
-        said = verdicts.Verdict(words, numbers, False)
-    _titled_curve(ensemble, "connectivity", facies, "E-W", note=said, key="connection")
+    fits = [fit_of(ensemble, "connectivity", facies, direction) for direction in ("E-W", "N-S")]
+    verdict, north_south = (verdicts.describe_curve(fit, "connectivity") for fit in fits)
+    if north_south.good is False:
+        words = f"{'' if verdict.good else f'E–W {verdict.words}; '}N–S {north_south.words}"
+        numbers = f"E–W {verdict.numbers}; N–S {north_south.numbers}"
+        verdict = verdicts.Verdict(words, numbers, good=False)
+    _titled_curve(ensemble, "connectivity", facies, "E-W", note=verdict, key="connection")
 
 
 def draw_statistic(
     bundles: Bundle | Mapping[str, Bundle],
     statistic: Statistic,
-    way: DirectionName,
+    direction: DirectionName,
     name: str,
     *,
     note: str | verdicts.Verdict,
@@ -226,10 +245,10 @@ def draw_statistic(
     height: int = 196,
 ) -> None:
     """Draw the curves of a statistic of the facies `name`; `of_what` ends the text read aloud."""
-    title = verdicts.curve_title(statistic, way)
+    title = verdicts.curve_title(statistic, direction)
     y_title = f"{verdicts.SIGNS[statistic]} of {name}"
     chart = curves_chart(bundles, chart_theme(), y_title=y_title, y_range=y_range, height=height)
-    key, alt = f"{prefix}{statistic}_{way[0]}", f"{title} of {name}{of_what}"
+    key, alt = f"{prefix}{statistic}_{direction[0]}", f"{title} of {name}{of_what}"
     titled_chart(title, note, chart, key, alt)
 
 
@@ -250,18 +269,29 @@ def draw_layers(
 
 def draw_proportions(ensemble: Ensemble, colours: Sequence[str]) -> None:
     """Draw the facies proportions of the realizations and of the training image."""
-    names = ensemble.training_image.facies_names  # they are not part of an ensemble's content
-    shares = ensemble.image_proportions, ensemble.proportions
-    content = proportions_chart, names, *shares, tuple(colours), chart_theme()
-    alt = "Facies proportions of the realizations and the image"
-    titled_chart("Proportions", "", content, "proportions", alt, _draw_once)
+    names = ensemble.training_image.facies_names  # names are not part of an ensemble's content
+    make_chart = partial(
+        proportions_chart,
+        names,
+        ensemble.image_proportions,
+        ensemble.proportions,
+        tuple(colours),
+        theme=chart_theme(),
+    )
+    titled_chart(
+        title="Proportions",
+        note="",
+        chart=make_chart,
+        key="proportions",
+        alt="Facies proportions of the realizations and the image",
+        draw=_draw_once,
+    )
 
 
 @cached(max_entries=320)
-def _draw_once(content: tuple[Any, ...], key: str, alt: str) -> None:
-    """Draw make(*values); Streamlit reuses the message for equal values in all sessions."""
-    make, *values = content
-    draw_chart(make(*values), key, alt)
+def _draw_once(make_chart: partial[Any], key: str, alt: str) -> None:
+    """Draw a chart; for equal arguments of `make_chart`, all sessions share Streamlit's message."""
+    draw_chart(make_chart(), key, alt)
 
 
 def _times(ensemble: Ensemble, theme: Theme) -> None:
@@ -269,9 +299,14 @@ def _times(ensemble: Ensemble, theme: Theme) -> None:
         panel_title("CPU time", "not run on this machine yet")
         return
     mean = float(ensemble.cpu_seconds.mean())
-    note = f"{duration(mean)} a realization"
-    times = times_chart, 1000 * ensemble.cpu_seconds, 1000 * mean, theme
-    titled_chart("CPU time", note, times, "times", "CPU time of each realization", _draw_once)
+    titled_chart(
+        title="CPU time",
+        note=f"{duration(mean)} a realization",
+        chart=partial(times_chart, 1000 * ensemble.cpu_seconds, 1000 * mean, theme),
+        key="times",
+        alt="CPU time of each realization",
+        draw=_draw_once,
+    )
 
 
 def draw_curve_key(lines: Iterable[tuple[str, str]]) -> None:
@@ -284,11 +319,11 @@ def draw_curve_key(lines: Iterable[tuple[str, str]]) -> None:
 
 def draw_band_key(ensemble: Ensemble) -> None:
     """Draw the legend for the lines of `curves_chart`."""
-    each = "each realization"
+    thin_lines = "each realization"
     if ensemble.n > MAX_CURVES:
-        each = f"each of the first {MAX_CURVES} realizations"
-    names = ("training image", "median", "5–95 %", each)
+        thin_lines = f"each of the first {MAX_CURVES} realizations"
+    names = ("training image", "median", "5–95 %", thin_lines)
     styles = ((2, "reference"), (2, "ink"), (10, "band"), (1, "each"))
     borders = [f"{width}px solid var(--{colour})" for width, colour in styles]
-    compared = ("2px dotted var(--ink)", "means over crops and pieces")
-    draw_curve_key([*zip(borders, names, strict=True), compared])
+    judged = ("2px dotted var(--ink)", "means over crops and pieces")
+    draw_curve_key([*zip(borders, names, strict=True), judged])

@@ -35,7 +35,7 @@ SMALLEST_IMAGE = 0.5  # minimum width of the training image as a share of the wi
 
 
 def map_columns(widths: Sequence[float], first: int, grid: Grid) -> list[DeltaGenerator]:
-    """Return columns; the two from `first` on, with maps of a wide grid, become one column."""
+    """Return columns; for a wide grid, the columns `first` and `first + 1` are one column."""
     if not is_wide(grid):
         return list(st.columns(widths, gap="medium"))
     after = first + 2
@@ -49,9 +49,9 @@ def is_wide(grid: Grid) -> bool:
     return grid.nx >= WIDE * grid.ny
 
 
-def middle_layer(cells: NDArray[Any]) -> NDArray[Any]:
+def middle_layer(array: NDArray[Any]) -> NDArray[Any]:
     """Return the middle layer of a volume; return a map unchanged."""
-    return cells[len(cells) // 2] if cells.ndim == 3 else cells
+    return array[len(array) // 2] if array.ndim == 3 else array
 
 
 def middle_layers(stack: NDArray[Any]) -> NDArray[Any]:
@@ -81,25 +81,26 @@ def colours_of_ran(state: State) -> list[str]:
 
 def with_data(
     state: State,
-    shown: CellMap,
+    cell_map: CellMap,
     data: HardData,
     image: TrainingImage,
     realization: NDArray[np.integer] | None = None,
     wells: CellsOfWells | None = None,
 ) -> CellMap:
-    """Return a map with hard data and the names of their wells (by default found) on top.
+    """Return a map with hard data and the names of their wells on top.
 
-    Data that differ from `realization`, an array of facies codes, are marked as wrong.
+    By default, the wells are those of `wells_of_data`. Data that differ from `realization`, an
+    array of facies codes, are marked as wrong.
     """
     wells = wells_of_data(state, data) if wells is None else wells
-    return replace(shown, points=points_of(data, image, realization), wells=wells)
+    return replace(cell_map, points=points_of(data, image, realization), wells=wells)
 
 
 def wells_of_data(state: State, data: HardData) -> CellsOfWells:
     """Return the named wells of hard data, if the study or its results have the same data."""
     for choices in filter(None, (state.ensemble_choices, state.choices)):
-        own = if_possible(partial(data_of, choices))
-        if own is not None and own.digest == data.digest:
+        study_data = if_possible(partial(data_of, choices))
+        if study_data is not None and study_data.digest == data.digest:
             return wells_of(choices)
     return ()
 
@@ -112,19 +113,24 @@ def draw_e_type(
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="e_type_row"):
         panel_title("E-type")
         e_type_field(state, names, lambda option: choose(state, option), ensemble.n)
-    shown = uncertainty_map(state, ensemble, colours)
-    shown = with_data(state, shown, ensemble.hard_data, ensemble.training_image, wells=wells)
+    cell_map = uncertainty_map(state, ensemble, colours)
+    cell_map = with_data(state, cell_map, ensemble.hard_data, ensemble.training_image, wells=wells)
     name = f"{state.e_type}_{names[state.facies]}".replace(" ", "_")
     # a map below a realization also has coordinates, so that the edges of the maps are aligned
-    own_axes = ensemble.grid.nz is not None or is_wide(ensemble.grid)
-    grid = ensemble.grid if own_axes else None
+    has_axes = ensemble.grid.nz is not None or is_wide(ensemble.grid)
     draw_cells(
-        shown, "e_type", grid=grid, answer=_answer(state), link="grid", scale="maps", name=name
+        cell_map,
+        "e_type",
+        grid=ensemble.grid if has_axes else None,
+        answer=_answer(state),
+        link="grid",
+        scale="maps",
+        name=name,
     )
 
 
 def _answer(state: State) -> int:
-    """Return a number that changes with the study of the results, to show those before it."""
+    """Return a number that changes with the study of the results; see `draw_cells`."""
     choices = state.ensemble_choices or state.choices
     return hash((choices.n_realizations, study_of(choices, checked=False).key()))
 
@@ -133,13 +139,13 @@ def e_type_field(
     state: State, names: Sequence[str], write: Callable[[int | str], None], n: int
 ) -> None:
     """Draw the field that chooses the statistic of the uncertainty map of `n` realizations."""
-    shown = state.facies if state.e_type == "probability" else state.e_type
+    chosen = state.facies if state.e_type == "probability" else state.e_type
     options: list[int | str] = [*range(len(names)), *OTHERS]
     field(
         st.selectbox,
         "What the uncertainty map shows",
         key="e_type",
-        value=shown,
+        value=chosen,
         write=write,
         label_visibility="collapsed",
         width=220,
@@ -148,7 +154,7 @@ def e_type_field(
 
 
 def map_name(option: int | str, names: Sequence[str], n: int) -> str:
-    """Return the name of a statistic of `n` realizations; one alone gives no probability."""
+    """Return the name of a statistic of `n` realizations; one realization has no probability."""
     if isinstance(option, int) and n == 1:
         return f"{names[option]} in the realization"
     if isinstance(option, int):
@@ -157,7 +163,7 @@ def map_name(option: int | str, names: Sequence[str], n: int) -> str:
 
 
 def choose(state: State, option: int | str) -> None:
-    """Store the statistic of the uncertainty map; if it has a facies, the curves show it too."""
+    """Store the statistic of the uncertainty map; a chosen facies is also that of the curves."""
     if isinstance(option, int):
         state.facies, state.e_type = option, "probability"
     else:
@@ -180,27 +186,28 @@ def uncertainty_map(state: State, ensemble: Ensemble, colours: Sequence[str]) ->
 
 
 def given_map(ensemble: Ensemble, facies: int) -> CellMap | None:
-    """Return the given probability of a facies in active cells; None if none is given."""
+    """Return the probability of a facies that guides a study; None without such a guide."""
     if ensemble.secondary is None or ensemble.secondary.probabilities is None:
         return None
-    given = ensemble.secondary.probabilities[facies]
-    shown = given if ensemble.active is None else np.where(ensemble.active, given, np.nan)
+    probability = ensemble.secondary.probabilities[facies]
+    if ensemble.active is not None:
+        probability = np.where(ensemble.active, probability, np.nan)
     word = f"given P({ensemble.training_image.facies_names[facies]}) ="
-    return share_map(shown, word, "Given probability")
+    return share_map(probability, word, "Given probability")
 
 
-def draw_given(shown: CellMap, name: str, **options: Any) -> None:
-    """Draw the given probability of the facies with a name."""
+def draw_given(cell_map: CellMap, name: str, **options: Any) -> None:
+    """Draw the given probability of the facies `name`."""
     panel_title(f"Given probability of {name}")
-    draw_cells(shown, "given", link="grid", name="given_probability", **options)
+    draw_cells(cell_map, "given", link="grid", name="given_probability", **options)
 
 
 def draw_training_image(image: TrainingImage, colours: Sequence[str]) -> None:
     """Draw the training image with its name; volumes share the cursor of the results."""
     panel_title("Training image", pretty(image.name))
-    shown = facies_map(image.indices, image, colours, f"Training image {image.name}")
+    cell_map = facies_map(image.indices, image, colours, f"Training image {image.name}")
     link = "grid" if image.n_dimensions == 3 else "image"
-    draw_cells(shown, "image", name="training_image", link=link, scale="maps", leads=False)
+    draw_cells(cell_map, "image", name="training_image", link=link, scale="maps", leads=False)
 
 
 def realization_map(
@@ -213,9 +220,15 @@ def realization_map(
 ) -> CellMap:
     """Return realization `r` with the data, and the names of their wells, on top."""
     image = ensemble.training_image
-    shown = facies_map(ensemble.indices[r], image, colours, alt)
-    own = ensemble.realizations[r]
-    return with_data(state, shown, ensemble.hard_data, image, own, wells)
+    cell_map = facies_map(ensemble.indices[r], image, colours, alt)
+    return with_data(
+        state,
+        cell_map,
+        ensemble.hard_data,
+        image,
+        realization=ensemble.realizations[r],
+        wells=wells,
+    )
 
 
 def draw_realization(
@@ -224,9 +237,8 @@ def draw_realization(
     """Draw realization `r` with the data on top and the coordinates of `grid` along the edges."""
     title = f"Realization {r + 1}"
     panel_title(f"{title} of {ensemble.n}")
-    shown = realization_map(state, ensemble, colours, r, title)
     draw_cells(
-        shown,
+        realization_map(state, ensemble, colours, r, title),
         "realization",
         grid=grid,
         answer=_answer(state),
@@ -261,7 +273,7 @@ def draw_gallery(state: State, ensemble: Ensemble, colours: Sequence[str]) -> No
 
 @cached(max_entries=80)
 def sheet(ensemble: Ensemble, colours: tuple[str, ...], longest: int, n: int) -> tuple[str, int]:
-    """Return a picture of the first `n` realizations as text, and its number of columns."""
+    """Return a picture of the first `n` realizations as Base64 text, and its number of columns."""
     png, columns = contact_sheet(middle_layers(ensemble.indices[:n]), colours, longest=longest)
     return b64encode(png).decode(), columns
 
@@ -269,15 +281,15 @@ def sheet(ensemble: Ensemble, colours: tuple[str, ...], longest: int, n: int) ->
 def step_buttons(key: str, page_state: Any, n: int, note: str = "") -> None:
     """Draw two arrows that change `page_state.shown`, the index of one of `n` realizations."""
 
-    def step(way: int) -> None:
-        page_state.shown = (page_state.shown + way) % n
+    def step(change: int) -> None:
+        page_state.shown = (page_state.shown + change) % n
 
-    for way, sign, name in ((-1, "‹", "previous"), (1, "›", "next")):
+    for change, sign, name in ((-1, "‹", "previous"), (1, "›", "next")):
         button(
             sign,
             key=f"{key}_{name}",
             on_click=step,
-            args=(way,),
+            args=(change,),
             disabled=n == 1,
             help=f"The {name} realization{note}",
         )
@@ -290,17 +302,17 @@ def draw_ghost(state: State) -> None:
         left, middle, right = map_columns((SMALLEST_IMAGE, *MAP_WIDTHS), 1, grid)
     with left, st.container(key="image_beside"):
         draw_training_image(image, colours_of(state))
-    shape = f"aspect-ratio: {grid.nx} / {grid.ny}"
+    css_size = f"aspect-ratio: {grid.nx} / {grid.ny}"
     with middle:
         text = "A field that has the patterns of the training image and honours the data"
-        ghost_panel(text, shape, "Realization", "ghost large")
+        ghost_panel(text, css_size, "Realization", "ghost large")
     with right:
         text = "The probability of a facies: the share of realizations with this facies in a cell"
-        ghost_panel(text, shape, "E-type")
+        ghost_panel(text, css_size, "E-type")
 
 
-def ghost_panel(text: str, shape: str, title: str = "", kind: str = "ghost") -> None:
-    """Draw the outline of a future result; `shape` is the size of the outline in CSS."""
+def ghost_panel(text: str, css_size: str, title: str = "", kind: str = "ghost") -> None:
+    """Draw the outline of a future result; `css_size` is the size of the outline in CSS."""
     if title:
         panel_title(title)
-    st.html(f'<div class="{kind}" style="{shape}">{escape(text)}</div>')
+    st.html(f'<div class="{kind}" style="{css_size}">{escape(text)}</div>')

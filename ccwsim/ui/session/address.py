@@ -27,13 +27,13 @@ MIN_OWN_SEED = 1000  # minimum random seed for a reader; seeds typed by people a
 def take_address(state: State) -> None:
     """Start the study described by the address of the page, and note parts that cannot be used."""
     choices, shown, notes = read_link(_query(), kept_for_reload())
-    choices, more = made_consistent(own_seed(state, choices))
-    state.choices, state.notes = choices, (*notes, *more)
+    choices, changes = made_consistent(own_seed(state, choices))
+    state.choices, state.notes = choices, (*notes, *changes)
     state.needs_confirmation = True
     show(state, shown)
-    image, data = drafts_for_reload(choices)
-    state.image_draft = image if isinstance(image, ImageChoice) else None
-    state.data_draft = data if isinstance(data, DataChoice) else None
+    image_draft, data_draft = drafts_for_reload(choices)
+    state.image_draft = image_draft if isinstance(image_draft, ImageChoice) else None
+    state.data_draft = data_draft if isinstance(data_draft, DataChoice) else None
 
 
 def own_seed(state: State, choices: Choices) -> Choices:
@@ -52,9 +52,9 @@ def made_consistent(choices: Choices) -> tuple[Choices, tuple[str, ...]]:
     if fitting.grid != choices.grid and choices.grid != Choices().grid:
         before, after = describe_shape(choices.grid.shape), describe_shape(fitting.grid.shape)
         notes.append(page_text("Grid of a link", before=before, after=after))
-    own, other = choices.parameters, fitting.parameters
-    if own != other and own != Parameters():
-        notes.append(page_text("Sizes of a link", own=own, other=other))
+    linked, fitted = choices.parameters, fitting.parameters
+    if linked != fitted and linked != Parameters():
+        notes.append(page_text("Sizes of a link", own=linked, other=fitted))
     if problem := problem_in(lambda: data_of(fitting)):
         notes.append(f"The hard data are ignored. {problem[:1].upper()}{problem[1:]}.")
         fitting = replace(fitting, data=DataChoice())
@@ -78,12 +78,12 @@ def follow_study(state: State) -> None:
     """Write the study into the query of the address, without redrawing the page."""
     keep_for_reload(state.choices, state.image_draft, state.data_draft)
     query = first_values(_query().items())
-    kept = {name: values for name, values in query.items() if not meant(name)}
-    wanted = {**kept, **link_of(state.choices, shown_of(state))}
-    text = urlencode(wanted, doseq=True)
+    unrelated = {name: values for name, values in query.items() if not meant(name)}
+    new_query = {**unrelated, **link_of(state.choices, shown_of(state))}
+    text = urlencode(new_query, doseq=True)
     # the browser may report an older address than the address sent last
-    if text != state.address or wanted != query:
-        st.query_params.from_dict(wanted)
+    if text != state.address or new_query != query:
+        st.query_params.from_dict(new_query)
         state.address = text
 
 

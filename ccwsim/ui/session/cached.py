@@ -23,16 +23,16 @@ Given = ParamSpec("Given")
 
 
 def kept_with(read: Callable[[Key], Value]) -> Callable[[Key], Value]:
-    """Return `read`, whose value is kept with its argument: no key of the shared cache is made."""
-    known: WeakKeyDictionary[Key, Value] = WeakKeyDictionary()
+    """Return `read` with a cache that needs no digests; a value is kept as long as its argument."""
+    values: WeakKeyDictionary[Key, Value] = WeakKeyDictionary()
 
     @wraps(read)
-    def look(owner: Key) -> Value:
-        if (value := known.get(owner)) is None:
-            value = known[owner] = read(owner)
+    def cached_read(owner: Key) -> Value:
+        if (value := values.get(owner)) is None:
+            value = values[owner] = read(owner)
         return value
 
-    return look
+    return cached_read
 
 
 @kept_with
@@ -64,10 +64,10 @@ def as_task(
     """Return a function that makes a task; its arguments, and a name, are the task's key."""
 
     @wraps(work)
-    def task_of(*given: Given.args, **options: Given.kwargs) -> Task[Value]:
-        arguments = *given, *options.values()
-        key = name or work.__name__, *(CONTENT.get(type(one), repr)(one) for one in arguments)
-        return Task(key, lambda progress: work(progress, *given, **options))
+    def task_of(*arguments: Given.args, **options: Given.kwargs) -> Task[Value]:
+        values = *arguments, *options.values()
+        key = name or work.__name__, *(CONTENT.get(type(value), repr)(value) for value in values)
+        return Task(key, lambda progress: work(progress, *arguments, **options))
 
     return task_of
 

@@ -1,4 +1,4 @@
-"""Fragments of pages: errors are shown, jobs are followed, fragments of a page left do not run."""
+"""Fragments of pages show errors and follow jobs; fragments of the previous page do not run."""
 
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -23,10 +23,10 @@ _run_script = ScriptRunner._run_script
 
 
 def run_if_there(self: ScriptRunner, rerun_data: RerunData) -> None:
-    """Run a page, or those of its fragments that are asked for unless all of them are gone.
+    """Run a page or the requested fragments; if all requested fragments are gone, run nothing.
 
-    A timer of the page before may still ask for its fragment. Streamlit would then announce a run
-    of that page, at which the browser removes the present one.
+    A timer of the previous page may still request its fragment. Streamlit would then announce a run
+    of the previous page, and the browser would remove the present page.
     """
     fragments = rerun_data.fragment_id_queue
     if not fragments or any(map(self._fragment_storage.contains, fragments)):
@@ -62,8 +62,13 @@ def error_boundary(whole: bool = False, way_back: bool = False) -> Iterator[None
             state = session_state()
             with st.container(horizontal=True, gap="small"):
                 if state.drawn not in (None, state.choices):
-                    back = {"key": "way_back", "type": "primary", "args": (state.drawn,)}
-                    button("Back to the study before", on_click=state.go_back, **back)
+                    button(
+                        "Back to the study before",
+                        key="way_back",
+                        on_click=state.go_back,
+                        args=(state.drawn,),
+                        type="primary",
+                    )
                 button("Start afresh", key="afresh_now", on_click=start_afresh)
     context = get_script_run_ctx(suppress_warning=True)
     of_fragment = context is not None and context.fragment_ids_this_run and not way_back
@@ -92,7 +97,7 @@ def follow(
     """
 
     @st.fragment(run_every=DRAW_SECONDS if draw else POLL_SECONDS)
-    def look() -> None:
+    def draw_progress() -> None:
         with error_boundary():
             if job.finished or (has_news and has_news()):
                 if on_finished:
@@ -108,7 +113,7 @@ def follow(
             if draw:
                 draw()
 
-    look()
+    draw_progress()
 
 
 @st.fragment(run_every=POLL_SECONDS)

@@ -2,7 +2,7 @@
 
 A reload starts a new session, and its address contains only digests of images and data. A cookie
 identifies the browser, and the digests identify images and data of this browser. Drafts, which the
-address does not mention, belong to the study beside which they waited.
+address does not contain, are stored under the study that was on the page with them.
 """
 
 import time
@@ -46,10 +46,10 @@ class KeptChoices:
         self._kept: dict[tuple[str, str], tuple[float, int, Own]] = {}  # time, bytes and content
         self._lock = Lock()
 
-    def keep(self, browser: str, own: Mapping[str, Own]) -> None:
+    def keep(self, browser: str, choices: Mapping[str, Own]) -> None:
         """Store images and data of a page; they become the newest entries of the browser."""
         with self._lock:
-            for name, choice in own.items():
+            for name, choice in choices.items():
                 self._kept.pop((browser, name), None)
                 self._kept[browser, name] = self._clock(), size_of(choice), choice
             for key in self._of(browser)[:-MAX_OF_BROWSER]:
@@ -72,9 +72,9 @@ class KeptChoices:
         return [key for key in self._kept if key[0] == browser]
 
     def _forget(self) -> None:
-        since, sizes = self._clock() - self._seconds, Counter[str]()
-        for key, (at, size, _) in list(self._kept.items()):
-            if at < since:
+        expired, sizes = self._clock() - self._seconds, Counter[str]()
+        for key, (time_kept, size, _) in list(self._kept.items()):
+            if time_kept < expired:
                 del self._kept[key]
             else:
                 sizes[key[0]] += size
@@ -86,14 +86,14 @@ class KeptChoices:
 
 def size_of(choice: Own) -> int:
     """Return the approximate bytes of an image, of data or of secondary information."""
-    arrays = getattr(choice, "placed", None) or getattr(choice, "saved", None)
-    held = [] if arrays is None else list(vars(arrays).values())
-    return n_bytes([choice.files, [array for array in held if not isinstance(array, str)]])
+    holder = getattr(choice, "placed", None) or getattr(choice, "saved", None)
+    values = [] if holder is None else list(vars(holder).values())
+    return n_bytes([choice.files, [value for value in values if not isinstance(value, str)]])
 
 
 @cache
 def kept_choices() -> KeptChoices:
-    """Return the store of images and data, of which a process has only one."""
+    """Return the only store of images and data in this process."""
     return KeptChoices(limits_of_environment().uploads // SHARE_OF_UPLOADS, KEPT_SECONDS)
 
 
@@ -123,16 +123,16 @@ def kept_for_reload() -> dict[str, Own]:
 def keep_for_reload(choices: Choices, *drafts: Own | None) -> None:
     """Store images and data that the address of the page does not contain.
 
-    These are parts of the study and, if there are any, `drafts` of an image and of data; earlier
-    drafts of the session are forgotten.
+    Such images and data are parts of the study or `drafts` of an image and of data. Earlier drafts
+    of the session are removed.
     """
     named = zip(_names_of_drafts(choices), drafts, strict=False)
     waiting = {name: draft for name, draft in named if draft is not None}
     earlier = st.session_state.get(DRAFTS, ())
     st.session_state[DRAFTS] = (*waiting,)
     kept_choices().drop(browser(), {*earlier} - waiting.keys())
-    if own := own_choices(choices) | waiting:
-        kept_choices().keep(browser(), own)
+    if unlinked := own_choices(choices) | waiting:
+        kept_choices().keep(browser(), unlinked)
 
 
 def drafts_for_reload(choices: Choices) -> list[Own | None]:
@@ -142,5 +142,5 @@ def drafts_for_reload(choices: Choices) -> list[Own | None]:
 
 
 def _names_of_drafts(choices: Choices) -> tuple[str, str]:
-    study = digest(sorted(link_of(choices).items()))
-    return f"image beside {study}", f"data beside {study}"
+    study_digest = digest(sorted(link_of(choices).items()))
+    return f"image beside {study_digest}", f"data beside {study_digest}"

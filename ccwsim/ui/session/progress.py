@@ -13,8 +13,8 @@ def progress_text(job: Job, label: str = "") -> str:
     if delay := delay_text(job):
         return f"{label} · {delay}" if label else delay
     text = label or f"{job.n_done:,} of {job.n:,} {job.unit}"
-    left = job.seconds_left
-    return text if left is None else f"{text} · {duration(left, rough=True)} left"
+    seconds = job.seconds_left
+    return text if seconds is None else f"{text} · {duration(seconds, rough=True)} left"
 
 
 def delay_text(job: Job) -> str:

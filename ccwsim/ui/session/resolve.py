@@ -113,8 +113,8 @@ def _secondary(choice: GuideChoice, grid: Grid, image: TrainingImage) -> Seconda
 
 def _check_memory(choice: GuideChoice, grid: Grid, image: TrainingImage) -> None:
     """Raise `CCWSIMError` if the maps of the guides do not fit into the free memory."""
-    others = choice.active, choice.auxiliary, choice.angle, choice.zones
-    n_maps = sum(guide is not None for guide in others)
+    guides = choice.active, choice.auxiliary, choice.angle, choice.zones
+    n_maps = sum(guide is not None for guide in guides)
     n_maps += 0 if choice.probabilities is None else image.n_facies
     needed, free = GUIDE_BYTES * n_maps * grid.n_cells, free_bytes(limits_of_environment())
     if free is not None and needed > free:
@@ -133,81 +133,84 @@ def _active_of(choice: GuideChoice, grid: Grid) -> Any:
 def _probabilities_of(choice: GuideChoice, grid: Grid, image: TrainingImage) -> Any:
     facies = min(choice.facies, image.n_facies - 1)
     code = int(image.codes[facies])
-    if isinstance(given := choice.probabilities, (Gradient, tuple)):
+    probabilities = choice.probabilities
+    if isinstance(probabilities, (Gradient, tuple)):
         if image.n_facies == 1:
             raise CCWSIMError("the training image has only one facies; probabilities need two")
-        if isinstance(given, tuple):
-            p = drawn_map(given, image.proportions[facies], grid)
+        if isinstance(probabilities, tuple):
+            p = drawn_map(probabilities, image.proportions[facies], grid)
         else:
-            p = _ramp(given, grid)
-        others = [k for k in image.codes.tolist() if k != code]
-        shares = image.proportions[[image.index_of(k) for k in others]]
-        rest = dict(zip(others, shares / shares.sum(), strict=True))
-        return {code: p} | {k: share * (1 - p) for k, share in rest.items()}
-    if given is None:
+            p = _ramp(probabilities, grid)
+        other_codes = [k for k in image.codes.tolist() if k != code]
+        shares = image.proportions[[image.index_of(k) for k in other_codes]]
+        other_shares = dict(zip(other_codes, shares / shares.sum(), strict=True))
+        return {code: p} | {k: share * (1 - p) for k, share in other_shares.items()}
+    if probabilities is None:
         return None
-    with opened(given) as file:
+    with opened(probabilities) as file:
         return io.read_probabilities(file, grid, code)
 
 
 def _auxiliary_of(choice: GuideChoice, grid: Grid, image: TrainingImage) -> list[Auxiliary]:
-    given, of_image = choice.auxiliary, Grid.of(image.shape)
-    if given is None:
+    auxiliary, image_grid = choice.auxiliary, Grid.of(image.shape)
+    if auxiliary is None:
         return []
-    if isinstance(given, Directions):
-        maps = [position_along(given.image, of_image), position_along(given.grid, grid)]
+    if isinstance(auxiliary, Directions):
+        image_map = position_along(auxiliary.image, image_grid)
+        grid_map = position_along(auxiliary.grid, grid)
     else:
-        maps = []
-        for upload, own, what in zip(
-            given, (of_image, grid), ("training image", "grid"), strict=True
-        ):
-            if upload is None:
-                raise CCWSIMError(f"there is no auxiliary map of the {what} yet; choose a file")
-            with opened(upload) as file:
-                maps.append(io.read_values(file, own))
-    return [Auxiliary(*maps, weight=choice.auxiliary_weight)]
+        image_map = _auxiliary_map(auxiliary[0], image_grid, "training image")
+        grid_map = _auxiliary_map(auxiliary[1], grid, "grid")
+    return [Auxiliary(image=image_map, grid=grid_map, weight=choice.auxiliary_weight)]
 
 
-def _angle_of(choice: GuideChoice, grid: Grid) -> Any:
-    given = choice.angle
-    if isinstance(given, Gradient):
-        return _ramp(given, grid)
-    if isinstance(given, tuple):
-        return io.angles_along(given, grid, choice.flow_azimuth) if given else None
-    if not isinstance(given, Upload):
-        return given
-    with opened(given) as file:
+def _auxiliary_map(upload: Upload | None, grid: Grid, name: str) -> NDArray[np.float64]:
+    if upload is None:
+        raise CCWSIMError(f"there is no auxiliary map of the {name} yet; choose a file")
+    with opened(upload) as file:
         return io.read_values(file, grid)
 
 
-def _use_of_images(given: Any, n: int, grid: Grid) -> dict[str, Any]:
-    """Return zones, of which later outlines cover earlier ones, or weights of n further images."""
-    if isinstance(given, Upload):
-        with opened(given) as file:
+def _angle_of(choice: GuideChoice, grid: Grid) -> Any:
+    angle = choice.angle
+    if isinstance(angle, Gradient):
+        return _ramp(angle, grid)
+    if isinstance(angle, tuple):
+        return io.angles_along(angle, grid, choice.flow_azimuth) if angle else None
+    if not isinstance(angle, Upload):
+        return angle
+    with opened(angle) as file:
+        return io.read_values(file, grid)
+
+
+def _use_of_images(zones: Any, n: int, grid: Grid) -> dict[str, Any]:
+    """Return zones (later outlines cover earlier outlines) or the weights of n further images."""
+    if isinstance(zones, Upload):
+        with opened(zones) as file:
             return {"zones": io.read_active(file, grid) * 1}
-    if isinstance(given, float):
-        return {"weights": (1 - given, *(given / n for _ in range(n)))}
-    if isinstance(given, ZoneLayers):
+    if isinstance(zones, float):
+        return {"weights": (1 - zones, *(zones / n for _ in range(n)))}
+    if isinstance(zones, ZoneLayers):
         if grid.nz is None:
             raise refused("zones_by_layer_of_map")
-        layers = np.digitize(np.arange(grid.nz), np.maximum.accumulate(given.first))
+        layers = np.digitize(np.arange(grid.nz), np.maximum.accumulate(zones.first))
         return {"zones": np.broadcast_to(layers[:, None, None], grid.shape)}
-    zones = np.zeros(grid.shape, np.uint8)
-    for k, corners in enumerate(given or (), 1):
-        zones[cells_in_polygon(np.array(corners), grid)] = k
-    return {"zones": None if given is None else zones}
+    zone_map = np.zeros(grid.shape, np.uint8)
+    for k, corners in enumerate(zones or (), 1):
+        zone_map[cells_in_polygon(np.array(corners), grid)] = k
+    return {"zones": None if zones is None else zone_map}
 
 
-def _ramp(given: Gradient, grid: Grid) -> NDArray[np.float64]:
-    return given.start + (given.end - given.start) * position_along(given.azimuth, grid)
+def _ramp(gradient: Gradient, grid: Grid) -> NDArray[np.float64]:
+    return gradient.start + (gradient.end - gradient.start) * position_along(gradient.azimuth, grid)
 
 
 def position_along(azimuth: float, grid: Grid) -> NDArray[np.float64]:
     """Return the position of each cell along an azimuth, from 0 to 1 within the grid."""
     x, y = grid.axes[0], grid.axes[1]
-    at = x[None] * np.sin(np.deg2rad(azimuth)) + y[:, None] * np.cos(np.deg2rad(azimuth))
-    at = (at - at.min()) / max(at.max() - at.min(), np.finfo(float).tiny)
-    return np.broadcast_to(at, grid.shape).copy()
+    along = x[None] * np.sin(np.deg2rad(azimuth)) + y[:, None] * np.cos(np.deg2rad(azimuth))
+    along = (along - along.min()) / max(along.max() - along.min(), np.finfo(float).tiny)
+    return np.broadcast_to(along, grid.shape).copy()
 
 
 def drawn_map(strokes: Sequence[Stroke], start: float, grid: Grid) -> NDArray[np.float64]:
@@ -218,12 +221,14 @@ def drawn_map(strokes: Sequence[Stroke], start: float, grid: Grid) -> NDArray[np
         strength, points = np.zeros_like(drawn), np.array(stroke.points)
         for first, last in zip(points, [*points[1:], points[-1]], strict=True):
             reach = np.sort([first, last], axis=0) + np.array([[-1], [1]]) * stroke.radius
-            near = tuple(slice(*np.searchsorted(axis, reach[:, k])) for k, axis in ((1, y), (0, x)))
-            dx, dy = x[near[1]] - first[0], y[near[0]][:, None] - first[1]
+            ends = (np.searchsorted(axis, reach[:, k]) for k, axis in ((1, y), (0, x)))
+            rows, columns = (slice(low, high) for low, high in ends)
+            dx, dy = x[columns] - first[0], y[rows][:, None] - first[1]
             wx, wy = last - first
             t = np.clip((dx * wx + dy * wy) / max(wx**2 + wy**2, 1e-300), 0, 1)
             inside = 1 - np.hypot(dx - t * wx, dy - t * wy) / stroke.radius
-            np.maximum(strength[near], inside / max(stroke.softness, 1e-9), out=strength[near])
+            near = strength[rows, columns]
+            np.maximum(near, inside / max(stroke.softness, 1e-9), out=near)
         drawn += np.minimum(strength, 1) * (stroke.value - drawn)
     return np.broadcast_to(drawn, grid.shape).copy()
 
@@ -233,19 +238,19 @@ def drawn_map(strokes: Sequence[Stroke], start: float, grid: Grid) -> NDArray[np
 def image_of(choice: ImageChoice) -> TrainingImage:
     """Return the training image of a choice; raise `CCWSIMError` if a question is open."""
     if choice.upload is None:
-        read = datasets.load(choice.bundled)
+        original = datasets.load(choice.bundled)
     else:
         with opened(choice.upload) as file:
-            read = io.read_training_image(file, **dict(choice.answers))
-    array = read.array
+            original = io.read_training_image(file, **dict(choice.answers))
+    array = original.array
     if choice.transpose:
         array = np.swapaxes(array, -1, -2)
     if choice.flip_ew:
         array = array[..., ::-1]
     if choice.flip_ns:
         array = array[..., ::-1, :]
-    names = choice.names if len(choice.names) == read.n_facies else read.facies_names
-    return TrainingImage(array, name=read.name, facies_names=names)
+    names = choice.names if len(choice.names) == original.n_facies else original.facies_names
+    return TrainingImage(array, name=original.name, facies_names=names)
 
 
 @contextmanager
@@ -284,9 +289,9 @@ def imported_data(choices: Choices) -> io.HardDataImport:
 
 @cached(max_entries=32, hash_funcs={**CONTENT, DataChoice: vars})
 def _imported_cells(
-    choice: DataChoice, image: ImageChoice, grid: Grid, parameters: Parameters
+    choice: DataChoice, image_choice: ImageChoice, grid: Grid, parameters: Parameters
 ) -> io.HardDataImport:
-    return _settled(placed_data(Choices(image, choice, grid, parameters)), choice.answers)
+    return _settled(placed_data(Choices(image_choice, choice, grid, parameters)), choice.answers)
 
 
 def placed_data(choices: Choices) -> io.PlacedPoints:
@@ -298,21 +303,22 @@ def placed_data(choices: Choices) -> io.PlacedPoints:
 
 
 def _names(choices: Choices) -> Names:
-    """Return facies names of bundled data by code, and the image's codes of names that it lacks.
+    """Return facies names of bundled data by code, and codes for the names that the image lacks.
 
     Data for the image itself need no names, so the user may rename the facies of the image.
     """
-    choice, image = choices.data, choices.image
-    own = datasets.hard_data_training_image(choice.bundled) if choice.source == "bundled" else ""
-    if not own or (image.upload is None and image.bundled == own):
+    choice, image_choice = choices.data, choices.image
+    bundled = choice.source == "bundled"
+    data_image = datasets.hard_data_training_image(choice.bundled) if bundled else ""
+    if not data_image or (image_choice.upload is None and image_choice.bundled == data_image):
         return (), ()
-    words = datasets.load(own).facies_names
+    words = datasets.load(data_image).facies_names
     answered = dict(choice.answers).get("facies_names", ())
-    return words, (*taken_by_code(words, image_of(image)).items(), *answered)
+    return words, (*taken_by_code(words, image_of(image_choice)).items(), *answered)
 
 
 def taken_by_code(words: Sequence[str], image: TrainingImage) -> dict[str, int]:
-    """Return the codes of names that an image lacks, if no other name stands for that facies."""
+    """Return codes for names that an image lacks, unless another name denotes the same facies."""
     codes = dict(zip(map(str.casefold, image.facies_names), image.codes.tolist(), strict=True))
     named = {codes[word.casefold()] for word in words if word.casefold() in codes}
     missing = {word: code for code, word in enumerate(words) if word.casefold() not in codes}
@@ -320,7 +326,7 @@ def taken_by_code(words: Sequence[str], image: TrainingImage) -> dict[str, int]:
 
 
 def facies_by_code(choices: Choices) -> str:
-    """Return as text which facies of bundled data have another name in the image, or nothing."""
+    """Describe which facies of bundled data have another name in the image; "" if none has."""
     image = image_of(choices.image)
     names = dict(zip(image.codes.tolist(), image.facies_names, strict=True))
     codes = taken_by_code(_names(choices)[0], image).items()
@@ -328,7 +334,7 @@ def facies_by_code(choices: Choices) -> str:
 
 
 def _cells_of(choices: Choices) -> HardData:
-    """Return the hard data of a study without a file of data, as they are given in cells."""
+    """Return the hard data of a study, in cells, if the data are not from a file."""
     choice = choices.data
     if choice.source == "bundled":
         return datasets.load_hard_data(choice.bundled)
@@ -346,11 +352,15 @@ def _placed_cells(
     words, codes = facies
     if not data.n:  # without data, the array of cells has the number of axes of the grid
         data = HardData(np.empty((0, grid.n_dimensions)), ())
-    cells, values = data.cells.astype(float), data.facies.astype(float)
-    named: dict[str, Any] = {"counted": "datum", "name": "hard data", "variable": "facies"}
-    lines = np.arange(1, data.n + 1)
     points = io.ImportedPoints(
-        places=cells, values=values, lines=lines, world=False, words=words, **named
+        places=data.cells.astype(float),
+        values=data.facies.astype(float),
+        lines=np.arange(1, data.n + 1),
+        world=False,
+        counted="datum",
+        name="hard data",
+        variable="facies",
+        words=words,
     )
     conversion = io.Conversion(classes="codes", facies_names=codes)
     return io.place_points(points, grid, image, conversion)
@@ -360,8 +370,8 @@ def wells_of(choices: Choices) -> CellsOfWells:
     """Return the named wells of a study, with the cells of each well."""
     if choices.data.source != "file":
         return choices.data.wells
-    found = imported_data(choices).wells
-    return tuple((name, tuple(map(tuple, cells.tolist()))) for name, cells in found.items())
+    wells = imported_data(choices).wells
+    return tuple((name, tuple(map(tuple, cells.tolist()))) for name, cells in wells.items())
 
 
 def points_of(choice: DataChoice, grid: Grid | None = None) -> io.ImportedPoints:
@@ -390,22 +400,24 @@ def previews_of_wells(choice: DataChoice) -> dict[str, io.PointsPreview | CCWSIM
     """Return, for each table of wells, the columns with their guessed roles, or an error."""
     tables = choice.tables or WellTables()
     files = {"collars": tables.collars, "intervals": choice.upload, "surveys": tables.surveys}
-    found: dict[str, io.PointsPreview | CCWSIMError] = {}
+    previews: dict[str, io.PointsPreview | CCWSIMError] = {}
     for table, upload in files.items():
         if upload is not None:
             try:
-                found[table] = read_upload(io.preview_wells, upload, table, _well_columns(choice))
+                previews[table] = read_upload(
+                    io.preview_wells, upload, table, _well_columns(choice)
+                )
             except CCWSIMError as error:
-                found[table] = error
-    return found
+                previews[table] = error
+    return previews
 
 
 def grid_for_data(choices: Choices) -> Grid | None:
     """Return a grid that contains all data; None if the present grid suffices, or no grid can."""
     choice, grid = choices.data, choices.grid
     try:
-        file = choice.source == "file" and choice.files
-        points = points_in_files(choices) if file else placed_data(choices).points
+        has_files = choice.source == "file" and choice.files
+        points = points_in_files(choices) if has_files else placed_data(choices).points
         if points.grid is None:
             cells = grid.cells_of(*points.places.T) if points.world else points.places.astype(int)
             far = far_away(points.places) if points.world else False
@@ -423,28 +435,29 @@ def grid_for_data(choices: Choices) -> Grid | None:
 
 def _without(choice: DataChoice, names: tuple[str, ...]) -> DataChoice:
     """Return a choice without the named answers, which have no effect on this choice."""
-    return replace(choice, answers=tuple(one for one in choice.answers if one[0] not in names))
+    answers = tuple(answer for answer in choice.answers if answer[0] not in names)
+    return replace(choice, answers=answers)
 
 
-def _made(kind: type[Made], choice: DataChoice) -> Made:
+def _with_answers(kind: type[Made], choice: DataChoice) -> Made:
     """Return an object of type `kind`; answers set the attributes with the same names."""
     return kind(**{name: answer for name, answer in choice.answers if name in vars(kind())})
 
 
 def _columns(choice: DataChoice, shape: Shape | None) -> io.PointColumns:
     is_volume = shape is not None and len(shape) == 3
-    return _made(io.PointColumns, choice if is_volume else _without(choice, OF_VOLUMES))
+    return _with_answers(io.PointColumns, choice if is_volume else _without(choice, OF_VOLUMES))
 
 
 def _well_columns(choice: DataChoice) -> io.WellColumns:
     has_surveys = choice.tables is not None and choice.tables.surveys is not None
-    return _made(io.WellColumns, choice if has_surveys else _without(choice, OF_SURVEYS))
+    return _with_answers(io.WellColumns, choice if has_surveys else _without(choice, OF_SURVEYS))
 
 
 def _settled(placed: io.PlacedPoints, answers: Answers) -> io.HardDataImport:
     """Return points placed on the grid; the user's answers resolve conflicts."""
-    settling = {name: answer for name, answer in answers if name in CHOICES}
-    return io.resolve_points(placed, io.Conversion(**settling))
+    decisions = {name: answer for name, answer in answers if name in CHOICES}
+    return io.resolve_points(placed, io.Conversion(**decisions))
 
 
 @cached(max_entries=32)
@@ -460,18 +473,25 @@ def _well_points(
             "wells in tables need a volume, but the study is a map; choose a training image that "
             "is a volume"
         )
-    for what, upload in (("collars", tables.collars), ("intervals", intervals)):
+    for table, upload in (("collars", tables.collars), ("intervals", intervals)):
         if upload is None:
-            raise CCWSIMError(f"there is no table of {what} yet; choose a file")
+            raise CCWSIMError(f"there is no table of {table} yet; choose a file")
     surveys: Any = nullcontext() if tables.surveys is None else opened(tables.surveys)
     with opened(tables.collars) as collars, opened(intervals) as log, surveys as stations:
-        how: dict[str, Any] = {"surveys": stations, "conversion": io.Conversion(**dict(decisions))}
-        return io.read_well_points(collars, log, grid, columns, **how)
+        return io.read_well_points(
+            collars,
+            log,
+            grid,
+            columns,
+            surveys=stations,
+            conversion=io.Conversion(**dict(decisions)),
+        )
 
 
 @cached(max_entries=32)
 def _placed(choice: DataChoice, grid: Grid, image: TrainingImage) -> io.PlacedPoints:
-    return io.place_points(points_of(choice, grid), grid, image, _made(io.Conversion, choice))
+    conversion = _with_answers(io.Conversion, choice)
+    return io.place_points(points_of(choice, grid), grid, image, conversion)
 
 
 @cached(max_entries=32)
@@ -496,12 +516,12 @@ def _sampled(
     return sample_random(reference.realizations[0], n, seed)
 
 
-def same_realizations(study: Choices, other: Choices) -> bool:
-    """Return whether two studies give the same realizations; names and colours are ignored."""
+def same_realizations(choices: Choices, other: Choices) -> bool:
+    """Return whether two choices give the same realizations; names and colours are ignored."""
     try:
-        return study == other or (
-            study.n_realizations == other.n_realizations
-            and not study_of(study).differs_from(study_of(other))
+        return choices == other or (
+            choices.n_realizations == other.n_realizations
+            and not study_of(choices).differs_from(study_of(other))
         )
     except CCWSIMError:  # one of the studies cannot be simulated
         return False
@@ -513,12 +533,12 @@ def refitted(p: Parameters, image: TrainingImage, moved: Moved) -> tuple[Paramet
     Values that were changed for an earlier image (`moved`) are restored, unless the user has
     changed these values since. Default sizes become those of `default_parameters`.
     """
-    wanted = {name: asked for name, (asked, given) in moved.items() if getattr(p, name) == given}
-    asked = vars(p) | wanted
-    if all(asked[name] == getattr(Parameters(), name) for name in PER_AXIS):
-        wanted |= {name: getattr(default_parameters(image), name) for name in PER_AXIS}
-    fitting = fitted(p, image.shape, **wanted)
-    return fitting, {n: (asked[n], new) for n, new in vars(fitting).items() if asked[n] != new}
+    restored = {n: requested for n, (requested, used) in moved.items() if getattr(p, n) == used}
+    wanted = vars(p) | restored
+    if all(wanted[name] == getattr(Parameters(), name) for name in PER_AXIS):
+        restored |= {name: getattr(default_parameters(image), name) for name in PER_AXIS}
+    fitting = fitted(p, image.shape, **restored)
+    return fitting, {n: (wanted[n], used) for n, used in vars(fitting).items() if wanted[n] != used}
 
 
 def fitted_to_image(choices: Choices, image: TrainingImage) -> Choices:
@@ -538,4 +558,5 @@ def fitted_grid(grid: Grid, shape: Shape) -> Grid:
     """Return `grid` if it has as many axes as the training image; otherwise the default grid."""
     if grid.n_dimensions == len(shape):
         return grid
-    return Grid(*USUAL_VOLUME, nz=shape[0]) if len(shape) == 3 else Choices().grid
+    ny, nx = USUAL_VOLUME
+    return Grid(ny, nx, nz=shape[0]) if len(shape) == 3 else Choices().grid

@@ -42,7 +42,7 @@ def is_open(session: str) -> bool:
 
 
 def forget(session: str) -> None:
-    """Make Streamlit free a closed session now; else it waits until another session closes."""
+    """Make Streamlit free a closed session now; otherwise it waits until another session closes."""
     if not Runtime.exists():
         return
     runtime = Runtime.instance()
@@ -50,12 +50,12 @@ def forget(session: str) -> None:
     def close() -> None:
         if runtime.is_active_session(session):
             return
-        kept = runtime._session_mgr.get_session_info(session)
+        info = runtime._session_mgr.get_session_info(session)
         runtime.close_session(session)
-        if kept is not None:  # the event loop refers to the last session until the next one starts
-            kept.session.session_state.clear()
-            kept.session.session_state._new_widget_state.widget_metadata.clear()
-            kept.session._fragment_storage.clear()
+        if info is not None:  # the event loop refers to the last session until the next one starts
+            info.session.session_state.clear()
+            info.session.session_state._new_widget_state.widget_metadata.clear()
+            info.session._fragment_storage.clear()
 
     # close_session is not thread-safe; Streamlit's event loop and sessions have no public access
     with suppress(Exception):  # a server that is ending frees the session too
@@ -103,7 +103,7 @@ class SessionMonitor:
     ) -> None:
         self._queue, self._is_open, self._forget, self._clock = queue, is_open, forget, clock
         self._sessions: set[str] = set()
-        self._left: dict[str, float] = {}
+        self._closed_since: dict[str, float] = {}
         self._lock = Lock()
         self._thread: Thread | None = None
         self._freed = False
@@ -122,21 +122,21 @@ class SessionMonitor:
         """End the jobs of sessions closed `GRACE` seconds ago; drop sessions closed long ago."""
         now, to_live = self._clock(), config.get_option("server.disconnectedSessionTTL")
         # Streamlit cannot close a session later
-        kept = max(to_live - EARLY, min(GRACE, to_live / 2))
+        kept_seconds = max(to_live - EARLY, min(GRACE, to_live / 2))
         for session in list(self._sessions):
             if self._is_open(session):
-                self._left.pop(session, None)
+                self._closed_since.pop(session, None)
                 continue
-            away = now - self._left.setdefault(session, now)
-            if away >= min(GRACE, kept):
+            away = now - self._closed_since.setdefault(session, now)
+            if away >= min(GRACE, kept_seconds):
                 for job in self._queue.jobs_of(session):
                     job.abandon()
-            if away >= kept:
+            if away >= kept_seconds:
                 self._forget(session)
                 self._freed = True
                 with self._lock:
                     self._sessions.discard(session)
-                    self._left.pop(session, None)
+                    self._closed_since.pop(session, None)
 
     def give_back(self) -> None:
         """Give back the memory of dropped sessions and, after the last one, of shared caches."""
@@ -163,5 +163,5 @@ class SessionMonitor:
 
 @cache
 def session_monitor() -> SessionMonitor:
-    """Return the session monitor, of which a process has only one."""
+    """Return the only session monitor in this process."""
     return SessionMonitor(server_queue())

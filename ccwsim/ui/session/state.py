@@ -71,7 +71,7 @@ Run = TypeVar("Run", bound=PageRun)
 
 @dataclass
 class RunState(Generic[Run]):
-    """State of a page, or of a part of a page, with runs: the latest, and why none was started."""
+    """State of a page, or a part of a page: the latest run, and why no run was started."""
 
     run: Run | None = None
     message: str = ""
@@ -82,7 +82,7 @@ class RunState(Generic[Run]):
         return self.run is not None and self.run.going
 
     def start(self, make: Callable[[], Run]) -> bool:
-        """Make and start a run; on an error, keep the earlier run, set `message`, return False."""
+        """Make and start a run; on an error, set `message`, keep the earlier run, return False."""
 
         def begin() -> None:
             self.run = make().start()
@@ -93,7 +93,7 @@ class RunState(Generic[Run]):
 
 KEY = "ccwsim"
 MAX_RUNS = 12
-MAX_UNDO = 30  # changes of the study that can be taken back; old files are not kept for them
+MAX_UNDO = 30  # maximum number of changes that can be undone; old files are not kept for them
 PageState = TypeVar("PageState")
 
 
@@ -104,20 +104,20 @@ class PastRun:
     choices: Choices
     ensemble: Ensemble
     reference: TrainingImage | None = None
-    at: datetime = field(default_factory=lambda: datetime.now().astimezone())  # end of the run
+    ended: datetime = field(default_factory=lambda: datetime.now().astimezone())
 
     @property
     def key(self) -> str:
         """A key that is unique among the runs of a session."""
-        return self.at.isoformat()
+        return self.ended.isoformat()
 
     @property
     def nbytes(self) -> int:
         """Bytes of the realizations as facies indices and, if the codes differ, as codes."""
         ensemble = self.ensemble
         in_codes = ensemble.realizations
-        own = 0 if in_codes is ensemble.indices else in_codes.nbytes
-        return ensemble.indices.nbytes + own + ensemble.data_status.nbytes
+        bytes_in_codes = 0 if in_codes is ensemble.indices else in_codes.nbytes
+        return ensemble.indices.nbytes + bytes_in_codes + ensemble.data_status.nbytes
 
     @property
     def files(self) -> list[bytes]:
@@ -165,7 +165,7 @@ class State:
     choices: Choices = field(default_factory=Choices)  # the present study, whose files are readable
     # choices that are not usable yet: a file is broken or needs an answer
     image_draft: ImageChoice | None = None
-    visit_import: bool = False  # the study column opens the page Import for a file given there
+    visit_import: bool = False  # whether the study column opens the page Import for a new file
     data_draft: DataChoice | None = None
     guides_draft: GuideChoice | None = None
     # requested and used values of parameters that are too large for the image (see `refitted`)
@@ -214,7 +214,7 @@ class State:
             self.go_back(self.earlier.pop())
 
     def go_back(self, drawn: Choices) -> None:
-        """Restore a study without drafts; this is not a change that `undo` can take back."""
+        """Restore a study without drafts; `undo` cannot take back this change."""
         self.choices = self.drawn = drawn
         self.image_draft = self.data_draft = None
 

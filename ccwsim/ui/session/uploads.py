@@ -87,10 +87,10 @@ class BoundedUploads:
         """Store a file; if the files of the session are too large in total, drop the oldest."""
         with self._lock:
             n = len(file.data)
-            own = dict(self._manager.file_storage.get(session_id, {}))
-            own.pop(file.file_id, None)
-            too_much = sum(len(old.data) for old in own.values()) + n - max_of_session()
-            for name, old in own.items():
+            older = dict(self._manager.file_storage.get(session_id, {}))
+            older.pop(file.file_id, None)
+            too_much = sum(len(old.data) for old in older.values()) + n - max_of_session()
+            for name, old in older.items():
                 if too_much <= 0:
                     break
                 self._manager.remove_file(session_id, name)
@@ -104,7 +104,7 @@ class BoundedUploads:
         storage = dict(self._manager.file_storage)
         sessions = storage.values() if session is None else [storage.get(session, {})]
         records = [record.data for files in sessions for record in list(files.values())]
-        taken = [up.content for (of, _), up in list(_taken.items()) if session in (None, of)]
+        taken = [up.content for (user, _), up in list(_taken.items()) if session in (None, user)]
         return size_of_all([*records, *taken])
 
     def _has_room(self, session: str, n: int) -> bool:

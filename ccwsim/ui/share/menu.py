@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 import streamlit as st
 
@@ -67,7 +66,7 @@ def _share(state: State) -> None:
     with menu, st.container(key="share_body", gap="small"):
         try:
             study = study_of(state.choices)
-            how = reproduction_recipe(state.choices, study, file_name(state.choices))
+            recipe = reproduction_recipe(state.choices, study, file_name(state.choices))
         except CCWSIMError as error:
             st.error(plain(f"{error}. Correct the study before you share it."))
             return
@@ -78,7 +77,7 @@ def _share(state: State) -> None:
         if state.ensemble is not None and not is_current(state):
             step_note(page_text("Outdated link"))
         _files(state)
-        _recipe(how)
+        _draw_recipe(recipe)
 
 
 def _files(state: State) -> None:
@@ -86,12 +85,21 @@ def _files(state: State) -> None:
     with st.container(horizontal=True, gap="small"):
         content = partial(project_as_bytes, project)
         download("Save project", content, file_name(state.choices), key="share_save")
-        of = "ccwsim" if state.ensemble is None else study_part(state.ensemble)
-        report: dict[str, Any] = {"key": "share_report", "disabled": state.ensemble is None}
-        report["help"] = "One HTML file that opens offline, with all maps and charts"
-        download("Report", report_of(state), f"{of}_report.html", **report)
-        here: dict[str, Any] = {"on_click": _read_report, "disabled": state.ensemble is None}
-        st.button("Read it here", key="share_read", **here)
+        name = "ccwsim" if state.ensemble is None else study_part(state.ensemble)
+        download(
+            "Report",
+            report_of(state),
+            f"{name}_report.html",
+            key="share_report",
+            disabled=state.ensemble is None,
+            help="One HTML file that opens offline, with all maps and charts",
+        )
+        st.button(
+            "Read it here",
+            key="share_read",
+            on_click=_read_report,
+            disabled=state.ensemble is None,
+        )
     if state.ensemble is None:
         step_note("A report needs realizations; simulate some first.")
     elif not is_current(state):
@@ -107,13 +115,15 @@ def _read_report() -> None:
 def _show_report(state: State) -> None:
     """Show the report in a dialog; the report's content policy blocks network access."""
     with error_boundary():
-        made = report_of(state)
-        if made:
-            st.iframe(made().decode(), height=REPORT_HEIGHT, alt="The report of the realizations")
+        make_report = report_of(state)
+        if make_report:
+            st.iframe(
+                make_report().decode(), height=REPORT_HEIGHT, alt="The report of the realizations"
+            )
 
 
 def report_of(state: State):
-    """Return a function that makes the report of the latest results; without results, b""."""
+    """Return a function that makes the report of the latest results, or b"" without results."""
     ensemble = state.ensemble
     if ensemble is None:
         return b""
@@ -122,22 +132,29 @@ def report_of(state: State):
     colours = facies_colours(ensemble.training_image, dict(choices.image.colours))
     link = page_link_of(choices, shown)
 
-    def made() -> bytes:
-        how = reproduction_recipe(choices, study_of(choices), file_name(choices))
-        document = study_report(ensemble, choices, shown, colours, facts, link, how)
+    def make_report() -> bytes:
+        document = study_report(
+            ensemble,
+            choices,
+            shown,
+            colours,
+            facts=facts,
+            link=link,
+            recipe=reproduction_recipe(choices, study_of(choices), file_name(choices)),
+        )
         return report_html(document).encode()
 
-    return made
+    return make_report
 
 
-def _recipe(how: Recipe) -> None:
+def _draw_recipe(recipe: Recipe) -> None:
     with st.expander("This study in Python"):
-        st.code(how.python.rstrip(), language="python", wrap_lines=True)
-        if how.python_needs_project:
+        st.code(recipe.python.rstrip(), language="python", wrap_lines=True)
+        if recipe.python_needs_project:
             step_note("The script reads the project file. Save both in the same folder.")
     with st.expander("This study on the command line"):
-        st.code(how.command, language="bash", wrap_lines=True)
-        if how.command_needs_project:
+        st.code(recipe.command, language="bash", wrap_lines=True)
+        if recipe.command_needs_project:
             step_note("The command reads the project file. Save the file in the current folder.")
 
 
@@ -175,7 +192,7 @@ def project_of(state: State) -> Project:
     choices, shown = state.choices, shown_of(state)
     ensemble = state.ensemble
     digest = ensemble.digest if ensemble is not None and is_current(state) else ""
-    colours = settings_of(choices, ("image",))["colour"]  # which no link has for a user's image
+    colours = settings_of(choices, ("image",))["colour"]  # no link has colours of a user's image
     settings = {**link_of(choices, shown), "colour": colours}
     versions = dict(surroundings())
     return Project(study_of(choices), choices.n_realizations, settings, versions, digest)
@@ -201,25 +218,29 @@ def open_project(state: State, upload: Upload) -> None:
 
 
 def choices_of(project: Project) -> tuple[Choices, Shown]:
-    """Return a project as choices, with bundled images and data by name, and what it displays."""
+    """Return a project as choices, with bundled images and data by name, and the shown results."""
     study = project.study
-    by_link, seen, _ = read_link(project.settings)
-    image = _image(project, by_link.image)
+    by_link, shown, _ = read_link(project.settings)
     choices = Choices(
-        *(image, by_link.data, study.grid, study.parameters, project.n_realizations, study.seed),
-        GuideChoice(saved=study.secondary),
+        image=_image(project, by_link.image),
+        data=by_link.data,
+        grid=study.grid,
+        parameters=study.parameters,
+        n_realizations=project.n_realizations,
+        seed=study.seed,
+        guides=GuideChoice(saved=study.secondary),
     )
     data = if_possible(lambda: data_of(choices))
     if data is not None and data.digest == study.hard_data.digest:
-        return choices, seen
-    return replace(choices, data=DataChoice("placed", placed=study.hard_data)), seen
+        return choices, shown
+    return replace(choices, data=DataChoice("placed", placed=study.hard_data)), shown
 
 
 def _image(project: Project, by_link: ImageChoice) -> ImageChoice:
     image = project.study.training_image
     linked = image_of(by_link)
-    same = linked.digest == image.digest and linked.name == image.name
-    if same and linked.facies_names == image.facies_names:
+    is_linked = linked.digest == image.digest and linked.name == image.name
+    if is_linked and linked.facies_names == image.facies_names:
         return by_link
     upload = Upload(f"{image.name or 'image'}.npy", training_image_as_bytes(image, "npy"))
     answers = (("classes", "codes"),) if image.n_facies > MAX_CODES else ()
@@ -244,8 +265,10 @@ def _check(choices: Choices) -> None:
 
 
 def _notes(project: Project, name: str) -> tuple[str, ...]:
-    own = f"ccwsim {ccwsim.__version__}"
-    made = project.versions.get("Program", own)
-    if made == own:
+    present = f"ccwsim {ccwsim.__version__}"
+    saved = project.versions.get("Program", present)
+    if saved == present:
         return ()
-    return (f"{name} was saved with {made}. This is {own}, which may give different realizations.",)
+    return (
+        f"{name} was saved with {saved}. This is {present}, which may give different realizations.",
+    )

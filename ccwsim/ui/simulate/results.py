@@ -57,12 +57,12 @@ def _results(state: State, ensemble: Ensemble) -> None:
         draw_facts(ensemble)
         draw_downloads(state, ensemble, colours)
     volume, shares, after = ensemble.grid.nz is not None, None, []
-    given = maps.given_map(ensemble, state.facies)
+    probability_map = maps.given_map(ensemble, state.facies)
     with st.container(key="volumes" if volume else "maps"):
         if volume:  # image and realization side by side, with the E-type below
             (left, middle), right = st.columns(2, gap="medium"), None
         else:
-            widths = (image_width(ensemble), *MAP_WIDTHS, *[MAP_WIDTHS[1]] * bool(given))
+            widths = (image_width(ensemble), *MAP_WIDTHS, *[MAP_WIDTHS[1]] * bool(probability_map))
             left, middle, right, *after = maps.map_columns(widths, 1, ensemble.grid)
         beside = left if volume else left.container(key="image_beside")
     gallery = st.container()
@@ -75,10 +75,10 @@ def _results(state: State, ensemble: Ensemble) -> None:
         maps.draw_realization(state, ensemble, colours, state.shown, ensemble.grid)
     with right:
         maps.draw_e_type(state, ensemble, colours)
-    if given is not None:
+    if probability_map is not None:
         with after[0] if after else right:
             name = ensemble.training_image.facies_names[state.facies]
-            maps.draw_given(given, name, scale="maps")
+            maps.draw_given(probability_map, name, scale="maps")
     with gallery:
         maps.draw_gallery(state, ensemble, colours)
     with beside:
@@ -101,11 +101,11 @@ def image_width(ensemble: Ensemble) -> float:
 def room_below_image(ensemble: Ensemble) -> bool:
     """Whether the training image, at the scale of the realizations, leaves room for a chart."""
     image, grid = ensemble.training_image, ensemble.grid
-    left = (grid.ny - image.shape[0]) / grid.nx
+    room = (grid.ny - image.shape[0]) / grid.nx
     if maps.is_wide(grid):
-        high = image_width(ensemble) * image.shape[0] / image.shape[1]
-        left = 2 * sum(MAP_WIDTHS) * grid.ny / grid.nx - high
-    return left * USUAL_WIDTH > PROPORTIONS_TITLE + proportions_height(image.n_facies)
+        image_height = image_width(ensemble) * image.shape[0] / image.shape[1]
+        room = 2 * sum(MAP_WIDTHS) * grid.ny / grid.nx - image_height
+    return room * USUAL_WIDTH > PROPORTIONS_TITLE + proportions_height(image.n_facies)
 
 
 @st.fragment
@@ -143,10 +143,10 @@ def download_groups(
 
     all_as = partial(realizations_as_bytes, ensemble, colours=colours)
     parameters = parameters_to_json(ensemble.parameters).encode
-    code, one = ensemble.training_image.codes[facies], f"realization_{shown + 1}"
+    code, file_part = ensemble.training_image.codes[facies], f"realization_{shown + 1}"
     curves, table = partial(curves_csv, ensemble, facies), partial(realizations_csv, ensemble)
     name = ensemble.training_image.facies_names[facies]
-    of = "Middle layer of " if volume else ""
+    part = "Middle layer of " if volume else ""
     return {
         "All realizations": [
             Download(label, f"realizations_{kind}", f".{kind}", partial(all_as, kind))
@@ -160,7 +160,12 @@ def download_groups(
             Download(plain(f"Curves of {name}, CSV"), "curves_csv", f"_curves_{code}.csv", curves),
             Download("Times and proportions, CSV", "realizations_csv", "_statistics.csv", table),
             Download("Parameters, JSON", "parameters_json", "_parameters.json", parameters),
-            Download(f"{of}Realization {shown + 1}, PNG", f"{one}_png", f"_{one}.png", picture),
+            Download(
+                f"{part}Realization {shown + 1}, PNG",
+                f"{file_part}_png",
+                f"_{file_part}.png",
+                picture,
+            ),
         ],
     }
 
@@ -171,21 +176,21 @@ def curves_csv(ensemble: Ensemble, facies: int) -> bytes:
     A volume also has vertical proportions and a column of layers; the bottom layer is 0.
     Proportions are empty for layers that the training image or the grid does not have.
     """
-    ways, is_volume = axes_of(ensemble.grid.shape), ensemble.grid.nz is not None
+    directions, is_volume = axes_of(ensemble.grid.shape), ensemble.grid.nz is not None
     names: dict[Statistic, str] = {"variogram": "variogram", "connectivity": "connection"}
     curves = [
-        (name, way, charts.curve_bundle(ensemble, statistic, facies, way))
+        (name, direction, charts.curve_bundle(ensemble, statistic, facies, direction))
         for statistic, name in names.items()
-        for way in ways
+        for direction in directions
     ]
     lines: list[list[object]] = []
-    for statistic, way, bundle in curves:
-        at = [[int(lag), *([""] if is_volume else [])] for lag in bundle.lags]
-        lines += _lines([statistic, way], at, bundle)
+    for statistic, direction, bundle in curves:
+        positions = [[int(lag), *([""] if is_volume else [])] for lag in bundle.lags]
+        lines += _lines([statistic, direction], positions, bundle)
     if is_volume:
         layers = charts.vertical_proportions_bundle(ensemble, facies)
-        at = [["", k] for k in range(max(len(layers.lags), len(layers.reference)))]
-        lines += _lines(["proportion", VERTICAL], at, layers)
+        positions = [["", k] for k in range(max(len(layers.lags), len(layers.reference)))]
+        lines += _lines(["proportion", VERTICAL], positions, layers)
     head = ["statistic", "direction", "lag_cells", *(["layer"] if is_volume else [])]
     head += ["training_image", "q05", "median", "q95"]
     n = len(curves[0][2].each)
@@ -193,12 +198,12 @@ def curves_csv(ensemble: Ensemble, facies: int) -> bytes:
 
 
 def _lines(
-    name: Sequence[object], at: Sequence[Sequence[object]], bundle: Bundle
+    name: Sequence[object], positions: Sequence[Sequence[object]], bundle: Bundle
 ) -> list[list[object]]:
     curves = (bundle.reference, bundle.low, bundle.median, bundle.high, *bundle.each)
     return [
-        [*name, *where, *(f"{curve[k]:.6g}" if k < len(curve) else "" for curve in curves)]
-        for k, where in enumerate(at)
+        [*name, *position, *(f"{curve[k]:.6g}" if k < len(curve) else "" for curve in curves)]
+        for k, position in enumerate(positions)
     ]
 
 
@@ -225,8 +230,15 @@ def draw_history(state: State) -> None:
     panel_title("Runs of this session", "click to restore a run")
     heading = "Runs of this session, newest first; arrow keys move"
     tiles = [entry(runs, k) for k in range(len(runs))]
-    options = {"kind": "history", "shown": place_of(state), "arrows": "move"}
-    draw_tiles("history_strip", heading, tiles, lambda key: go_back(state, str(key)), **options)
+    draw_tiles(
+        "history_strip",
+        heading,
+        tiles,
+        lambda key: go_back(state, str(key)),
+        kind="history",
+        shown=place_of(state),
+        arrows="move",
+    )
 
 
 def go_back(state: State, key: str) -> None:
@@ -245,8 +257,8 @@ def go_back(state: State, key: str) -> None:
 def place_of(state: State) -> int:
     """Return the index of the run whose results are on the page, or −1 if none is."""
     latest = state.ensemble and state.ensemble.indices  # facies may have been renamed since
-    shown = [k for k, run in enumerate(state.runs.runs) if run.ensemble.indices is latest]
-    return shown[0] if shown else -1
+    matching = [k for k, run in enumerate(state.runs.runs) if run.ensemble.indices is latest]
+    return matching[0] if matching else -1
 
 
 def entry(runs: list[PastRun], k: int) -> dict[str, Any]:
@@ -258,7 +270,7 @@ def entry(runs: list[PastRun], k: int) -> dict[str, Any]:
     missing = run.choices.n_realizations - ensemble.n
     stopped = f"{ensemble.n} of {run.choices.n_realizations} · " if missing else ""
     label = " · ".join(changes) or study_name(run.choices)
-    note = f"{stopped}{run.at:%H:%M:%S} · {duration(ensemble.wall_seconds)}"
+    note = f"{stopped}{run.ended:%H:%M:%S} · {duration(ensemble.wall_seconds)}"
     return {
         "value": run.key,
         "png": _picture(run),

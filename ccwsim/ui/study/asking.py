@@ -16,9 +16,9 @@ Write = Callable[..., None]
 
 @dataclass(frozen=True)
 class Question:
-    """A question about a file; `options` are its possible answers, without them it is a number."""
+    """A question about a file; the answer is one of `options` or, without options, a number."""
 
-    key: str  # of the widget; also the name of the answer, unless `answers` returns others
+    key: str  # key of the widget, and name of the answer unless `answers` returns others
     text: str
     value: Any = None  # present answer or guess; None if the question is open
     options: Mapping[Any, str] | None = None  # labels by answer; one of the answers may be None
@@ -76,4 +76,12 @@ def tabs(
     **look: Any,
 ) -> Question:
     """Return a question whose options are side by side."""
-    return Question(key, text, value, options, answers, st.segmented_control, look)
+    return Question(
+        key=key,
+        text=text,
+        value=value,
+        options=options,
+        answers=answers,
+        widget=st.segmented_control,
+        look=look,
+    )

@@ -11,29 +11,28 @@ from ccwsim.ui.results.maps import pretty
 
 def changes_between(before: Choices, after: Choices) -> list[str]:
     """Return each difference between two studies as a short phrase."""
-    said = []
+    phrases = []
     if before.image != after.image:
-        said.append(_image(before.image, after.image))
+        phrases.append(_image(before.image, after.image))
     if before.data != after.data:
         old, new = _data_name(before.data), _data_name(after.data)
-        said.append(f"{old} → {new}" if old != new else f"other {new}")
+        phrases.append(f"{old} → {new}" if old != new else f"other {new}")
     if before.guides != after.guides:
-        said.append("other guides")
+        phrases.append("other guides")
     if before.grid != after.grid:
         old, new = describe_shape(before.grid.shape), describe_shape(after.grid.shape)
-        said.append(f"grid {old} → {new}" if old != new else "other world coordinates")
+        phrases.append(f"grid {old} → {new}" if old != new else "other world coordinates")
     for field in fields(Parameters):
-        both = (choices.parameters for choices in (before, after))
         name = "level" if field.name == "wavelet_level" else field.name  # 0 for CCSIM
-        old, new = (getattr(p, name) for p in both)
+        old, new = getattr(before.parameters, name), getattr(after.parameters, name)
         if old != new:
             values = (describe_value(field.name, value) for value in (old, new))
-            said.append(f"{short_name(field.name)} {' → '.join(values)}".strip())
+            phrases.append(f"{short_name(field.name)} {' → '.join(values)}".strip())
     if before.n_realizations != after.n_realizations:
-        said.append(f"{before.n_realizations} → {after.n_realizations} realizations")
+        phrases.append(f"{before.n_realizations} → {after.n_realizations} realizations")
     if before.seed != after.seed:
-        said.append(f"seed {before.seed} → {after.seed}")
-    return said
+        phrases.append(f"seed {before.seed} → {after.seed}")
+    return phrases
 
 
 def study_name(choices: Choices) -> str:

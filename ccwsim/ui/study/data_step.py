@@ -48,14 +48,14 @@ def data_step(state: State) -> None:
             st.image(thumbnail(state, 2 * THUMB), width=THUMB, alt="Map of the hard data")
         with st.container(gap="small"):
             step_note(_summary(state.choices, problem))
-            menu("Change", "data_menu", partial(_menu, state))
+            menu("Change", "data_menu", partial(_data_menu, state))
             volume = state.choices.grid.nz is not None
             page_link("pages/data.py", "Edit in the volume" if volume else "Edit on a map")
     if problem:
         st.error(plain(problem))
     elif state.choices.data.source != "none":
-        if said := resolve.facies_by_code(state.choices):
-            st.warning(page_text("Names of facies", taken=plain(said)))
+        if renamed := resolve.facies_by_code(state.choices):
+            st.warning(page_text("Names of facies", taken=plain(renamed)))
         draw_data_fit(state)
     if state.data_draft is not None:
         _draft(state, state.data_draft)
@@ -91,9 +91,9 @@ def thumbnail(state: State, longest: int) -> bytes:
 def _thumbnail(
     data: HardData, image: TrainingImage, grid: Grid, colours: tuple[str, ...], longest: int
 ) -> bytes:
-    places = np.searchsorted(image.codes, data.facies)
+    indices = np.searchsorted(image.codes, data.facies)
     shape = grid.shape[-2:]  # the picture shows the data of a volume from above
-    return data_png(data.cells[:, -2:], places, shape, colours, longest=longest)
+    return data_png(data.cells[:, -2:], indices, shape, colours, longest=longest)
 
 
 def use_data(state: State, choice: DataChoice, grid: Grid | None = None) -> None:
@@ -142,22 +142,22 @@ def draw_table_uploaders(key: str, choice: DataChoice, use: Callable[[DataChoice
     if choice.tables is None:
         choice = DataChoice("file", tables=WellTables())
     tables = choice.tables or WellTables()
-    brought = {"collars": tables.collars, "intervals": choice.upload, "surveys": tables.surveys}
+    uploads = {"collars": tables.collars, "intervals": choice.upload, "surveys": tables.surveys}
     for table, (label, tip) in TABLES.items():
 
         def take(upload: Upload | None, table: str = table) -> None:
-            now = {**brought, table: upload}
+            files = {**uploads, table: upload}
             lost = (*ROLES_OF_WELLS[table], *(OF_FACIES if table == "intervals" else ()))
-            known = tuple((name, answer) for name, answer in choice.answers if name not in lost)
-            others = WellTables(now["collars"], now["surveys"])
-            use(replace(choice, upload=now["intervals"], tables=others, answers=known))
+            answers = tuple((name, answer) for name, answer in choice.answers if name not in lost)
+            tables = WellTables(collars=files["collars"], surveys=files["surveys"])
+            use(replace(choice, upload=files["intervals"], tables=tables, answers=answers))
 
         with st.container():
             name = f"{key}_{table}"
             file_uploader(label, key=name, take=take, removed=partial(take, None), help=tip)
-            there = brought[table]
-            if there is not None and st.session_state.get(name) is None:
-                st.caption(plain(f"From your file {there.name}"))
+            file = uploads[table]
+            if file is not None and st.session_state.get(name) is None:
+                st.caption(plain(f"From your file {file.name}"))
 
 
 def _summary(choices: Choices, problem: str) -> str:
@@ -174,7 +174,7 @@ def _summary(choices: Choices, problem: str) -> str:
     return f"{n}sampled, seed {choice.seed_sampled}"
 
 
-def _menu(state: State) -> None:
+def _data_menu(state: State) -> None:
     current = state.data_draft or state.choices.data
 
     def change(**changes: Any) -> None:
@@ -190,30 +190,48 @@ def _menu(state: State) -> None:
         use_data(state, choice)
 
     def use_upload(upload: Upload) -> None:
-        new: dict[str, Any] = {"upload": upload, "tables": None, "answers": ()}
-        use_data(state, replace(state.choices.data, source="file", **new))
+        choice = replace(state.choices.data, source="file", upload=upload, tables=None, answers=())
+        use_data(state, choice)
 
     volume = state.choices.grid.nz is not None
     sources = {k: v for k, v in SOURCES.items() if not volume or k in OF_VOLUMES}
     if current.source != "file" and not current.files:
         del sources["file"]  # the uploader below takes a file
-    chosen = {"value": current.source, "write": switch, **options_of(sources)}
-    field(st.selectbox, "Where from", key="data_source", **chosen)
+    field(
+        st.selectbox,
+        "Where from",
+        key="data_source",
+        value=current.source,
+        write=switch,
+        **options_of(sources),
+    )
     if current.source == "bundled":
-        surveys = options_of({name: pretty(name) for name in bundled_data(state)})
-        survey = bound_to(current, "bundled", change)
-        field(st.selectbox, "Survey", key="data_bundled", **survey, **surveys)
+        field(
+            st.selectbox,
+            "Survey",
+            key="data_bundled",
+            **bound_to(current, "bundled", change),
+            **options_of({name: pretty(name) for name in bundled_data(state)}),
+        )
         st.caption(datasets.describe_hard_data(current.bundled))
     if current.source == "sampled":
         st.caption(page_text("Sampled data"))
-        number = bound_to(current, "n_sampled", change, min_value=1, max_value=MAX_SAMPLED)
-        field(st.number_input, "How many data", key="data_n", **number)
-        seed = bound_to(current, "seed_sampled", change, min_value=0)
-        field(st.number_input, "Their own seed", key="data_seed", **seed)
+        field(
+            st.number_input,
+            "How many data",
+            key="data_n",
+            **bound_to(current, "n_sampled", change, min_value=1, max_value=MAX_SAMPLED),
+        )
+        field(
+            st.number_input,
+            "Their own seed",
+            key="data_seed",
+            **bound_to(current, "seed_sampled", change, min_value=0),
+        )
     data_uploader("data_file", use_upload, "or a file of yours")
     if current.source == "file" and current.files:
-        said = "files" if len(current.files) > 1 else "file"
-        st.caption(plain(f"From your {said} {names_of_files(current)}"))
+        noun = "files" if len(current.files) > 1 else "file"
+        st.caption(plain(f"From your {noun} {names_of_files(current)}"))
     elif volume:
         link_to_import("Wells in tables")
     if current.source != "none" and not current.waits:
@@ -224,9 +242,12 @@ def bundled_data(state: State) -> tuple[str, ...]:
     """Return bundled hard data that suit the study; for volumes, wells of the image come first."""
     if state.choices.grid.nz is None:
         return datasets.hard_data_names()
-    image = state.choices.image.bundled
-    wells = datasets.WELLS
-    return tuple(sorted(wells, key=lambda name: datasets.hard_data_training_image(name) != image))
+    image_name, wells = state.choices.image.bundled, datasets.WELLS
+
+    def is_of_other_image(name: str) -> bool:
+        return datasets.hard_data_training_image(name) != image_name
+
+    return tuple(sorted(wells, key=is_of_other_image))
 
 
 def keep_data_button(state: State, key: str, label: str = "Keep the data as they were") -> None:
@@ -271,9 +292,9 @@ class DataFitState:
 
 
 def is_judged(data: HardData, grid: Grid, secondary: Secondary | None) -> bool:
-    """Return whether data are compared with the image, as it was read, automatically."""
-    other = secondary is not None and secondary.is_of_other_images
-    return data.n >= MIN_PLACES and grid.n_cells <= MAX_CELLS and not other
+    """Return whether data are automatically compared with the image as it was read."""
+    uses_other_images = secondary is not None and secondary.is_of_other_images
+    return data.n >= MIN_PLACES and grid.n_cells <= MAX_CELLS and not uses_other_images
 
 
 def flagged(fit: DataFit) -> bool:

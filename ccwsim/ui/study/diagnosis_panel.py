@@ -44,8 +44,10 @@ def draw_diagnosis(
         step_note("Solid: E–W; dashed: N–S; dotted: the present template size.")
     with right:
         stationarity = diagnosis.stationarity
-        alike = "no quarter differs by more than chance explains"
-        note = alike if stationarity.stationary else "quarters differ by more than chance explains"
+        uniform = "no quarter differs by more than chance explains"
+        note = (
+            uniform if stationarity.stationary else "quarters differ by more than chance explains"
+        )
         quarters, whole = stationarity.proportions, image.proportions
         chart = proportions_chart(image.facies_names, whole, quarters, colours, chart_theme())
         alt = "Facies proportions of the four quarters and of the whole image"
@@ -61,14 +63,14 @@ def draw_advice(
     diagnosis: Diagnosis, image: TrainingImage, parameters: Parameters, use: Use, price: Price
 ) -> None:
     """Draw only warnings and advice; the arguments are as in `draw_diagnosis`."""
-    panel_title("What suits it", f"{diagnosis.n_templates} templates of that size fit")
+    panel_title("Advised values", f"{diagnosis.n_templates} templates of that size fit")
     for warning in diagnosis.warnings:
         st.html(f'<p class="odd">{escape(warning)}</p>')
     st.html(advice_table(diagnosis, parameters))
     thin = min(range(image.n_facies), key=lambda k: diagnosis.thickness[k])
     n = diagnosis.thickness[thin]
-    cells = "1 cell" if n == 1 else f"{n} cells"
-    step_note(f"Thinnest feature: {image.facies_names[thin]}, {cells} thick.")
+    thickness = "1 cell" if n == 1 else f"{n} cells"
+    step_note(f"Thinnest feature: {image.facies_names[thin]}, {thickness} thick.")
     advised = {advice.parameter: advice.value for advice in diagnosis.advice}
     differs = any(getattr(parameters, name) != value for name, value in advised.items())
     if differs:
@@ -93,8 +95,10 @@ def advice_table(diagnosis: Diagnosis, parameters: Parameters) -> str:
 
 def describe_repetition(diagnosis: Diagnosis) -> str:
     """Describe the distance between features."""
-    ways = (("E–W", diagnosis.spacing_ew), ("N–S", diagnosis.spacing_ns))
-    said = [f"every {way.spacing} cells {name}" for name, way in ways if way.spacing is not None]
+    axes = (("E–W", diagnosis.spacing_ew), ("N–S", diagnosis.spacing_ns))
+    spacings = [
+        f"every {axis.spacing} cells {name}" for name, axis in axes if axis.spacing is not None
+    ]
     if diagnosis.vertical_spacing is not None and diagnosis.vertical_spacing.spacing is not None:
-        said.append(f"every {diagnosis.vertical_spacing.spacing} layers")
-    return ", ".join(said) if said else "no rhythm"
+        spacings.append(f"every {diagnosis.vertical_spacing.spacing} layers")
+    return ", ".join(spacings) if spacings else "no rhythm"

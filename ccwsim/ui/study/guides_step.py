@@ -1,4 +1,4 @@
-"""Guides, between hard data and grid: probabilities, active cells, variables, angles, images."""
+"""The step Guides: probabilities, active cells, variables, angles and further images."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import astuple, replace
@@ -53,7 +53,7 @@ ENDS, TOWARDS = {"start": "From", "end": "To"}, {"azimuth": "Towards (azimuth)"}
 
 
 def guides_step(state: State) -> None:
-    """Draw the secondary information of the study in a frame that is closed until it is used."""
+    """Draw the secondary information of the study in an expander, closed if there is none."""
     guides = state.guides_draft or state.choices.guides
     change = partial(_change, state)
     with st.expander("Guides", not guides.is_empty, key="guides", on_change="rerun") as place:
@@ -102,120 +102,151 @@ def _draw_problem(state: State) -> None:
     if problem:
         st.error(plain(problem))
     if draft is not None and problem:
-        keep = {"on_click": setattr, "args": (state, "guides_draft", None)}
-        button("Keep the guides as they were", key="guides_keep", **keep)
+        button(
+            "Keep the guides as they were",
+            key="guides_keep",
+            on_click=setattr,
+            args=(state, "guides_draft", None),
+        )
 
 
 def _choice(
-    label: str, given: Any, shapes: Mapping[str, Any], change: Callable[..., None], attribute: str
+    label: str, guide: Any, defaults: Mapping[str, Any], change: Callable[..., None], attribute: str
 ) -> None:
-    """Draw the choice between named shapes with default values, or None, and uploaded files."""
-    chosen = next((name for name, shape in shapes.items() if type(shape) is type(given)), "")
-    if files := GuideChoice(**{attribute: given}).files:
+    """Draw the choice between None, other `defaults` of a guide by name, and uploaded files."""
+    chosen = next((name for name, offered in defaults.items() if type(offered) is type(guide)), "")
+    if files := GuideChoice(**{attribute: guide}).files:
         chosen = f"file {' and '.join(file.name for file in files)}"
 
     def write(name: str) -> None:
-        change(**{attribute: shapes.get(name)})
+        change(**{attribute: defaults.get(name)})
 
-    options = options_of({name: name for name in (*shapes, chosen)})
+    options = options_of({name: name for name in (*defaults, chosen)})
     field(st.selectbox, label, key=f"guides_{attribute}", value=chosen, write=write, **options)
 
 
 def _probabilities(state: State, guides: GuideChoice, change: Callable[..., None]) -> None:
-    image, given = image_of(state.choices.image), guides.probabilities
-    shapes = {"none": None, "a gradient": Gradient(), "drawn on the map": ()}
-    _choice("Probabilities of facies", given, shapes, change, "probabilities")
-    if given is not None:
-        names = options_of(dict(enumerate(image.facies_names)))
-        facies = bound_to(guides, "facies", change)
-        facies["value"] = min(guides.facies, image.n_facies - 1)
-        field(st.selectbox, "Facies", key="guides_facies", **facies, **names)
-    if isinstance(given, Gradient):
-        share = {"min_value": 0.0, "max_value": 1.0, "step": 0.05}
-        _numbers(given, change, "probabilities", ENDS, **share)
-        _numbers(given, change, "probabilities", TOWARDS, **AZIMUTH)
+    image, probabilities = image_of(state.choices.image), guides.probabilities
+    defaults = {"none": None, "a gradient": Gradient(), "drawn on the map": ()}
+    _choice("Probabilities of facies", probabilities, defaults, change, "probabilities")
+    if probabilities is not None:
+        field(
+            st.selectbox,
+            "Facies",
+            key="guides_facies",
+            value=min(guides.facies, image.n_facies - 1),
+            write=lambda facies: change(facies=facies),
+            **options_of(dict(enumerate(image.facies_names))),
+        )
+    if isinstance(probabilities, Gradient):
+        _numbers(
+            probabilities,
+            change,
+            "probabilities",
+            ENDS,
+            min_value=0.0,
+            max_value=1.0,
+            step=0.05,
+        )
+        _numbers(probabilities, change, "probabilities", TOWARDS, **AZIMUTH)
     tip = "Any grid, with variables named P_facies; for a volume also a table with z and P_facies."
-    take = {"take": lambda upload: change(probabilities=upload), "help": tip}
-    file_uploader("or a map of probabilities", key="guides_soft_file", **take)
-    if given is not None:
-        weight = bound_to(guides, "soft_weight", change, min_value=0.0, max_value=MAX_SOFT_WEIGHT)
-        field(st.slider, "Weight of the probabilities", key="guides_soft_weight", **weight)
+    file_uploader(
+        "or a map of probabilities",
+        key="guides_soft_file",
+        take=lambda upload: change(probabilities=upload),
+        help=tip,
+    )
+    if probabilities is not None:
+        field(
+            st.slider,
+            "Weight of the probabilities",
+            key="guides_soft_weight",
+            **bound_to(guides, "soft_weight", change, min_value=0.0, max_value=MAX_SOFT_WEIGHT),
+        )
 
 
 def _numbers(
-    given: Any, change: Callable[..., None], attribute: str, labels: Mapping[str, str], **look: Any
+    guide: Any, change: Callable[..., None], attribute: str, labels: Mapping[str, str], **look: Any
 ) -> None:
-    """Draw numbers of a shape, side by side if there are two."""
+    """Draw number fields of a guide, side by side if there are two."""
 
     def write(**changes: Any) -> None:
-        change(**{attribute: replace(given, **changes)})
+        change(**{attribute: replace(guide, **changes)})
 
     places = pair() if len(labels) > 1 else [st.container()]
     for place, (name, label) in zip(places, labels.items(), strict=True):
-        number = bound_to(given, name, write, **look)
+        number = bound_to(guide, name, write, **look)
         field(place.number_input, label, key=f"guides_{attribute}_{name}", **number)
 
 
 def _active(state: State, guides: GuideChoice, change: Callable[..., None]) -> None:
-    shapes = {"none": None, "inside an outline": frame(state.choices.grid)}
-    _choice("Active cells", guides.active, shapes, change, "active")
+    defaults = {"none": None, "inside an outline": frame(state.choices.grid)}
+    _choice("Active cells", guides.active, defaults, change, "active")
     tip = "A grid with 0 or no value in inactive cells, or polygons in GeoJSON."
-    take = {"take": lambda upload: change(active=upload), "help": tip}
-    file_uploader("or a mask", key="guides_mask_file", **take)
+    file_uploader(
+        "or a mask", key="guides_mask_file", take=lambda upload: change(active=upload), help=tip
+    )
 
 
 def frame(grid: Grid, first: float = 0.1, last: float = 0.9) -> Corners:
-    """Return the corners of a rectangle in a grid, between two shares of the way to the east."""
-    ends = (grid.axes[0], (first, last)), (grid.axes[1], (0.1, 0.9))
-    (west, east), (south, north) = (np.quantile(k, q).round(6).tolist() for k, q in ends)
+    """Return the corners of a rectangle in a grid; `first` and `last` are shares of its width."""
+    x, y, *_ = grid.axes
+    west, east = np.quantile(x, (first, last)).round(6).tolist()
+    south, north = np.quantile(y, (0.1, 0.9)).round(6).tolist()
     return (west, south), (east, south), (east, north), (west, north)
 
 
 def _auxiliary(guides: GuideChoice, change: Callable[..., None]) -> None:
-    given = guides.auxiliary
-    image, grid = given if isinstance(given, tuple) else (None, None)
-    shapes = {"none": None, "position along a direction": Directions()}
-    _choice("Auxiliary variable", given, shapes, change, "auxiliary")
-    if isinstance(given, Directions):
-        labels = {of: f"Azimuth, {of}" for of in ("image", "grid")}
-        _numbers(given, change, "auxiliary", labels, **AZIMUTH)
+    auxiliary = guides.auxiliary
+    image, grid = auxiliary if isinstance(auxiliary, tuple) else (None, None)
+    defaults = {"none": None, "position along a direction": Directions()}
+    _choice("Auxiliary variable", auxiliary, defaults, change, "auxiliary")
+    if isinstance(auxiliary, Directions):
+        labels = {name: f"Azimuth, {name}" for name in ("image", "grid")}
+        _numbers(auxiliary, change, "auxiliary", labels, **AZIMUTH)
     takes = {
         "image": lambda upload: change(auxiliary=(upload, grid)),
         "grid": lambda upload: change(auxiliary=(image, upload)),
     }
-    for of, take in takes.items():
-        tip = f"A grid of one variable with the cells of the {of}."
-        file_uploader(f"or a map for the {of}", key=f"guides_{of}_file", take=take, help=tip)
-    if given is not None:
-        weight = bound_to(guides, "auxiliary_weight", change, min_value=0.0)
-        weight["max_value"] = MAX_AUXILIARY_WEIGHT
-        field(st.slider, "Weight of the variable", key="guides_auxiliary_weight", **weight)
+    for name, take in takes.items():
+        tip = f"A grid of one variable with the cells of the {name}."
+        file_uploader(f"or a map for the {name}", key=f"guides_{name}_file", take=take, help=tip)
+    if auxiliary is not None:
+        limits = {"min_value": 0.0, "max_value": MAX_AUXILIARY_WEIGHT}
+        field(
+            st.slider,
+            "Weight of the variable",
+            key="guides_auxiliary_weight",
+            **bound_to(guides, "auxiliary_weight", change, **limits),
+        )
 
 
 def _copies(state: State, guides: GuideChoice, change: Callable[..., None]) -> None:
-    given = guides.angle
-    shapes = {"none": None, "one angle": 45.0, "along drawn lines": ()}
-    shapes |= {"turning across the grid": Gradient(90.0, 0.0, 90.0)}
+    angle_choice = guides.angle
+    defaults = {"none": None, "one angle": 45.0, "along drawn lines": ()}
+    defaults |= {"turning across the grid": Gradient(90.0, 0.0, 90.0)}
 
     def turn(angle: Any) -> None:
         if not isinstance(angle, tuple):
             change(angle=angle)
             return
         azimuth, _ = main_direction(image_of(state.choices.image))
-        change(angle=angle, flow_azimuth=float(round(azimuth)))  # bodies follow the lines at first
+        change(
+            angle=angle, flow_azimuth=float(round(azimuth))
+        )  # geobodies follow the lines at first
 
-    _choice("Turned image", given, shapes, turn, "angle")
-    if isinstance(given, float):
+    _choice("Turned image", angle_choice, defaults, turn, "angle")
+    if isinstance(angle_choice, float):
         tip = "Azimuth to which the north of the image is turned, clockwise, in degrees."
-        number = bound_to(guides, "angle", change, **AZIMUTH | {"help": tip})
-        field(st.number_input, "Angle", key="guides_one_angle", **number)
-    elif isinstance(given, Gradient):
-        _numbers(given, change, "angle", ENDS, **AZIMUTH)
-        _numbers(given, change, "angle", TOWARDS, **AZIMUTH)
-    elif isinstance(given, tuple):
-        tip = "Direction in the image that follows the lines; at first, that of its bodies."
-        number = bound_to(guides, "flow_azimuth", change, **AZIMUTH | {"help": tip})
-        field(st.number_input, "Azimuth, image", key="guides_angle_azimuth", **number)
+        angle = bound_to(guides, "angle", change, **AZIMUTH | {"help": tip})
+        field(st.number_input, "Angle", key="guides_one_angle", **angle)
+    elif isinstance(angle_choice, Gradient):
+        _numbers(angle_choice, change, "angle", ENDS, **AZIMUTH)
+        _numbers(angle_choice, change, "angle", TOWARDS, **AZIMUTH)
+    elif isinstance(angle_choice, tuple):
+        tip = "Direction in the image that follows the lines; at first, the direction of geobodies."
+        azimuth = bound_to(guides, "flow_azimuth", change, **AZIMUTH | {"help": tip})
+        field(st.number_input, "Azimuth, image", key="guides_angle_azimuth", **azimuth)
 
     def take(upload: Upload) -> None:
         lines = read_upload(io.read_lines, upload)
@@ -232,25 +263,25 @@ def _copies(state: State, guides: GuideChoice, change: Callable[..., None]) -> N
 
 
 def _draw_images(state: State, guides: GuideChoice) -> None:
-    """Draw small pictures of the images in use, and say how they are used."""
+    """Draw small pictures of the images in use, and describe their use."""
     image, colours = image_of(state.choices.image), colours_of(state)
     fitted = if_possible(lambda: secondary_of(replace(state.choices, guides=guides)))
-    others = fitted.images if fitted else if_possible(lambda: [*map(image_of, guides.images)])
-    of_code = dict(zip(image.codes.tolist(), colours, strict=True))
-    for k, each in enumerate((image, *others) if others else ()):
-        own = [of_code.get(code, ACTIVE) for code in each.codes.tolist()]
+    further = fitted.images if fitted else if_possible(lambda: [*map(image_of, guides.images)])
+    colour_of = dict(zip(image.codes.tolist(), colours, strict=True))
+    for k, used in enumerate((image, *further) if further else ()):
+        palette = [colour_of.get(code, ACTIVE) for code in used.codes.tolist()]
         with st.container(horizontal=True, vertical_alignment="center", key=f"guides_image_{k}"):
-            st.image(thumbnail(each, own, 2 * THUMB), width=THUMB, alt=f"Image {k}, small")
-            step_note(f"{k} {pretty(each.name)}\n{describe_shape(each.shape)}")
+            st.image(thumbnail(used, palette, 2 * THUMB), width=THUMB, alt=f"Image {k}, small")
+            step_note(f"{k} {pretty(used.name)}\n{describe_shape(used.shape)}")
             if k and guides.images:
-                rest = [other for other in range(len(guides.images)) if other != k - 1]
-                button("Remove", key=f"guides_drop_{k}", on_click=_keep, args=(state, rest))
-    if fitted and others and not guides.saved:
+                kept = [index for index in range(len(guides.images)) if index != k - 1]
+                button("Remove", key=f"guides_drop_{k}", on_click=_keep, args=(state, kept))
+    if fitted and further and not guides.saved:
         step_note(fitted.describe())
 
 
 def _keep(state: State, kept: Sequence[int], *new: ImageChoice) -> None:
-    """Use some of the further images and new ones; images keep their outlines."""
+    """Use the further images `kept` and new images; the kept images keep their zones."""
     guides, grid = state.guides_draft or state.choices.guides, state.choices.grid
     images, zones = (*(guides.images[k] for k in kept), *new), guides.zones
     if isinstance(zones, tuple):
@@ -263,33 +294,50 @@ def _keep(state: State, kept: Sequence[int], *new: ImageChoice) -> None:
 
 def _images(state: State, guides: GuideChoice, change: Callable[..., None]) -> None:
     """Draw the choice of further images and of their use."""
-    grid, given = state.choices.grid, guides.images
-    add = partial(_keep, state, range(len(given)))
-    if len(given) < MAX_OTHERS:
+    grid, images = state.choices.grid, guides.images
+    add = partial(_keep, state, range(len(images)))
+    if len(images) < MAX_OTHERS:
         volume = grid.nz is not None
         names = datasets.volume_names() if volume else datasets.names()
-        options: dict[str, Any] = options_of({name: pretty(name) for name in names})
-        options |= {"value": None, "write": lambda name: add(ImageChoice(name))}
-        options |= {"placeholder": "add one", "help": "Its facies are matched by name or by code."}
-        field(st.selectbox, "Further training image", key="guides_other", **options)
-        take: dict[str, Any] = {"take": lambda up: add(image_of_file(up, volume=volume))}
-        file_uploader("or an image of yours", key=f"guides_other_file_{len(given)}", **take)
-    if not given:
+        field(
+            st.selectbox,
+            "Further training image",
+            key="guides_other",
+            value=None,
+            write=lambda name: add(ImageChoice(name)),
+            placeholder="add one",
+            help="Its facies are matched by name or by code.",
+            **options_of({name: pretty(name) for name in names}),
+        )
+        file_uploader(
+            "or an image of yours",
+            key=f"guides_other_file_{len(images)}",
+            take=lambda upload: add(image_of_file(upload, volume=volume)),
+        )
+    if not images:
         return
-    n = len(given) + 1
+    n = len(images) + 1
     outlines = tuple(frame(grid, (k + 0.1) / n, (k + 0.9) / n) for k in range(1, n))
-    shapes = {"all for each patch": None, "a share of patches": 0.5, "inside outlines": outlines}
+    defaults = {"all for each patch": None, "a share of patches": 0.5, "inside outlines": outlines}
     if grid.nz is not None:
-        shapes["by layer"] = ZoneLayers(tuple(k * grid.nz // n for k in range(1, n)))
-    _choice("Use of the images", guides.zones, shapes, change, "zones")
+        defaults["by layer"] = ZoneLayers(tuple(k * grid.nz // n for k in range(1, n)))
+    _choice("Use of the images", guides.zones, defaults, change, "zones")
     if isinstance(guides.zones, float):
-        share = bound_to(guides, "zones", change, min_value=0.0, max_value=1.0, step=0.05)
-        field(st.slider, "Share of further images", key="guides_share", **share)
+        field(
+            st.slider,
+            "Share of further images",
+            key="guides_share",
+            **bound_to(guides, "zones", change, min_value=0.0, max_value=1.0, step=0.05),
+        )
     if isinstance(guides.zones, ZoneLayers):
         _zone_layers(guides.zones, grid.nz or 1, change)
     tip = "A grid with 0 for the training image, 1 for the next image …; or polygons in GeoJSON."
-    take = {"take": lambda upload: change(zones=upload), "help": tip}
-    file_uploader("or a grid of zones", key="guides_zones_file", **take)
+    file_uploader(
+        "or a grid of zones",
+        key="guides_zones_file",
+        take=lambda upload: change(zones=upload),
+        help=tip,
+    )
 
 
 def _zone_layers(zones: ZoneLayers, nz: int, change: Callable[..., None]) -> None:
@@ -299,10 +347,16 @@ def _zone_layers(zones: ZoneLayers, nz: int, change: Callable[..., None]) -> Non
         change(zones=ZoneLayers((*zones.first[:k], int(layer), *zones.first[k + 1 :])))
 
     for k, first in enumerate(zones.first):
-        layer: dict[str, Any] = {"value": first, "min_value": 0, "max_value": max(nz - 1, first)}
-        layer["help"] = "Layer 0 is the bottom layer. The image is used up to the next zone."
-        layer |= {"key": f"guides_layer_{k}", "write": partial(write, k)}
-        field(st.number_input, f"Image {k + 1} from layer", **layer)
+        field(
+            st.number_input,
+            f"Image {k + 1} from layer",
+            key=f"guides_layer_{k}",
+            value=first,
+            write=partial(write, k),
+            min_value=0,
+            max_value=max(nz - 1, first),
+            help="Layer 0 is the bottom layer. The image is used up to the next zone.",
+        )
 
 
 def _draw_board(state: State, guides: GuideChoice) -> None:
@@ -319,7 +373,6 @@ def _draw_board(state: State, guides: GuideChoice) -> None:
         "outlines": outlines | ({"outline": corners} if isinstance(corners, tuple) else {}),
     }
     ground = _ground(secondary, image, min(guides.facies, image.n_facies - 1), choices.grid)
-    options: dict[str, Any] = {"grid": choices.grid, "name": "guides", "max_height": MAX_HEIGHT}
 
     def take(drawn: Mapping[str, Any]) -> None:
         take_drawing(state, drawn)
@@ -327,9 +380,10 @@ def _draw_board(state: State, guides: GuideChoice) -> None:
 
     azimuth = guides.flow_azimuth if isinstance(guides.angle, tuple) else 0.0
     tools["arrows"] = _arrows(secondary, azimuth, choices.grid)
-    content = map_content(ground, **options) | tools | {"axes": False}
+    content = map_content(ground, grid=choices.grid, name="guides", max_height=MAX_HEIGHT)
+    content |= tools | {"axes": False}
     draw_component("guides", "guide_board", content, "drawn", take)
-    if study is None or secondary is None:  # without a weight, nothing guides
+    if study is None or secondary is None:  # a guide without weight is no guide
         return
     notes = _warnings(secondary, image, choices.parameters)
     if tools["arrows"]:
@@ -344,50 +398,52 @@ def _arrows(secondary: Secondary | None, azimuth: float, grid: Grid) -> dict[str
     """Return arrows (x, y, azimuth) for the canvas, and the distance between them in cells."""
     if secondary is None or secondary.angle is None:
         return None
-    ways = middle_layer(np.broadcast_to(secondary.angle + azimuth, grid.shape))
-    every = max(max(ways.shape) // N_ARROWS, 1)
-    some = slice(every // 2, None, every)
-    x, y = (k[some] for k in grid.axes[:2])
-    each = np.stack([*np.meshgrid(x, y), ways[some, some] % 360], axis=-1)
-    return {"every": every, "at": each.reshape(-1, 3).tolist()}
+    azimuths = middle_layer(np.broadcast_to(secondary.angle + azimuth, grid.shape))
+    every = max(max(azimuths.shape) // N_ARROWS, 1)
+    drawn = slice(every // 2, None, every)
+    x, y = (axis[drawn] for axis in grid.axes[:2])
+    arrows = np.stack([*np.meshgrid(x, y), azimuths[drawn, drawn] % 360], axis=-1)
+    return {"every": every, "at": arrows.reshape(-1, 3).tolist()}
 
 
 def take_drawing(state: State, drawn: Mapping[str, Any]) -> None:
-    """Take strokes (value, radius, softness, points), lines and outlines, false if not drawn."""
-    guides, shapes = state.guides_draft or state.choices.guides, dict[str, Any]()
-    outlines = {name: _points(own) for name, own in drawn["outlines"].items()}
+    """Use strokes (value, radius, softness, points), lines and outlines; false means not drawn."""
+    guides, changes = state.guides_draft or state.choices.guides, dict[str, Any]()
+    outlines = {name: _points(corners) for name, corners in drawn["outlines"].items()}
     if "outline" in outlines:
-        shapes["active"] = outlines.pop("outline")
+        changes["active"] = outlines.pop("outline")
     if outlines and isinstance(guides.zones, tuple):
-        shapes["zones"] = tuple(outlines[name] for name in sorted(outlines))
+        changes["zones"] = tuple(outlines[name] for name in sorted(outlines))
     if (strokes := drawn["strokes"]) is not False:
-        shapes["probabilities"] = tuple(Stroke(v, r, s, _points(line)) for v, r, s, line in strokes)
+        changes["probabilities"] = tuple(
+            Stroke(v, r, s, _points(line)) for v, r, s, line in strokes
+        )
     if (lines := drawn["flow"]) is not False and isinstance(guides.angle, tuple):
-        shapes["angle"] = tuple(map(_points, lines))
-    _change(state, **shapes)
+        changes["angle"] = tuple(map(_points, lines))
+    _change(state, **changes)
 
 
-def _points(given: Sequence[Sequence[float]]) -> Corners:
-    return tuple((float(x), float(y)) for x, y in given[:MAX_CORNERS])
+def _points(line: Sequence[Sequence[float]]) -> Corners:
+    return tuple((float(x), float(y)) for x, y in line[:MAX_CORNERS])
 
 
 def _ground(secondary: Secondary | None, image: TrainingImage, facies: int, grid: Grid) -> CellMap:
-    """Return the first map of secondary information; of a volume, the middle layer."""
+    """Return the first map of secondary information or, for a volume, the map's middle layer."""
     active = None if secondary is None else secondary.active
     active = np.ones(grid.shape, bool) if active is None else active
     if secondary is not None and secondary.probabilities is not None:
         values, name = secondary.probabilities[facies], f"P({image.facies_names[facies]}) ="
     elif secondary is not None and secondary.zones is not None:
-        names = [pretty(each.name) for each in (image, *secondary.images)]
+        names = [pretty(used.name) for used in (image, *secondary.images)]
         shades = ramp(ENTROPY, len(names) + 1)[:-1]
-        shown = middle_layer(np.where(active, secondary.zones, np.uint8(UNKNOWN)))
+        indices = middle_layer(np.where(active, secondary.zones, np.uint8(UNKNOWN)))
         keys = list(zip(names, shades, strict=True))
-        return CellMap(shown, shades, names, "Guides: zones of the images", keys=keys)
+        return CellMap(indices, shades, names, "Guides: zones of the images", keys=keys)
     elif secondary is not None and secondary.auxiliary:
         values, name = secondary.auxiliary[0].grid, "variable, scaled to 1:"
         values = (values - values.min()) / max(values.max() - values.min(), 1e-300)
     else:
-        shown = np.where(active, np.uint8(0), np.uint8(UNKNOWN))
-        return CellMap(middle_layer(shown), [ACTIVE], ["active"], "Active cells")
-    shown = middle_layer(np.where(active, values, np.nan))
-    return share_map(shown, name, f"Guides: {name.removesuffix(' =')}")
+        indices = middle_layer(np.where(active, np.uint8(0), np.uint8(UNKNOWN)))
+        return CellMap(indices, [ACTIVE], ["active"], "Active cells")
+    shares = middle_layer(np.where(active, values, np.nan))
+    return share_map(shares, name, f"Guides: {name.removesuffix(' =')}")

@@ -46,10 +46,10 @@ def image_of_file(
     CCWSIMError
         If the file cannot be opened.
     """
-    known = dict(answers or {})
-    if not volume and "slice_index" not in known:
-        known.setdefault("volume", False)
-    guessed, _ = _guessed(upload, questions.answered((), **known))
+    user_answers = dict(answers or {})
+    if not volume and "slice_index" not in user_answers:
+        user_answers.setdefault("volume", False)
+    guessed, _ = _guessed(upload, questions.answered((), **user_answers))
     choice = ImageChoice(upload=upload, answers=questions.answered((), **guessed))
     colours = if_possible(lambda: read_upload(read_colours, upload, **dict(choice.answers)))
     return replace(choice, colours=tuple(sorted((colours or {}).items())))
@@ -85,25 +85,25 @@ def _too_large(upload: Upload) -> tuple[tuple[int, ...], int]:
 def grid_of_file(upload: Upload, answers: Answers) -> Floats:
     """Return the values of a file, row 0 in the south; answers about classes are ignored."""
     with opened(upload) as file:
-        kept = {name: value for name, value in answers if name not in QUESTIONS["values"]}
-        return read_grid(file, **kept)
+        arguments = {name: value for name, value in answers if name not in QUESTIONS["values"]}
+        return read_grid(file, **arguments)
 
 
 @cached(max_entries=8)
 def picture_of_file(upload: Upload, answers: Answers) -> tuple[Bytes, list[str]] | None:
     """Return a picture as colour indices, row 0 in the south, and colours; None for other files."""
-    known = dict(answers)
+    file_answers = dict(answers)
     with opened(upload) as file:
-        picture = open_file(file, FilePart.answered(known), up=known.get("up"))
+        picture = open_file(file, FilePart.answered(file_answers), up=file_answers.get("up"))
     if not isinstance(picture, PictureFile):
         return None
     indices, colours = few_colours(picture)
-    return indices if known.get("up") else indices[::-1], colours
+    return indices if file_answers.get("up") else indices[::-1], colours
 
 
 def ask_about_image(choice: ImageChoice, write: Write, *, volume: bool = True) -> None:
     """Ask the open questions about a file; `write` is called with the new choice."""
-    upload, known = choice.upload, dict(choice.answers)
+    upload, answers = choice.upload, dict(choice.answers)
     if upload is None:
         return
 
@@ -111,37 +111,41 @@ def ask_about_image(choice: ImageChoice, write: Write, *, volume: bool = True) -
         """Keep answers to earlier questions, and guess answers that depend on the new answer."""
         order = list(QUESTIONS)
         later = {name for key in order[order.index(question) :] for name in QUESTIONS[key]}
-        kept = {name: value for name, value in known.items() if name not in later}
-        write(image_of_file(upload, kept | new, volume=volume))
+        earlier = {name: value for name, value in answers.items() if name not in later}
+        write(image_of_file(upload, earlier | new, volume=volume))
 
     asked = asked_of(choice)
-    summary = questions.summary_of(upload, FilePart.answered(known) if "part" in asked else None)
+    summary = questions.summary_of(upload, FilePart.answered(answers) if "part" in asked else None)
     if summary is None:
         return
     items: dict[str, Callable[[], list[Item]]] = {
-        "part": lambda: _part(upload, known),
-        "variable": lambda: [which_variable(summary, known.get("variable"), "variable")],
-        "shape": lambda: [_shape(summary.variables[0].shape[0], known)],
-        "slice": lambda: _layers(summary, known),
-        "up": lambda: [way("up", known)],
-        "gaps": lambda: _gaps(upload, known),
-        "values": lambda: _values(grid_of_file(upload, choice.answers), summary.is_picture, known),
+        "part": lambda: _part(upload, answers),
+        "variable": lambda: [which_variable(summary, answers.get("variable"), "variable")],
+        "shape": lambda: [_shape(summary.variables[0].shape[0], answers)],
+        "slice": lambda: _layers(summary, answers),
+        "up": lambda: [way("up", answers)],
+        "gaps": lambda: _gaps(upload, answers),
+        "values": lambda: _values(
+            grid_of_file(upload, choice.answers), summary.is_picture, answers
+        ),
     }
-    may_turn = summary.is_picture or "up" in known
+    may_turn = summary.is_picture or "up" in answers
     for question in QUESTIONS:
         if question in asked or (question == "up" and may_turn):
             ask(items[question](), partial(answer, question))
 
 
-def _shape(n: int, known: Mapping[str, Any]) -> Question:
+def _shape(n: int, answers: Mapping[str, Any]) -> Question:
     small = [k for k in range(1, isqrt(n) + 1) if n % k == 0]
     sizes = sorted({*small, *(n // k for k in small)})
     text = f"The file has {n:,} values: how many cells E–W?"
     labels = {nx: f"{nx} (and {n // nx} N–S)" for nx in sizes}
-    return Question("columns", text, known["shape"][1], labels, lambda nx: {"shape": (n // nx, nx)})
+    return Question(
+        "columns", text, answers["shape"][1], labels, lambda nx: {"shape": (n // nx, nx)}
+    )
 
 
-def _part(upload: Upload, known: Mapping[str, Any]) -> list[Item]:
+def _part(upload: Upload, answers: Mapping[str, Any]) -> list[Item]:
     """Ask whether to thin an image that is too large, or to cut a piece, and which piece."""
     shape, every = _too_large(upload)
     ny, nx = shape[-2:]
@@ -150,89 +154,93 @@ def _part(upload: Upload, known: Mapping[str, Any]) -> list[Item]:
         ALL: {"every": every},
         PIECE: {"crop": ((ny - side) // 2, (nx - side) // 2, side, side)},
     }
-    taken = {name: known[name] for name in ("crop", "layers") if name in known}
+    piece = {name: answers[name] for name in ("crop", "layers") if name in answers}
     items: list[Item] = [
         f"{describe_shape(shape)} cells are more than the dashboard accepts.",
-        tabs("part", "Take", PIECE if taken else ALL, same(start), start.__getitem__),
+        tabs("part", "Take", PIECE if piece else ALL, same(start), start.__getitem__),
     ]
-    if taken:
-        items += _crop(taken.get("crop", (0, 0, ny, nx)), shape, taken)
-    if taken and len(shape) > 2:
-        first, n = taken.get("layers", (0, shape[0]))
+    if piece:
+        items += _crop(piece.get("crop", (0, 0, ny, nx)), shape, piece)
+    if piece and len(shape) > 2:
+        first, n = piece.get("layers", (0, shape[0]))
         names = {"lowest_layer": "Lowest layer", "number_of_layers": "Number of layers"}
-        items.append(_range(names, first, n, shape[0], lambda k, n: {**taken, "layers": (k, n)}))
-    if (k := known.get("every", 1)) > 1:
+        items.append(_range(names, first, n, shape[0], lambda k, n: {**piece, "layers": (k, n)}))
+    if (k := answers.get("every", 1)) > 1:
         items.append(f"Only the middle cell of each {k} × {k} cells is used.")
     return items
 
 
 def _crop(
-    crop: tuple[int, int, int, int], shape: tuple[int, ...], others: Mapping[str, Any]
+    crop: tuple[int, int, int, int], shape: tuple[int, ...], other_answers: Mapping[str, Any]
 ) -> list[Item]:
     """Ask for the south-west cell and the size of a piece of the image."""
     row, column, ny, nx = crop
     along_x = {"west_cell": "West cell", "cells_ew": "Cells E–W"}
     along_y = {"south_cell": "South cell", "cells_ns": "Cells N–S"}
     return [
-        _range(along_x, column, nx, shape[-1], lambda k, n: {**others, "crop": (row, k, ny, n)}),
-        _range(along_y, row, ny, shape[-2], lambda k, n: {**others, "crop": (k, column, n, nx)}),
+        _range(
+            along_x, column, nx, shape[-1], lambda k, n: {**other_answers, "crop": (row, k, ny, n)}
+        ),
+        _range(
+            along_y, row, ny, shape[-2], lambda k, n: {**other_answers, "crop": (k, column, n, nx)}
+        ),
     ]
 
 
 def _range(
     names: Mapping[str, str], first: int, n: int, n_all: int, answers: Callable[[int, int], Any]
 ) -> tuple[Item, ...]:
-    """Ask for the first cell and the number of cells along one of `n_all` cells."""
+    """Ask for the first cell and the number of cells along an axis of `n_all` cells."""
     (key, text), (key_of_length, length) = names.items()
     starts, sizes = (
         {"min_value": low, "max_value": high} for low, high in ((0, n_all - 1), (1, n_all - first))
     )
     return (
-        Question(key, text, first, None, lambda k: answers(k, min(n, n_all - k)), look=starts),
-        Question(key_of_length, length, n, None, lambda size: answers(first, size), look=sizes),
+        Question(key, text, first, answers=lambda k: answers(k, min(n, n_all - k)), look=starts),
+        Question(key_of_length, length, n, answers=lambda size: answers(first, size), look=sizes),
     )
 
 
-def _gaps(upload: Upload, known: Mapping[str, Any]) -> list[Item]:
-    values = grid_of_file(upload, questions.answered((), **{**known, "crop": None}))
+def _gaps(upload: Upload, answers: Mapping[str, Any]) -> list[Item]:
+    values = grid_of_file(upload, questions.answered(tuple(answers.items()), crop=None))
     note = page_text("Gaps", n=f"{int(np.isnan(values).sum()):,}", cells=f"{values.size:,}")
-    return [note, *_crop(known["crop"], values.shape, {})]
+    return [note, *_crop(answers["crop"], values.shape, {})]
 
 
-def _layers(summary: FileSummary, known: Mapping[str, Any]) -> list[Item]:
+def _layers(summary: FileSummary, answers: Mapping[str, Any]) -> list[Item]:
     """Ask whether to use the volume or a layer, and whether the first layer is the top."""
-    volume, n = bool(known.get("volume")), summary.n_slices
+    volume, n = bool(answers.get("volume")), summary.n_slices
     labels, text = {True: VOLUME, False: LAYER}, f"The file has {n} layers. Use"
     use = tabs("layers", text, volume, labels, lambda volume: {"volume": volume})
     if not volume:
-        layer = known["slice_index"]
+        layer = answers["slice_index"]
         note = f"Layer {layer + 1} of {n} is used as a map. For all layers, choose “{VOLUME}”."
         return [use, note, questions.which_slice(n, layer, slider=True)]
     note = f"All {n} layers are used as a volume. For a map, choose “{LAYER}”."
     ends, text = {True: "the bottom", False: "the top"}, "The first layer of the file is"
-    up = known.get("z_up", True)
+    up = answers.get("z_up", True)
     lowest = Question("z_up", text, up, ends, lambda up: {"volume": True, "z_up": up})
     return [use, note, lowest] if summary.asks_up else [use, note]
 
 
-def _values(values: Floats, is_picture: bool, known: Mapping[str, Any]) -> list[Item]:
+def _values(values: Floats, is_picture: bool, answers: Mapping[str, Any]) -> list[Item]:
     """Ask for the limits between classes, on a histogram, or for the number of colour classes."""
     values = values[~np.isnan(values)]
-    n, threshold = known.get("classes"), known.get("threshold")
+    n, threshold = answers.get("classes"), answers.get("threshold")
     classes = COLOURS if is_picture and not isinstance(n, tuple) else CLASSES
     start: dict[str, Mapping[str, Any]] = {
         THRESHOLD: {"threshold": questions.rounded(float(np.median(values)))},
         classes: {"classes": 2},
     }
     start |= {} if is_picture else {CODES: {"classes": "codes"}}
-    way = THRESHOLD if threshold is not None else CODES if n == "codes" else classes
+    method = THRESHOLD if threshold is not None else CODES if n == "codes" else classes
     text = f"{'Colours' if is_picture else 'Values'} become facies by"
     tip = "Drag a line or type a limit. Values at the limit are in the facies above."
-    items: list[Item] = [tabs("values", text, way, same(start), start.__getitem__, help=tip)]
-    if way == classes and isinstance(n, int):
+    items: list[Item] = [tabs("values", text, method, same(start), start.__getitem__, help=tip)]
+    if method == classes and isinstance(n, int):
         bounds = {"min_value": 2, "max_value": MAX_COLOURS if is_picture else 32}
         items.append(Question("classes", "How many", n, look=bounds))
-    if way in (CODES, COLOURS):
+    if method in (CODES, COLOURS):
         return items
     if threshold is None:
         edges = n if isinstance(n, tuple) else class_edges(values, int(n or 2)).tolist()
@@ -247,9 +255,17 @@ def _histogram(values: Floats, edges: Sequence[float], write: Answer) -> None:
     counts, _ = np.histogram(values, BINS, (low, high))
 
     def moved(edges: list[float]) -> None:
-        one, *others = map(float, edges)
-        write(**({"classes": (one, *others)} if others else {"threshold": one}))
+        limits = list(map(float, edges))
+        if len(limits) > 1:
+            write(classes=tuple(limits))
+        else:
+            write(threshold=limits[0])
 
-    data = {"counts": counts.tolist(), "low": low, "high": high, "label": "Limit between facies"}
-    data["edges"] = [questions.rounded(edge) for edge in edges]
-    draw_component("histogram", "image_histogram", data, "edges", moved)
+    content = {
+        "counts": counts.tolist(),
+        "low": low,
+        "high": high,
+        "label": "Limit between facies",
+        "edges": [questions.rounded(edge) for edge in edges],
+    }
+    draw_component("histogram", "image_histogram", content, "edges", moved)

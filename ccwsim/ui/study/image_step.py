@@ -40,7 +40,7 @@ def image_step(state: State) -> None:
         with st.container(gap="small"):
             size = describe_shape(image.shape)
             step_note(f"{pretty(image.name)}\n{size}, {image.n_facies} facies")
-            menu("Change", "image_menu", partial(_menu, state))
+            menu("Change", "image_menu", partial(_image_menu, state))
     draft = state.image_draft
     if draft is not None:
         problem = problem_of_image(draft)
@@ -60,26 +60,34 @@ def _bundled_sheet() -> dict[str, Any]:
     """Return the middles of the bundled images, at equal scale, as the picture of tiles."""
     images = [datasets.load(name) for name in datasets.IMAGES]
     maps = [_fullest_layer(image) for image in images]
-    corners = [[(side - MIDDLE) // 2 for side in cells.shape] for cells in maps]
-    parts = [c[y : y + MIDDLE, x : x + MIDDLE] for c, (y, x) in zip(maps, corners, strict=True)]
+    corners = [[(side - MIDDLE) // 2 for side in layer.shape] for layer in maps]
+    parts = [k[y : y + MIDDLE, x : x + MIDDLE] for k, (y, x) in zip(maps, corners, strict=True)]
     colours = facies_colours(max(images, key=lambda image: image.n_facies))
     png, columns = contact_sheet(np.stack(parts), colours, longest=MIDDLE)
-    data = {"png": b64encode(png).decode(), "columns": columns}
-    return data | {"width": MIDDLE // 2, "height": MIDDLE // 2}
+    return {
+        "png": b64encode(png).decode(),
+        "columns": columns,
+        "width": MIDDLE // 2,
+        "height": MIDDLE // 2,
+    }
 
 
 def _fullest_layer(image: TrainingImage) -> Bytes:
     """Return the layer with the fewest cells of the most frequent facies."""
     if image.n_dimensions == 2:
         return image.indices
-    others = image.indices != np.argmax(image.proportions)
-    return image.indices[np.argmax(others.mean(axis=(1, 2)))]
+    rarer = image.indices != np.argmax(image.proportions)
+    return image.indices[np.argmax(rarer.mean(axis=(1, 2)))]
 
 
 def keep_button(state: State) -> None:
     """Draw the button that discards the draft of an image."""
-    drop = (state, "image_draft", None)
-    button("Keep the image as it was", key="image_keep", on_click=setattr, args=drop)
+    button(
+        "Keep the image as it was",
+        key="image_keep",
+        on_click=setattr,
+        args=(state, "image_draft", None),
+    )
 
 
 def problem_of_image(choice: ImageChoice) -> str:
@@ -90,17 +98,17 @@ def problem_of_image(choice: ImageChoice) -> str:
 @cached(max_entries=64)
 def thumbnail(image: TrainingImage, colours: list[str], pixels: int = 2 * THUMB) -> bytes:
     """Return a picture of an image, or its fullest layer, with the largest cells that fit."""
-    cells = _fullest_layer(image)
-    return map_png(cells, colours, scale=max(1, pixels // max(cells.shape)))
+    layer = _fullest_layer(image)
+    return map_png(layer, colours, scale=max(1, pixels // max(layer.shape)))
 
 
 def image_uploader(label: str, key: str, take: Callable[[Upload], object]) -> None:
-    """Draw an uploader of training images, which are given to `take`."""
+    """Draw an uploader of training images; `take` is called with a chosen file."""
     file_uploader(label, key=key, take=take, help=page_text("Formats of training images"))
 
 
 def import_image(state: State, upload: Upload) -> bool:
-    """Use the image of a file if no question is open; return whether the page Import has to ask."""
+    """Use the image of a file if no question is open; return whether the page Import must ask."""
     try:
         choice = image_of_file(upload)
     except CCWSIMError:  # the error is shown with the draft
@@ -132,37 +140,51 @@ def use_image(state: State, choice: ImageChoice) -> None:
         _part_from_data(state, before.data)
 
 
-def _part_from_data(state: State, data: DataChoice) -> None:
+def _part_from_data(state: State, choice: DataChoice) -> None:
     """Remove the hard data of the previous image; ask whether to keep the user's data."""
-    image = state.choices.image
-    if data.source in ("file", "placed"):
-        state.data_draft = data
+    image_choice = state.choices.image
+    if choice.source in ("file", "placed"):
+        state.data_draft = choice
         state.change(data=DataChoice())
-    elif data.source == "bundled":
-        theirs = datasets.hard_data_training_image(data.bundled)
-        if image.upload is not None or image.bundled != theirs:
+    elif choice.source == "bundled":
+        data_image = datasets.hard_data_training_image(choice.bundled)
+        if image_choice.upload is not None or image_choice.bundled != data_image:
             state.change(data=DataChoice())
-            st.toast(f"Removed data {pretty(data.bundled)} with their image {pretty(theirs)}.")
-    elif data.source == "sampled" and state.choices.grid.nz is not None:
+            st.toast(
+                f"Removed data {pretty(choice.bundled)} with their image {pretty(data_image)}."
+            )
+    elif choice.source == "sampled" and state.choices.grid.nz is not None:
         state.change(data=DataChoice())  # the bundled data are sampled from maps
 
 
-def _menu(state: State) -> None:
+def _image_menu(state: State) -> None:
     current = state.image_draft or state.choices.image
 
     def choose(name: str) -> None:
         use_image(state, ImageChoice(bundled=name))
 
-    chosen: dict[str, Any] = {"value": None if current.upload else current.bundled}
-    chosen["write"] = choose
     labels = {name: pretty(name) for name in datasets.names()}
     labels |= {name: f"{pretty(name)} (volume)" for name in datasets.volume_names()}
     tiles = [{"value": name, "name": text, "title": text} for name, text in labels.items()]
-    shown = None if current.upload else list(labels).index(current.bundled)
-    options = {"kind": "sheet named", "shown": shown, "arrows": "choose", **_bundled_sheet()}
-    draw_tiles("image_sheet", "Bundled images", tiles, choose, **options)
-    bundled: dict[str, Any] = options_of(labels) | {"placeholder": "choose one"}
-    field(st.selectbox, "Bundled with the program", key="image_bundled", **chosen, **bundled)
+    draw_tiles(
+        "image_sheet",
+        "Bundled images",
+        tiles,
+        choose,
+        kind="sheet named",
+        shown=None if current.upload else list(labels).index(current.bundled),
+        arrows="choose",
+        **_bundled_sheet(),
+    )
+    field(
+        st.selectbox,
+        "Bundled with the program",
+        key="image_bundled",
+        value=None if current.upload else current.bundled,
+        write=choose,
+        placeholder="choose one",
+        **options_of(labels),
+    )
     if not current.upload:
         st.caption(datasets.describe(current.bundled))
 
@@ -174,6 +196,6 @@ def _menu(state: State) -> None:
         st.caption(plain(f"From your file {current.upload.name}"))
     preview = thumbnail(image_of(state.choices.image), colours_of(state), 320)
     name = image_of(state.choices.image).name
-    of = "Preview" if state.choices.grid.nz is None else "The fullest layer"
-    st.image(preview, width="stretch", alt=f"{of} of {name}, north at the top")
+    subject = "Preview" if state.choices.grid.nz is None else "The fullest layer"
+    st.image(preview, width="stretch", alt=f"{subject} of {name}, north at the top")
     page_link(IMPORT_PAGE, "Facies, colours, turns, advice")

@@ -27,7 +27,7 @@ from ccwsim.ui.widgets.fields import button
 from ccwsim.ui.widgets.text import page_labels, plain
 
 MAX_LISTED = 300
-"""Maximum number of rows or slices in a list; if there are more, the user types a number."""
+"""Maximum number of rows or slices in a list; if there are more slices, the user types a number."""
 MAX_NAMES = 24  # maximum number of names or codes of facies for which the page asks one by one
 AS_READ = {None: "as usual in the format"}
 STOP = {None: "stop with an error"}
@@ -61,7 +61,7 @@ ROLES_OF_WELLS["intervals"] += ("facies",)
 LABELS = page_labels("columns_of_data")
 TEXT_ROLES = ("facies", "well", "collar_well", "survey_well")  # columns that may contain text
 SURVEY_TILTS = ("survey_inclination", "survey_dip")
-EITHER_ROLES = tuple((others, (one,)) for one, others in ALTERNATIVE_ROLES.items())
+EITHER_ROLES = tuple((roles, (role,)) for role, roles in ALTERNATIVE_ROLES.items())
 """Pairs of alternative columns; a table has either the first or the second columns of a pair."""
 MAY_LACK = (*DEPTHS, "collar_length", *SURVEY_TILTS)
 NO_COLUMN = ""
@@ -79,7 +79,7 @@ def summary_of(upload: Upload | None, part: FilePart | None = None) -> FileSumma
 
 
 def say_open(choices: Choices, problem: str) -> None:
-    """Warn that data are not used until questions are answered, or show why the file is bad."""
+    """Warn that data are not used until questions are answered; show the error of a bad file."""
     choice, placed = choices.data, if_possible(lambda: resolve.placed_data(choices))
     if choice.source == "file" and any(summary_of(file) is None for file in choice.files):
         st.error(plain(f"{problem}. {KEPT}"))
@@ -98,14 +98,17 @@ def say_open(choices: Choices, problem: str) -> None:
 def troubles_of(placed: PlacedPoints) -> dict[str, str]:
     """Return a short phrase for each kind of problem that the data have, by question in `WAYS`."""
     n, rows = placed.points.n, Counter(problem.option for problem in placed.points.problems)
-    outside, unknown, cells = map(len, (placed.outside, placed.unknown, placed.collisions))
+    n_outside, n_unknown, n_cells = map(len, (placed.outside, placed.unknown, placed.collisions))
     kinds = {
         name: (rows[name], f"{kind[:1].lower()}{kind[1:]}: {rows[name]}")
         for name, kind in KINDS_OF_ROWS.items()
     } | {
-        "on_outside": (outside, f"{outside} of {n} data outside the grid"),
-        "on_unknown": (unknown, f"{unknown} of {n} data of facies that the image does not have"),
-        "on_collision": (cells, f"cells with more than one facies: {cells}"),
+        "on_outside": (n_outside, f"{n_outside} of {n} data outside the grid"),
+        "on_unknown": (
+            n_unknown,
+            f"{n_unknown} of {n} data of facies that the image does not have",
+        ),
+        "on_collision": (n_cells, f"cells with more than one facies: {n_cells}"),
     }
     return {name: words for name, (count, words) in kinds.items() if count}
 
@@ -165,13 +168,13 @@ def writer(choice: DataChoice, use: Use) -> Write:
 
 def _grid(summary: FileSummary, choice: DataChoice, volume: bool) -> list[Item]:
     """Return the open questions about a grid of data."""
-    known, items = dict(choice.answers), list[Item]()
+    answers, items = dict(choice.answers), list[Item]()
     if len(summary.variables) > 1:
-        items.append(which_variable(summary, known.get("facies"), "facies"))
+        items.append(which_variable(summary, answers.get("facies"), "facies"))
     if not volume and summary.n_slices > 1:
-        items.append(which_slice(summary.n_slices, known.get("slice_index")))
-    ways = ("up", "z_up") if volume else ("up",)
-    return items + [way(name, known) for name in ways if summary.asks_up or name in known]
+        items.append(which_slice(summary.n_slices, answers.get("slice_index")))
+    names = ("up", "z_up") if volume else ("up",)
+    return items + [way(name, answers) for name in names if summary.asks_up or name in answers]
 
 
 def which_variable(summary: FileSummary, value: str | None, argument: str) -> Question:
@@ -181,9 +184,9 @@ def which_variable(summary: FileSummary, value: str | None, argument: str) -> Qu
     return Question("variable", text, value, names, lambda name: {argument: name})
 
 
-def way(name: str, known: Mapping[str, Any], label: str = "") -> Question:
+def way(name: str, answers: Mapping[str, Any], label: str = "") -> Question:
     """Ask a question of `WAYS`."""
-    return Question(name, label or LABELS[name], known.get(name), WAYS[name])
+    return Question(name, label or LABELS[name], answers.get(name), WAYS[name])
 
 
 def ask_columns_of_wells(
@@ -205,8 +208,8 @@ def ask_columns_of_wells(
 
 def taken_as(preview: PointsPreview) -> str:
     """Describe the role of each column."""
-    said = [f"{column} → {role_of(role)}" for role, column in preview.guess.items()]
-    return ", ".join(said) or "no column was recognized by its name"
+    roles = [f"{column} → {role_of(role)}" for role, column in preview.guess.items()]
+    return ", ".join(roles) or "no column was recognized by its name"
 
 
 def role_of(role: str) -> str:
@@ -218,14 +221,14 @@ def _columns(
     choice: DataChoice, preview: PointsPreview, roles: Sequence[str], wide: bool
 ) -> list[Item]:
     """Return the questions about the columns of a table, with the guesses."""
-    known = {role: name for role, name in choice.answers if role in roles}
-    taken = {role: known.get(role, preview.guess.get(role)) for role in roles}
+    answers = {role: column for role, column in choice.answers if role in roles}
+    taken = {role: answers.get(role, preview.guess.get(role)) for role in roles}
     lack = _may_lack(roles)
-    asked = {role for role, name in known.items() if name or role not in lack}
+    asked = {role for role, column in answers.items() if column or role not in lack}
     asked |= {*_open_alternatives(preview, roles)} if not wide else {*roles}
     unclear = preview.assignment.unclear
     asked |= {r for r in roles if r not in lack and (r not in preview.guess or unclear)}
-    many = wide and roles is not ROLES
+    side_by_side = wide and roles is not ROLES
     items = tuple(
         Question(
             f"column_{role}",
@@ -234,18 +237,18 @@ def _columns(
             ({NO_COLUMN: "none"} if role in lack else {})
             | same(preview.columns if role in TEXT_ROLES else preview.numeric),
             partial(_answers_of_column, taken, role),
-            look={"width": WIDTH} if many else {},
+            look={"width": WIDTH} if side_by_side else {},
         )
         for role in roles
         if role in asked
     )
-    return [items] if many else [*items]
+    return [items] if side_by_side else [*items]
 
 
 def _answers_of_column(
     taken: Mapping[str, str | None], role: str, column: str
 ) -> Mapping[str, str | None]:
-    """Return the columns after a change of one role; another facies has other values and names."""
+    """Return the columns after a change of one role; for another facies, reset values and names."""
     new = with_column(taken, role, column)
     if new.get("facies") == taken.get("facies"):
         return new
@@ -276,25 +279,24 @@ def with_column(taken: Mapping[str, str | None], role: str, column: str) -> dict
     """
     new = {**taken, role: column}
     lack = _may_lack(taken)
-    for other, own in taken.items():
-        if other != role and column and own == column:
+    for other, taken_column in taken.items():
+        if other != role and column and taken_column == column:
             alike = other not in lack or (role in DEPTHS and other in DEPTHS)
             new[other] = (taken[role] if alike else None) or (NO_COLUMN if other in lack else None)
-    for ones, others in (*EITHER_ROLES, *(sides[::-1] for sides in EITHER_ROLES)):
-        if role in ones and column:
-            new |= dict.fromkeys(other for other in others if other in new)
+    for used, unused in (*EITHER_ROLES, *(sides[::-1] for sides in EITHER_ROLES)):
+        if role in used and column:
+            new |= dict.fromkeys(other for other in unused if other in new)
     return new
 
 
 def _coordinates(choice: DataChoice, preview: PointsPreview) -> list[Item]:
     """Ask for the meaning of position columns if the column names do not show it."""
-    known = dict(choice.answers)
-    if not preview.assignment.unclear and not {"x", "y", "coordinates"} & known.keys():
+    answers = dict(choice.answers)
+    if not preview.assignment.unclear and not {"x", "y", "coordinates"} & answers.keys():
         return []
-    no_depths = dict.fromkeys(DEPTHS)  # positions in cells have a layer and no depths
-    more = {"cells": no_depths}
-    question = way("coordinates", known)
-    return [replace(question, answers=lambda how: {"coordinates": how, **more.get(how, {})})]
+    reset = {"cells": dict.fromkeys(DEPTHS)}  # positions in cells have a layer and no depths
+    question = way("coordinates", answers)
+    return [replace(question, answers=lambda unit: {"coordinates": unit, **reset.get(unit, {})})]
 
 
 def which_slice(n: int, index: int | None, *, slider: bool = False) -> Question:
@@ -315,44 +317,45 @@ def which_slice(n: int, index: int | None, *, slider: bool = False) -> Question:
     return replace(number, text=text, options=offered, look={})
 
 
-def _threshold(points: ImportedPoints, known: float | None) -> list[Item]:
+def _threshold(points: ImportedPoints, threshold: float | None) -> list[Item]:
     """Ask for a threshold for values that are not codes; the guess is the median."""
     guess = rounded(float(np.median(points.values)))
     low, high = points.values.min(), points.values.max()
     text = f"{plain(points.variable)} is from {low:g} to {high:g}. Lowest value of facies 1?"
     look = {"placeholder": f"such as {guess:g}", "format": "%g"}
-    label, key = f"Use the median, {guess:g}", "ask_median"
-    question = Question("threshold", text, known, look=look)
-    if known is not None:
+    question = Question("threshold", text, threshold, look=look)
+    if threshold is not None:
         return [question]
-    return [
-        question,
-        lambda write: button(label, key=key, on_click=partial(write, threshold=guess)),
-    ]
+
+    def use_median(write: Write) -> None:
+        label = f"Use the median, {guess:g}"
+        button(label, key="ask_median", on_click=partial(write, threshold=guess))
+
+    return [question, use_median]
 
 
 def _names(choices: Choices, placed: PlacedPoints, wide: bool) -> list[Item]:
     """Ask which facies of the image each name or unknown code in the file denotes."""
     image, points = resolve.image_of(choices.image), placed.points
-    given = dict(dict(choices.data.answers).get("facies_names", ()))
-    asked = [*(points.words if wide else ()), *given, *sorted({*placed.unknown_facies})]
-    shown = {name.casefold(): name for name in reversed(asked)}
-    shown = list(dict.fromkeys(shown[name.casefold()] for name in asked))
+    codes = dict(dict(choices.data.answers).get("facies_names", ()))
+    asked = [*(points.words if wide else ()), *codes, *sorted({*placed.unknown_facies})]
+    spellings = {name.casefold(): name for name in reversed(asked)}
+    names = list(dict.fromkeys(spellings[name.casefold()] for name in asked))
     labels = dict(zip(image.codes.tolist(), image.facies_names, strict=True))
     items: list[Item] = []
-    for k, name in enumerate(shown[:MAX_NAMES]):
-        code = given.get(name, _code_of(placed, name))
+    for k, name in enumerate(names[:MAX_NAMES]):
+        code = codes.get(name, _code_of(placed, name))
         text = plain(f"{name} is" if points.words else f"Facies {name} is")
-        value, answers = code if code in labels else None, partial(_answers_of_name, given, name)
+        value, answers = code if code in labels else None, partial(_answers_of_name, codes, name)
         items.append(Question(f"name_{k}", text, value, labels, answers))
-    if len(shown) > MAX_NAMES:
-        note = f"{len(shown)} different facies; the first {MAX_NAMES} are listed."
+    if len(names) > MAX_NAMES:
+        note = f"{len(names)} different facies; the first {MAX_NAMES} are listed."
         items.append(lambda _: st.caption(note))
     return items
 
 
-def _answers_of_name(given: Mapping[str, int], name: str, code: int) -> dict[str, Any]:
-    return {"facies_names": tuple(sorted({**given, name: code}.items()))}
+def _answers_of_name(codes: Mapping[str, int], name: str, code: int) -> dict[str, Any]:
+    return {"facies_names": tuple(sorted({**codes, name: code}.items()))}
 
 
 def _code_of(placed: PlacedPoints, name: str) -> int | None:
@@ -366,8 +369,7 @@ def offer_fit(choices: Choices, use: Use) -> None:
     """If some data are outside the grid, offer a grid that contains all data."""
     grid = resolve.grid_for_data(choices)
     if grid is not None:
-        fit = {"on_click": use, "args": (choices.data, grid)}
-        button("Fit the grid to the data", key="ask_fit", **fit)
+        button("Fit the grid to the data", key="ask_fit", on_click=use, args=(choices.data, grid))
         st.caption(f"It becomes {described(grid)}.")
 
 
@@ -375,7 +377,7 @@ def described(grid: Grid) -> str:
     """Describe a grid in words."""
     sizes = [f"{side:g}" for side in grid.cell_size]
     size = sizes[0] if len({*sizes}) == 1 else " × ".join(sizes)
-    corner = ", ".join(f"{place:.12g}" for place in grid.origin)
+    corner = ", ".join(f"{coordinate:.12g}" for coordinate in grid.origin)
     return f"{describe_shape(grid.shape)} cells of {size} from ({corner})"
 
 
@@ -384,13 +386,13 @@ def ask_troubles(choices: Choices, use: Use, *, wide: bool = False) -> None:
     choice, placed = choices.data, if_possible(lambda: resolve.placed_data(choices))
     if placed is None:
         return
-    write, known, troubles = writer(choice, use), dict(choice.answers), troubles_of(placed)
+    write, answers, troubles = writer(choice, use), dict(choice.answers), troubles_of(placed)
     clashing = np.concatenate(placed.collisions) if placed.collisions else np.empty(0, np.int64)
     kinds = {"on_outside": placed.outside, "on_unknown": placed.unknown, "on_collision": clashing}
     places = st.columns(2, gap="large") if wide and troubles else [st.container()]
     for place, (name, label) in zip(cycle(places), troubles.items(), strict=False):
         with place:
-            ask([way(name, known, label[:1].upper() + label[1:])], write)
+            ask([way(name, answers, label[:1].upper() + label[1:])], write)
             if name in kinds:
                 _list_rows(placed, kinds[name], wide)
             else:
@@ -401,11 +403,11 @@ def _list_problems(problems: Sequence[RowProblem], wide: bool) -> None:
     """List problems with rows of tables of wells."""
     first = problems[: MAX_LISTED if wide else 3]
     if wide:
-        rows = {"rows": [p.where for p in first], "problem": [p.said for p in first]}
+        rows = {"rows": [p.where for p in first], "problem": [p.message for p in first]}
         _draw_table(rows, len(problems))
     else:
         more = " …" if len(problems) > len(first) else ""
-        st.caption(plain("; ".join(f"{p.where}: {p.said}" for p in first) + more))
+        st.caption(plain("; ".join(f"{p.where}: {p.message}" for p in first) + more))
 
 
 def _draw_table(rows: Mapping[str, Any], n: int) -> None:
@@ -416,14 +418,14 @@ def _draw_table(rows: Mapping[str, Any], n: int) -> None:
         st.caption(f"The first {len(table)} of {n} rows.")
 
 
-def _list_rows(placed: PlacedPoints, which: Ints, wide: bool) -> None:
+def _list_rows(placed: PlacedPoints, indices: Ints, wide: bool) -> None:
     points = placed.points
     if not wide:
-        st.caption(plain(points.named(which).capitalize()))
+        st.caption(plain(points.named(indices).capitalize()))
         return
     axes, n = ("layer", "row", "column"), points.places.shape[1]
     names = ("x", "y", "z")[:n] if points.world else axes[-n:]
-    first = which[:MAX_LISTED]
+    first = indices[:MAX_LISTED]
     rows: dict[str, Any] = {points.counted: points.lines[first]}
     if points.wells:
         rows["well"] = [points.wells.get(line, "") for line in points.lines[first].tolist()]
@@ -433,4 +435,4 @@ def _list_rows(placed: PlacedPoints, which: Ints, wide: bool) -> None:
         ", ".join(f"{axis} {k}" for axis, k in zip(axes[-len(cell) :], cell, strict=True))
         for cell in placed.cells[first].tolist()
     ]
-    _draw_table(rows, len(which))
+    _draw_table(rows, len(indices))

@@ -187,34 +187,44 @@ def estimated_seconds(choices: Choices) -> float:
 def _seconds_of_one(choices: Choices, parameters: Parameters) -> float:
     """Return the estimated seconds of one realization of a study with other parameters."""
     data = if_possible(lambda: resolve.data_of(choices))
-    image, n_data = resolve.image_of(choices.image), data.n if data else 0
-    sizes = image.shape, choices.grid.shape, image.n_facies, n_data
-    return typical_seconds(parameters, *sizes, disorder=image.disorder)
+    image = resolve.image_of(choices.image)
+    return typical_seconds(
+        parameters,
+        image.shape,
+        choices.grid.shape,
+        image.n_facies,
+        n_data=data.n if data else 0,
+        disorder=image.disorder,
+    )
 
 
 def describe_price(choices: Choices, **changes: Any) -> str:
     """Return the estimated time of a realization after changes of parameters, and its ratio."""
     image = resolve.image_of(choices.image)
-    one = resolve.fitted_to_image(choices, image)
-    changed = fitted(one.parameters, image.shape, **changes)
-    each, now = (_seconds_of_one(one, parameters) for parameters in (changed, one.parameters))
-    return f"about {duration(float(f'{each:.2g}'))} a realization, {each / now:.2g} × today's"
+    fitting = resolve.fitted_to_image(choices, image)
+    present = _seconds_of_one(fitting, fitting.parameters)
+    changed = _seconds_of_one(fitting, fitted(fitting.parameters, image.shape, **changes))
+    time_text = duration(float(f"{changed:.2g}"))
+    return f"about {time_text} a realization, {changed / present:.2g} × the present time"
 
 
 def describe_levels(choices: Choices) -> str:
-    """Return the prices of the levels one lower and one higher than in a study."""
-    shape, now = resolve.image_of(choices.image).shape, choices.parameters
-    z, _, level = now.along(shape).level
-    near = [k for k in levels(shape) if abs(k - level) == 1 and now.method != "ccsim"]
+    """Describe the times of a realization at the next lower and the next higher level."""
+    shape, p = resolve.image_of(choices.image).shape, choices.parameters
+    z, _, present = p.along(shape).level
+    near = [k for k in levels(shape) if abs(k - present) == 1 and p.method != "ccsim"]
     tried = [(k, per_axis((z, k, k), shape)) for k in near]
-    prices = [f"Level {k}: {describe_price(choices, wavelet_level=one)}" for k, one in tried]
+    prices = [f"Level {k}: {describe_price(choices, wavelet_level=level)}" for k, level in tried]
     return "\n".join(prices)
 
 
 def _is_changed(state: State) -> bool:
     """Return whether the study differs from the latest run, including a run that failed."""
-    known = (state.job.about if state.job else state.ensemble_choices), state.last_attempt
-    return not any(study and resolve.same_realizations(study, state.choices) for study in known)
+    latest = state.job.about if state.job else state.ensemble_choices
+    return not any(
+        choices and resolve.same_realizations(choices, state.choices)
+        for choices in (latest, state.last_attempt)
+    )
 
 
 def is_current(state: State) -> bool:
@@ -224,7 +234,7 @@ def is_current(state: State) -> bool:
 
 
 def take_names(state: State) -> None:
-    """If the results belong to the present study, rename their facies as in the study."""
+    """Rename the facies of the results as in the present study, if the results belong to it."""
     if state.ensemble is None or state.ensemble_choices == state.choices or not is_current(state):
         return
     state.ensemble_choices = state.choices
@@ -244,8 +254,8 @@ def _begun(
     names = image.name, image.facies_names  # the page shows the names
     key = *resolve.study_of(choices).key(), n, *names
 
-    if (kept := runs.get(key)) is not None:
-        return Job(lambda job: kept, choices, n=n)
+    if (ensemble := runs.get(key)) is not None:
+        return Job(lambda job: ensemble, choices, n=n)
 
     def begun(n_first: int, copies: int) -> Job[Ensemble]:
         def work(job: Job[Ensemble]) -> Ensemble:
@@ -280,8 +290,8 @@ def in_parts(
     whole = _with_part(job, simulate_range, None, size)
     while whole.n < job.n:
         job.publish_partial(whole)
-        each = (time.monotonic() - start) / whole.n
-        size = part_size(job.n - whole.n, budget / each)
+        seconds_each = (time.monotonic() - start) / whole.n
+        size = part_size(job.n - whole.n, budget / seconds_each)
         whole = _with_part(job, simulate_range, whole, size)
         budget *= 2
     return whole
@@ -304,23 +314,23 @@ def _with_part(
     except Cancelled as stopped:
         parts += [stopped.ensemble] if stopped.ensemble else []
         ended = concatenate(parts) if parts else None
-        said = f"stopped after {ended.n if ended else 0} of {job.n} realizations"
-        raise Cancelled(said, ended) from None
+        message = f"stopped after {ended.n if ended else 0} of {job.n} realizations"
+        raise Cancelled(message, ended) from None
 
 
 def first_part(choices: Choices, latest: Ensemble | None) -> int:
     """Return the number of realizations in the first part, based on the latest run's speed."""
     if latest is None or latest.wall_seconds <= 0:
         return MIN_PART
-    each = latest.wall_seconds / latest.n * choices.grid.n_cells / latest.grid.n_cells
-    return part_size(choices.n_realizations, AT_ONCE / each)
+    seconds_each = latest.wall_seconds / latest.n * choices.grid.n_cells / latest.grid.n_cells
+    return part_size(choices.n_realizations, AT_ONCE / seconds_each)
 
 
-def part_size(left: int, fits: float) -> int:
-    """Return the size of the next part; `left` realizations remain, and time allows `fits`."""
+def part_size(n_left: int, fits: float) -> int:
+    """Return the size of the next part; `n_left` realizations remain, and time allows `fits`."""
     cores = n_cores()
     size = max(int(fits) // cores * cores, cores, MIN_PART)
-    return left if fits >= NEARLY_ALL * left else min(size, left)
+    return n_left if fits >= NEARLY_ALL * n_left else min(size, n_left)
 
 
 def demand_of_run(choices: Choices, copies: int = 1) -> Demand:
@@ -353,7 +363,7 @@ def part_of(choices: Choices) -> SimulateRange:
 
 
 def collect(state: State, *, parts: bool = True) -> None:
-    """Store the results of a job, partial results if `parts`; without any, keep earlier ones."""
+    """Store the results of a job or, if `parts`, partial results; otherwise keep the earlier."""
     job = state.job
     if job is None:
         return
@@ -375,10 +385,10 @@ def collect(state: State, *, parts: bool = True) -> None:
 
 def take_in(state: State, job: Job[Ensemble], ensemble: Ensemble) -> None:
     """Show the results of a job; the same realization as before is shown large."""
-    wanted = state.realization_to_restore
-    shown = min(wanted, state.ensemble.n - 1) if state.ensemble else wanted
-    if state.shown == shown:  # the user has not chosen another realization during the run
-        state.shown = wanted
+    restored = state.realization_to_restore
+    at_start = min(restored, state.ensemble.n - 1) if state.ensemble else restored
+    if state.shown == at_start:  # the user has not chosen another realization during the run
+        state.shown = restored
     state.ensemble, state.ensemble_choices = ensemble, job.about
     state.shown = min(state.shown, ensemble.n - 1)
 
@@ -439,9 +449,9 @@ def out_of_date(state: State) -> str:
 def _outdated(text: str, question: str = "") -> Iterator[None]:
     """Draw a row with a note on outdated results, a question, and elements drawn in the context."""
     with st.container(horizontal=True, vertical_alignment="center", key="outdated"):
-        said = [f"<b>Out of date:</b> {escape(text)}"] if text else []
-        if said or question:
-            st.html(f'<p role="status">{" ".join([*said, escape(question)])}</p>')
+        note = f"<b>Out of date:</b> {escape(text)}" if text else ""
+        if note or question:
+            st.html(f'<p role="status">{" ".join(filter(None, (note, escape(question))))}</p>')
         yield
 
 
@@ -478,8 +488,8 @@ def _follow_run(state: State, parts: bool) -> None:
     assert job is not None
 
     def has_news() -> bool:
-        wanted = parts or state.ensemble is None
-        return wanted and job.partial is not None and job.partial is not state.ensemble
+        shows_parts = parts or state.ensemble is None
+        return shows_parts and job.partial is not None and job.partial is not state.ensemble
 
     follow(
         job,

@@ -15,9 +15,11 @@ from ccwsim.metrics.diagnosis import TREND_WEIGHT
 from ccwsim.model import bounds
 from ccwsim.model.arrays import AXES, Shape
 from ccwsim.model.parameters import PER_AXIS, Parameters, fitted
+from ccwsim.model.published import SETTINGS, WITHOUT_ADDITIONS
 from ccwsim.model.sizes import levels, overlap_sizes, template_sizes
 from ccwsim.report.settings import VALUES
 from ccwsim.ui.session import resolve
+from ccwsim.ui.session.address import page_link
 from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import State
@@ -29,7 +31,8 @@ from ccwsim.ui.widgets.fields import PARAMETERS, bound_to, button, field, help_o
 from ccwsim.ui.widgets.text import page_labels, pair, plain, step_note, step_title
 
 SIDES = {"nx": "Cells E–W", "ny": "Cells N–S", "nz": "Layers"}
-ON_TOP = ("template_size", "overlap_size", "wavelet_level", "n_candidates")
+ON_TOP = ("variant", "template_size", "overlap_size", "wavelet_level", "n_candidates")
+NOT_IN_PAPER = "⁺"  # after the names of parameters that the paper does not have
 NUMBERS = {
     "n_candidates": (1, bounds.MAX_CANDIDATES_OFFERED, 1),
     "search_fraction": (0.01, 1.0, 0.01),
@@ -37,7 +40,7 @@ NUMBERS = {
     "template_variation": (0.0, bounds.MAX_TEMPLATE_VARIATION, 0.05),
     "location_weight": (0.0, bounds.MAX_LOCATION_WEIGHT, 0.5),
 }
-"""Minimum, maximum and step of each number field of the grid."""
+"""Minimum, maximum and step of the number fields of parameters."""
 _warn_of_edges = cached(max_entries=64)(warn_of_edges)
 LABELS = page_labels("steps")
 """Names, on the screen, of parameters that have other names in code."""
@@ -63,12 +66,15 @@ def grid_step(state: State) -> None:
     places = [place for _ in range(n_axes - 1) for place in pair()]
     for column, (name, label) in zip(places, SIDES.items(), strict=False):
         with column:
-            number = bound_to(
-                grid, name, change, min_value=1, max_value=bounds.MAX_GRID_SIDE_OFFERED
+            limits = {"min_value": 1, "max_value": bounds.MAX_GRID_SIDE_OFFERED}
+            field(
+                st.number_input,
+                label,
+                key=f"grid_{name}",
+                step=8 if name == "nz" else 32,
+                help=f"{label} of the simulation grid. Time grows with the number of cells.",
+                **bound_to(grid, name, change, **limits),
             )
-            number |= {"key": f"grid_{name}", "step": 8 if name == "nz" else 32}
-            number["help"] = f"{label} of the simulation grid. Time grows with the number of cells."
-            field(st.number_input, label, **number)
     menu("World coordinates", "grid_menu", partial(_world, state, n_axes))
 
 
@@ -87,10 +93,16 @@ def _world_field(state: State, name: str, k: int) -> None:
         numbers[k] = value
         _change_grid(state, **{name: tuple(numbers)})
 
-    number = {"value": getattr(state.choices.grid, name)[k], "write": write, "format": "%g"}
-    number["min_value"] = 1e-9 if name == "cell_size" else None
     axis = AXES[k]
-    field(st.number_input, page_labels(name)[axis], key=f"grid_{name}_{axis}", **number)
+    field(
+        st.number_input,
+        page_labels(name)[axis],
+        key=f"grid_{name}_{axis}",
+        value=getattr(state.choices.grid, name)[k],
+        write=write,
+        format="%g",
+        min_value=1e-9 if name == "cell_size" else None,
+    )
 
 
 def _change_grid(state: State, **changes: object) -> None:
@@ -103,6 +115,7 @@ def method_step(state: State) -> None:
     p, image = state.choices.parameters, resolve.image_of(state.choices.image)
     shape, change = image.shape, partial(set_parameters, state)
     sweeps = is_live(state) and len(shape) == 2
+    variant_field(p, shape, change)
     with size_fields(p, shape, change, along_z=(False,), slider=sweeps) or nullcontext():
         parameter_field(p, "n_candidates", change, "", st.number_input)
         if sweeps:
@@ -125,6 +138,7 @@ def method_step(state: State) -> None:
 
 def _advanced(state: State, p: Parameters, shape: Shape, change: Callable[..., None]) -> None:
     """Draw the fields of the menu of parameters that are seldom changed."""
+    page_link("pages/paper_and_ours.py", f"{NOT_IN_PAPER} not in the paper: the paper's and ours")
     if len(shape) == 3:
         size_fields(p, shape, change, along_z=(True,))
     for name in PARAMETERS:
@@ -144,12 +158,12 @@ def size_fields(
     along_z: Sequence[bool] = (False, True),
     slider: bool = False,
 ) -> DeltaGenerator | None:
-    """Draw template, overlap and level in two columns; return the container for a fourth field.
+    """Draw template, overlap and level in two columns; return the place for a fourth field, if any.
 
     Each parameter has one number for maps, and two numbers (horizontal and along z) for volumes.
     `change` is called with the parameter that the user changes; keys start with `prefix`. `along_z`
-    selects the horizontal numbers, those along z, or both. With `slider`, each field also has a
-    slider, whose release shows the answer if Live is on.
+    selects horizontal numbers (False), numbers along z (True), or both. With `slider`, each field
+    also has a slider; if Live is on, releasing the slider starts a run.
     """
     volume, ccsim = len(shape) == 3, p.method == "ccsim"
     lengths = p.along(shape)
@@ -186,15 +200,15 @@ def _trend_field(p: Parameters, change: Callable[..., None]) -> None:
     """Ask whether to apply the location weight only along z."""
     weight = max(p.location_weights)
 
-    def write(alone: bool) -> None:
-        change(location_weight=(weight or TREND_WEIGHT, 0.0, 0.0) if alone else weight)
+    def write(only_z: bool) -> None:
+        change(location_weight=(weight or TREND_WEIGHT, 0.0, 0.0) if only_z else weight)
 
-    alone = isinstance(p.location_weight, tuple) and not any(p.location_weights[1:])
+    only_z = isinstance(p.location_weight, tuple) and not any(p.location_weights[1:])
     field(
         st.checkbox,
         "Location weight only along z",
         key="p_vertical_trend",
-        value=alone,
+        value=only_z,
         write=write,
         help="The location weight applies only along z: patches keep their height in the image.",
     )
@@ -206,6 +220,14 @@ def set_parameters(state: State, **changes: object) -> None:
     state.change(parameters=fitted(state.choices.parameters, shape, **changes))
 
 
+def variant_field(
+    p: Parameters, shape: Shape, change: Callable[..., None], prefix: str = "p_"
+) -> None:
+    """Ask whose method is simulated; the published methods are for maps."""
+    if len(shape) == 2:
+        parameter_field(p, "variant", change, prefix)
+
+
 def parameter_field(
     p: Parameters,
     name: str,
@@ -213,10 +235,17 @@ def parameter_field(
     prefix: str = "p_",
     of_numbers: Callable[..., Any] = st.slider,
 ) -> None:
-    """Draw a control that suits a parameter's type; the key of the control starts with `prefix`."""
+    """Draw a control for the type of a parameter; the key of the control starts with `prefix`.
+
+    A parameter that the paper does not have is marked; it is disabled if a variant switches it off.
+    """
     value = getattr(p, name)
     label = LABELS.get(name, name.replace("_", " ").capitalize())
-    options = bound_to(p, name, change, key=f"{prefix}{name}", help=help_of(name))
+    if name in WITHOUT_ADDITIONS:
+        label = f"{label} {NOT_IN_PAPER}"
+    fixed = name in SETTINGS[p.variant]
+    key = f"{prefix}{name}"
+    options = bound_to(p, name, change, key=key, help=help_of(name), disabled=fixed)
     if isinstance(value, bool):
         field(st.checkbox, label, **options)
     elif isinstance(value, str):
@@ -228,7 +257,7 @@ def parameter_field(
             **options,
         )
     else:
-        if isinstance(value, tuple):  # a weight that applies only along z is kept so
+        if isinstance(value, tuple):  # weights of 0 remain 0
 
             def write_per_axis(new: float) -> None:
                 per_axis = tuple(new if weight else 0.0 for weight in value)

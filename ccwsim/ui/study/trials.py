@@ -81,12 +81,12 @@ class TrialsRun(PageRun[Result], Generic[Row, Result]):
 
     def demands(self, n_workers: int | None = None) -> list[Demand]:
         """Return the resources of each trial that fits; the run reports the other trials."""
-        each = []
+        demands = []
         for trial in self.trials:
             with suppress(CCWSIMError):
                 n_kept = self.n_kept(trial)
-                each.append(demand_of(trial.fitting(), self.n_realizations, n_kept, n_workers))
-        return each
+                demands.append(demand_of(trial.fitting(), self.n_realizations, n_kept, n_workers))
+        return demands
 
     def label(self) -> str:
         """Return the text beside the progress, if it is not the number of finished pieces."""

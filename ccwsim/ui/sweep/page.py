@@ -29,7 +29,9 @@ from ccwsim.ui.results.maps import ghost_panel, middle_layers, step_buttons, wit
 from ccwsim.ui.session.address import page_link
 from ccwsim.ui.session.file_names import grid_part
 from ccwsim.ui.session.fragments import error_boundary
+from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
+from ccwsim.ui.study.study_column import set_parameters, variant_field
 from ccwsim.ui.study.trials import draw_run_news, study_key, use_button
 from ccwsim.ui.sweep import planning
 from ccwsim.ui.sweep.planning import SweepRun, SweepState
@@ -77,8 +79,8 @@ def draw_page(state: State) -> None:
     )
     with st.container(key="results"):
         if run is not None:
-            _draw_found(state)
-        if run is None or not (run.going or run.found.rows):
+            _draw_results(state)
+        if run is None or not (run.going or run.latest_result.rows):
             _draw_outlines()
             with st.container(key="first_row"):
                 _sweep_button(state, "sweep_first")
@@ -98,6 +100,8 @@ def _draw_controls(state: State) -> None:
     step_note(planning.describe_study(state))
     page_link("pages/simulate.py", "Change on Simulate")
     step_title(2, "Ranges")
+    own, shape = state.choices.parameters, image_of(state.choices.image).shape
+    variant_field(own, shape, partial(set_parameters, state))
     ranges = planning.ranges_of(state)
     for name, values in planning.values_on_offer(state.choices).items():
         with st.container(key=f"range_{name}"):
@@ -127,7 +131,7 @@ def _draw_range(page_state: SweepState, name: str, values: list[Any], chosen: li
     def write(new: list[Any]) -> None:
         page_state.ranges = {**page_state.ranges, name: list(new)}
 
-    # the key contains the values, so that a widget with new values has no old state
+    # the key contains the values, so that a widget with new values gets a new state
     key = f"range_{name}_{'_'.join(map(str, values))}"
     field(
         st.pills,
@@ -162,32 +166,32 @@ def _sweep_button(state: State, key: str) -> None:
 
 
 @st.fragment
-def _draw_found(state: State) -> None:
+def _draw_results(state: State) -> None:
     """Draw the results of the finished settings; choosing a setting redraws only the results."""
     with error_boundary():
         run = state.page(SweepState).run
         assert run is not None
-        found = run.found
-        if found.rows:
-            _draw_rows(state, run, found)
+        results = run.latest_result
+        if results.rows:
+            _draw_rows(state, run, results)
         elif run.going:
             panel_title("Settings", "settings appear as soon as they are finished")
             draw_settings(run, names_of(run.settings), (-1, -1), lambda _: None)
 
 
-def _draw_rows(state: State, run: SweepRun, found: Sweep) -> None:
-    tried = run.settings if run.going else [row.parameters for row in found.rows]
-    choice, chosen = sweep.recommended(found), state.page(SweepState).chosen
-    k = choice.index if chosen is None else min(chosen, len(found.rows) - 1)
+def _draw_rows(state: State, run: SweepRun, results: Sweep) -> None:
+    tried = run.settings if run.going else [row.parameters for row in results.rows]
+    choice, chosen = sweep.recommended(results), state.page(SweepState).chosen
+    k = choice.index if chosen is None else min(chosen, len(results.rows) - 1)
     names, marked = names_of(tried), (k, choice.index)
-    best = found.rows[choice.index].parameters
+    best = results.rows[choice.index].parameters
     draw_caption(
-        f"{describe_inputs(run.first)}; {plural(len(found.rows), 'setting')}, recommended: "
+        f"{describe_inputs(run.first)}; {plural(len(results.rows), 'setting')}, recommended: "
         f"{label(best, names)}; {plural(run.n_realizations, 'realization')} each, "
         f"seed {run.first.seed}"
     )
     with st.container(horizontal=True, vertical_alignment="center", gap="medium", key="choice"):
-        so_far = " so far" if run.going or found.stopped else ""
+        so_far = " so far" if run.going or results.stopped else ""
         title = f"<b>Recommended{so_far}: {escape(label(best, names))}</b>"
         st.html(f'<p class="facts choice">{title} {escape(choice.reason)}</p>')
         use_button(
@@ -200,7 +204,7 @@ def _draw_rows(state: State, run: SweepRun, found: Sweep) -> None:
     with st.container(key="maps"):
         left, middle, right = st.columns(WIDTHS, gap="medium")
     with left:
-        _draw_chart(state, run, found, names, marked)
+        _draw_chart(state, run, results, names, marked)
     with middle:
         draw_realization(state, run, k)
     with right:
@@ -209,15 +213,15 @@ def _draw_rows(state: State, run: SweepRun, found: Sweep) -> None:
         of_what = "one realization" if run.grid.nz is None else "a layer of one realization"
         panel_title("Settings", f"{of_what} of each setting; click a setting to see it large")
         name = f"{grid_part(run.training_image, run.grid)}_seed{run.first.seed}_sweep.csv"
-        content = partial(sweep_csv, found, choice.index)
+        content = partial(sweep_csv, results, choice.index)
         download("Table, CSV", content, name, key="sweep_csv", width="content")
     draw_settings(run, names, marked, lambda number: choose(state, number))
     if not run.going:
-        draw_table(found)
+        draw_table(results)
 
 
 def _draw_chart(
-    state: State, run: SweepRun, found: Sweep, names: list[str], marked: tuple[int, int]
+    state: State, run: SweepRun, results: Sweep, names: list[str], marked: tuple[int, int]
 ) -> None:
     """Draw errors against CPU time; a click on a point shows the setting large."""
     page_state = state.page(SweepState)
@@ -230,23 +234,23 @@ def _draw_chart(
                 "Error",
                 key="sweep_error",
                 options=kinds,
-                format_func=lambda one: ERRORS[one][0],
+                format_func=lambda key: ERRORS[key][0],
                 label_visibility="collapsed",
                 width=220,
                 **bound_to(page_state, "error", value=kind),
             )
             chart_menu("Time against error", "sweep")
-        errors = found.errors(kind)
+        errors = results.errors(kind)
         chart = sweep_chart(
-            1000 * found.times,
+            1000 * results.times,
             errors,
-            [label(row.parameters, names) for row in found.rows],
+            [label(row.parameters, names) for row in results.rows],
             chart_theme(),
-            front=sweep.pareto_front(found.times, errors),
+            front=sweep.pareto_front(results.times, errors),
             selected=marked[0],
             recommended=marked[1],
             y_title=ERRORS[kind][1],
-            spreads=found.spreads(kind),
+            spreads=results.spreads(kind),
             height=CHART_HEIGHT,
         )
         alt = "Settings by CPU time and error; a line joins the Pareto front"
@@ -277,7 +281,7 @@ def choose(state: State, number: int) -> None:
     """Select the setting that the page shows large."""
     page_state = state.page(SweepState)
     run = page_state.run
-    if run is not None and 0 <= number < len(run.found.rows):
+    if run is not None and 0 <= number < len(run.latest_result.rows):
         page_state.chosen, page_state.shown = number, 0
 
 
@@ -289,18 +293,18 @@ def is_current(run: SweepRun, state: State) -> bool:
 def draw_realization(state: State, run: SweepRun, k: int) -> None:
     """Draw a large picture of a realization of a setting, with buttons for other realizations."""
     page_state = state.page(SweepState)
-    row, image = run.found.rows[k], run.training_image
+    row, image = run.latest_result.rows[k], run.training_image
     n = len(row.realizations)
     r = page_state.shown = min(page_state.shown, n - 1)
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="shown_row"):
         panel_title(f"Realization {r + 1} of {run.n_realizations}")
         step_buttons("swept", page_state, n, f"; only the first {n} are stored")
     alt = f"Realization {r + 1} of {label(row.parameters, RANGED)}"
-    own = row.realizations[r]
-    shown = facies_map(indices_of(own, image), image, run.colours, alt)
-    shown = with_data(state, shown, run.first.hard_data, image, own)
+    realization = row.realizations[r]
+    cell_map = facies_map(indices_of(realization, image), image, run.colours, alt)
+    cell_map = with_data(state, cell_map, run.first.hard_data, image, realization)
     grid, max_height = (None, 392) if run.grid.nz is None else (run.grid, 300)
-    draw_cells(shown, "swept", grid=grid, name="setting", max_height=max_height, body=False)
+    draw_cells(cell_map, "swept", grid=grid, name="setting", max_height=max_height, body=False)
 
 
 def indices_of(realizations: NDArray[np.integer], image: TrainingImage) -> NDArray[np.uint8]:
@@ -311,11 +315,11 @@ def indices_of(realizations: NDArray[np.integer], image: TrainingImage) -> NDArr
 
 def draw_numbers(state: State, run: SweepRun, k: int) -> None:
     """Draw the numbers of a setting, the best values, and the button that uses the setting."""
-    rows = run.found.rows
+    rows = run.latest_result.rows
     panel_title("Its numbers")
     names = [name for name in RANGED if name != "search_fraction" or name in varied(run.settings)]
     st.html(f'<p class="setting">{escape(label(rows[k].parameters, names))}</p>')
-    lines = [(escape(name), own, best) for name, own, best in numbers_of(rows[k], rows, run)]
+    lines = [(escape(name), value, best) for name, value, best in numbers_of(rows[k], rows, run)]
     st.html(numbers_table(lines, ("", "here", "best")))
     use_button(
         "Use this setting",
@@ -341,10 +345,10 @@ def numbers_of(
         spread: Callable[[Quality], float] = lambda q: float("nan"),
         best: Callable[[list[float]], float] = min,
     ) -> tuple[str, str, str]:
-        known = [value(q) for q in qualities if not np.isnan(value(q))]
+        defined = [value(q) for q in qualities if not np.isnan(value(q))]
         off = spread(row.quality)
-        own = three_digits(value(row.quality)) + ("" if np.isnan(off) else f" ± {two(off)}")
-        return name, minus(own), minus(three_digits(best(known))) if known else "–"
+        text = three_digits(value(row.quality)) + ("" if np.isnan(off) else f" ± {two(off)}")
+        return name, minus(text), minus(three_digits(best(defined))) if defined else "–"
 
     lines = [
         line("Patterns, mean (bits)", lambda q: q.pattern_distance, lambda q: q.pattern_spread),
@@ -352,9 +356,9 @@ def numbers_of(
         line("… half", lambda q: q.pattern_distances[1]),
         line("… third", lambda q: q.pattern_distances[2]),
     ]
-    for axis, way in enumerate(("E–W", "N–S", "vertical")[: len(row.quality.tau_errors)]):
+    for axis, direction in enumerate(("E–W", "N–S", "vertical")[: len(row.quality.tau_errors)]):
         error, spread = (lambda q, a=axis: q.tau_errors[a]), (lambda q, a=axis: q.tau_spreads[a])
-        lines.append(line(f"τ {way} of {facies}, error", error, spread))
+        lines.append(line(f"τ {direction} of {facies}, error", error, spread))
     lines.append(
         line(
             f"{worst}, relative to TI (%)",
@@ -381,8 +385,8 @@ def two(spread: float) -> str:
 def draw_settings(
     run: SweepRun, names: list[str], marked: tuple[int, int], choose: Callable[[int], None]
 ) -> None:
-    """Draw a tile per finished setting; `marked` are the numbers of the shown and the best one."""
-    rows = run.found.rows
+    """Draw a tile per finished setting; `marked` are the shown and the recommended number."""
+    rows = run.latest_result.rows
     while len(run.tiles) < len(rows):
         first = rows[len(run.tiles)].realizations[:1]
         first = middle_layers(indices_of(first, run.training_image))
@@ -410,16 +414,23 @@ def _draw_settings(
     tiles: list[dict[str, Any]], shown: int, grid: Grid, choose: Callable[[int], None]
 ) -> None:
     width, height = tile_size(grid.shape[-2:], TILE_PIXELS)
-    options = {"kind": "settings", "shown": shown, "arrows": "choose"}
-    options |= {"width": width, "height": height}
-    heading = "Settings; arrow keys choose"
-    draw_tiles(TILES, heading, tiles, lambda k: choose(int(k)), **options)
+    draw_tiles(
+        TILES,
+        "Settings; arrow keys choose",
+        tiles,
+        lambda k: choose(int(k)),
+        kind="settings",
+        shown=shown,
+        arrows="choose",
+        width=width,
+        height=height,
+    )
 
 
-def draw_table(found: Sweep) -> None:
-    """Draw all rows of tiles."""
+def draw_table(results: Sweep) -> None:
+    """Draw a table with all numbers of the finished settings."""
     with st.expander("All numbers", key="sweep_table"):
-        rows = [columns_of(row) for row in found.rows]
+        rows = [columns_of(row) for row in results.rows]
         table = {
             HEADS.get(name) or RANGED.get(name) or name: [row[name] for row in rows]
             for name in rows[0]
@@ -436,16 +447,22 @@ def columns_of(row: SweepRow) -> dict[str, Any]:
     """Return the parameters and all numbers of a setting, by name."""
     q = row.quality
     values = {name: value_of(row.parameters, name) for name in RANGED}
-    ways = WAYS[: len(q.tau_errors)]
+    directions = WAYS[: len(q.tau_errors)]
     return {
         **{name: value for name, value in values.items() if value is not None},
         **dict(zip(PATTERN_COLUMNS, q.pattern_distances, strict=True)),
-        **{f"tau_error_{way}": error for way, error in zip(ways, q.tau_errors, strict=True)},
+        **{
+            f"tau_error_{direction}": error
+            for direction, error in zip(directions, q.tau_errors, strict=True)
+        },
         "proportion_error": q.proportion_error,
         "proportion_facies": q.proportion_facies,
         "largest_copied": q.largest_copied,
         "pattern_spread": q.pattern_spread,
-        **{f"tau_spread_{way}": spread for way, spread in zip(ways, q.tau_spreads, strict=True)},
+        **{
+            f"tau_spread_{direction}": spread
+            for direction, spread in zip(directions, q.tau_spreads, strict=True)
+        },
         "proportion_spread": q.proportion_spread,
         "copied_spread": q.copied_spread,
         "differing": q.differing,
@@ -456,12 +473,12 @@ def columns_of(row: SweepRow) -> dict[str, Any]:
     }
 
 
-def sweep_csv(found: Sweep, best: int) -> bytes:
+def sweep_csv(results: Sweep, best: int) -> bytes:
     """Return CSV with a line per setting: parameters, numbers, Pareto front, recommendation."""
-    front = set(sweep.pareto_front(found.times, found.errors()).tolist())
+    front = set(sweep.pareto_front(results.times, results.errors()).tolist())
     return records_as_csv(
         [
             columns_of(row) | {"on_front": int(k in front), "recommended": int(k == best)}
-            for k, row in enumerate(found.rows)
+            for k, row in enumerate(results.rows)
         ]
     )

@@ -39,18 +39,18 @@ LABELS = page_labels("ranges_of_sweep")
 
 @dataclass(kw_only=True)
 class SweepRun(TrialsRun[SweepRow, Sweep]):
-    """A sweep with its finished rows and, of those on the page, the pictures `tiles`."""
+    """A sweep with its finished rows, and pictures `tiles` of the rows drawn so far."""
 
     tiles: list[bytes] = field(default_factory=list)
 
     def demand(self) -> Demand:
         """Return the resources that the sweep needs for one setting and the stored realizations."""
         largest = max((demand.n_bytes for demand in self.demands(n_workers=1)), default=0)
-        each = self.first.grid.n_cells
-        cells = each * len(self.trials)
-        kept = max(CELLS_KEPT, cells)  # at least one realization is stored
-        sources = SOURCE_BYTES * each * self.n_realizations
-        return Demand(cells * self.n_realizations, self.first.n_data, largest + sources + kept)
+        cells_per_realization = self.first.grid.n_cells
+        n_cells = cells_per_realization * len(self.trials)
+        kept = max(CELLS_KEPT, n_cells)  # at least one realization is stored
+        sources = SOURCE_BYTES * cells_per_realization * self.n_realizations
+        return Demand(n_cells * self.n_realizations, self.first.n_data, largest + sources + kept)
 
     def work(self, job: Job[Sweep]) -> Sweep:
         first = self.first
@@ -58,10 +58,10 @@ class SweepRun(TrialsRun[SweepRow, Sweep]):
         return sweep(
             first.training_image,
             first.grid,
-            [trial.parameters for trial in self.trials],
-            first.hard_data,
-            self.n_realizations,
-            first.seed,
+            settings=[trial.parameters for trial in self.trials],
+            hard_data=first.hard_data,
+            n_realizations=self.n_realizations,
+            seed=first.seed,
             progress=job.report,
             cancel=job.is_cancelled,
             found=self.rows.append,
@@ -71,7 +71,7 @@ class SweepRun(TrialsRun[SweepRow, Sweep]):
         )
 
     @property
-    def found(self) -> Sweep:
+    def latest_result(self) -> Sweep:
         """The results of the settings that are finished."""
         shape = self.training_image.shape
         return self.result or Sweep(tuple(self.rows), (), len(self.trials), shape)
@@ -80,11 +80,11 @@ class SweepRun(TrialsRun[SweepRow, Sweep]):
         """Describe settings without results in an ended sweep; empty if all have results."""
         if self.going or self.error is not None:
             return super().describe_end()
-        found = self.found
-        sentences = [self.describe_stop()] if found.stopped else []
-        if found.failed:
-            n = len(found.failed)
-            sentences.append(f"{n} could not be simulated: {found.failed[0][1]}.")
+        results = self.latest_result
+        sentences = [self.describe_stop()] if results.stopped else []
+        if results.failed:
+            n = len(results.failed)
+            sentences.append(f"{n} could not be simulated: {results.failed[0][1]}.")
         return " ".join(sentences)
 
 
@@ -116,7 +116,10 @@ def values_on_offer(choices: Choices) -> dict[str, list[Any]]:
             "wavelet_level": levels(shape, along_z=bool(end)),
             "overlap_size": [o for o in OVERLAPS if o <= longest // 2],
         }
-        offered |= {name + end: _with(own, value_of(p, name + end)) for name, own in usual.items()}
+        offered |= {
+            name + end: _with(usual_values, value_of(p, name + end))
+            for name, usual_values in usual.items()
+        }
     offered = {name: offered[name] for name in LABELS if name in offered}  # ordered as in `LABELS`
     offered |= {"n_candidates": _with(CANDIDATES, p.n_candidates), "method": list(METHODS)}
     if _n_data(choices) != 0:
@@ -168,8 +171,8 @@ def plan_of(state: State) -> SweepPlan:
 
 def trials_of(state: State, plan: SweepPlan) -> list[Trial]:
     """Return the study with each setting of a plan."""
-    study = trial_of(state.choices)
-    return [replace(study, parameters=parameters) for parameters in plan]
+    study_trial = trial_of(state.choices)
+    return [replace(study_trial, parameters=parameters) for parameters in plan]
 
 
 def seconds_of(state: State, plan: SweepPlan) -> float:
@@ -192,12 +195,12 @@ def describe_study(state: State) -> str:
     """Describe the study for which settings are compared."""
     choices = state.choices
     image = image_of(choices.image)
-    data = "hard data that do not fit"
+    data_text = "hard data that do not fit"
     if (n := _n_data(choices)) is not None:
-        data = f"{n} hard data" if n else "no hard data"
+        data_text = f"{n} hard data" if n else "no hard data"
     return (
         f"{pretty(image.name)}, {describe_shape(image.shape)}, {image.n_facies} facies\n"
-        f"{data}, grid {describe_shape(choices.grid.shape)}, seed {choices.seed}"
+        f"{data_text}, grid {describe_shape(choices.grid.shape)}, seed {choices.seed}"
     )
 
 
@@ -257,5 +260,5 @@ def _n_data(choices: Choices) -> int | None:
     return if_possible(lambda: data_of(choices).n)
 
 
-def _with(values: Sequence[Any], own: Any) -> list[Any]:
-    return sorted({*values, own})
+def _with(values: Sequence[Any], study_value: Any) -> list[Any]:
+    return sorted({*values, study_value})

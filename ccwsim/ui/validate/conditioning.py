@@ -43,8 +43,8 @@ def draw_uncertainty(state: State, ensemble: Ensemble, colours: Sequence[str]) -
     """Draw three maps: probability of the chosen facies, most likely facies, and entropy."""
     task = statistics.e_type(ensemble)
     panel(state, "uncertainty", task, lambda e: draw_e_type_maps(e, state, ensemble, colours))
-    if (given := given_map(ensemble, state.facies)) is not None:
-        _draw_reliability(state, ensemble, given)
+    if (guide_map := given_map(ensemble, state.facies)) is not None:
+        _draw_reliability(state, ensemble, guide_map)
     if (secondary := ensemble.secondary) is None:
         return
     if secondary.angle is not None and ensemble.grid.nz is None:
@@ -56,26 +56,27 @@ def draw_uncertainty(state: State, ensemble: Ensemble, colours: Sequence[str]) -
 
 
 def _draw_directions(off: NDArray[np.float64], ensemble: Ensemble, facies: int) -> None:
-    """Draw how much directions differ from the given angles."""
+    """Draw the differences between directions and the given angles."""
     size, name = np.abs(off), ensemble.training_image.facies_names[facies]
     if ensemble.secondary is not None and ensemble.secondary.zones is not None:
         size[ensemble.secondary.zones > 0] = np.nan  # other images have other directions
     most = float(np.nanquantile(size, 0.9))
     note = f"{np.nanmean(size):.1f}° on average, at most {most:.1f}° in 90 % of the cells"
     panel_title("Difference from the given angles", note)
-    shown = share_map(size / 90, "difference / 90° =", f"Directions of {name}", colours=ENTROPY)
-    draw_cells(shown, "directions", link="grid", name="directions", body=False, max_height=400)
+    cell_map = share_map(size / 90, "difference / 90° =", f"Directions of {name}", colours=ENTROPY)
+    draw_cells(cell_map, "directions", link="grid", name="directions", body=False, max_height=400)
 
 
 def _draw_zones(fits: Sequence[ZoneFit], ensemble: Ensemble, facies: int) -> None:
-    """Draw a table that compares each zone with its own image and with the nearest other."""
+    """Draw a table that compares each zone with its own image and with the nearest other image."""
     rows, names = [], names_of_zones(ensemble)
     for k, size, each, of_image, far in fits:
-        shares, own = each[:, facies], of_image[facies]
+        shares, image_share = each[:, facies], of_image[facies]
         other = min(set(range(len(names))) - {k}, key=lambda other: far[other])
-        off = f"{round(100 * (shares.mean() - own), 1) + 0:+}\u00a0±\u00a0{100 * shares.std():.1f}"
-        percent = [f"{100 * share:.1f}\u00a0%" for share in (size, shares.mean(), own)]
-        row = [f"{k} {names[k]}", *percent, off]
+        apart = round(100 * (shares.mean() - image_share), 1) + 0
+        difference = f"{apart:+}\u00a0±\u00a0{100 * shares.std():.1f}"
+        percent = [f"{100 * share:.1f}\u00a0%" for share in (size, shares.mean(), image_share)]
+        row = [f"{k} {names[k]}", *percent, difference]
         if isfinite(far[k]):  # otherwise, the zone is smaller than a pattern
             sign = "✓ " if far[k] < far[other] else "⚑ "
             row += [f"{sign}{far[k]:.3f}", f"{far[other]:.3f} ({names[other]})"]
@@ -96,25 +97,26 @@ def names_of_zones(ensemble: Ensemble) -> list[str]:
 
 
 def describe_zones(fits: Sequence[ZoneFit], names: Sequence[str]) -> list[Verdict]:
-    """Return findings on zones: whether the patterns of each are nearest to those of its image."""
+    """Return findings on whether each zone's patterns are nearest to those of its own image."""
     nearest = {k: int(np.argmin(far)) for k, *_, far in fits if isfinite(far[k])}
     off = [(k, names[other]) for k, other in nearest.items() if other != k]
-    said = [f"zone {k}: patterns are nearer to {name}" for k, name in off]
+    sentences = [f"zone {k}: patterns are nearer to {name}" for k, name in off]
     if nearest and not off:
-        said = [f"patterns of all {len(nearest)} zones are nearest to their own images"]
-    return [Verdict(words, good=not off) for words in said]
+        sentences = [f"patterns of all {len(nearest)} zones are nearest to their own images"]
+    return [Verdict(words, good=not off) for words in sentences]
 
 
-def _draw_reliability(state: State, ensemble: Ensemble, given: CellMap) -> None:
+def _draw_reliability(state: State, ensemble: Ensemble, guide_map: CellMap) -> None:
     """Draw the given probabilities below the E-type, and the reliability of the realizations."""
     image, name = ensemble.training_image, ensemble.training_image.facies_names[state.facies]
     left, right = st.columns([1.0, 2.0], gap="medium")
     with left:
-        draw_given(given, name, scale="three", body=False, max_height=400)
+        draw_given(guide_map, name, scale="three", body=False, max_height=400)
     with right:
         table = metrics.reliability(ensemble, int(image.codes[state.facies]))
-        values = table.forecast, table.observed, table.count
-        chart = calibration_chart(*values, chart_theme(), given=True)
+        chart = calibration_chart(
+            table.forecast, table.observed, table.count, chart_theme(), guided=True
+        )
         alt = f"Share of {name} in the realizations, for each given probability"
         titled_chart("Reliability", f"share of {name} given and simulated", chart, "given", alt)
         if note := metrics.warn_of_reliability(table, name):
@@ -122,29 +124,35 @@ def _draw_reliability(state: State, ensemble: Ensemble, given: CellMap) -> None:
 
 
 def draw_e_type_maps(
-    found: metrics.EType, state: State, ensemble: Ensemble, colours: Sequence[str], prefix: str = ""
+    e_type: metrics.EType,
+    state: State,
+    ensemble: Ensemble,
+    colours: Sequence[str],
+    prefix: str = "",
 ) -> None:
     """Draw the three linked maps side by side; their keys start with `prefix`."""
     image, data = ensemble.training_image, ensemble.hard_data
-    name, shares = image.facies_names[state.facies], found.probability[state.facies]
+    name, shares = image.facies_names[state.facies], e_type.probability[state.facies]
     title = f"Probability of {name}"
-    known = found.entropy[~np.isnan(found.entropy)]  # without inactive cells
-    certain = f"{three_digits(100 * float((known < CERTAIN).mean()))} % of the cells are certain"
+    entropies = e_type.entropy[~np.isnan(e_type.entropy)]  # without inactive cells
+    certain = (
+        f"{three_digits(100 * float((entropies < CERTAIN).mean()))} % of the cells are certain"
+    )
     probability = share_map(shares, f"P({name}) =", title, point_colours=colours)
-    most_likely = facies_map(found.most_likely_indices, image, colours, "Most likely facies")
+    most_likely = facies_map(e_type.most_likely_indices, image, colours, "Most likely facies")
     alt = "Entropy, from 0 (certain) to 1 (all facies equally likely)"
-    entropy = share_map(found.entropy, "entropy", alt, colours=ENTROPY, point_colours=colours)
+    entropy = share_map(e_type.entropy, "entropy", alt, colours=ENTROPY, point_colours=colours)
     maps = (
         (title, "E-type", "probability", probability),
         ("Most likely facies", "", "most_likely", most_likely),
         ("Entropy", certain, "entropy", entropy),
     )
-    for column, (title, note, key, shown) in zip(st.columns(3, gap="medium"), maps, strict=True):
+    for column, (title, note, key, cell_map) in zip(st.columns(3, gap="medium"), maps, strict=True):
         with column:
             panel_title(title, note)
-            shown = with_data(state, shown, data, image, wells=wells_on(state, ensemble))
+            cell_map = with_data(state, cell_map, data, image, wells=wells_on(state, ensemble))
             draw_cells(
-                shown,
+                cell_map,
                 f"{prefix}{key}",
                 link="grid",
                 name=key,
@@ -176,9 +184,9 @@ def draw_data(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
             draw_data_list(ensemble)
             return
         panel_title("Data that are re-simulated locally", "squares mark the data")
-        shown = resimulation_map(ensemble, chart_theme().hairline)
-        shown = replace(shown, points=wrong_points(ensemble), point_colours=colours)
-        draw_cells(shown, "mended", link="grid", name="resimulated", max_height=360)
+        cell_map = resimulation_map(ensemble, chart_theme().hairline)
+        cell_map = replace(cell_map, points=wrong_points(ensemble), point_colours=colours)
+        draw_cells(cell_map, "mended", link="grid", name="resimulated", max_height=360)
 
 
 def data_status_shares(ensemble: Ensemble) -> tuple[list[str], NDArray[np.float64]]:
@@ -234,9 +242,9 @@ def draw_data_list(ensemble: Ensemble) -> None:
     names = dict(zip(image.codes.tolist(), image.facies_names, strict=True))
     rows = []
     for k in order[:MAX_LISTED].tolist():
-        where = ", ".join(f"{place:g}" for place in grid.centers_of(data.cells[k : k + 1])[0])
+        position = ", ".join(f"{place:g}" for place in grid.centers_of(data.cells[k : k + 1])[0])
         counts = (str(count) if count else "" for count in times[:, k].tolist())
-        rows.append([where, escape(names[int(data.facies[k])]), *counts])
+        rows.append([position, escape(names[int(data.facies[k])]), *counts])
     with st.container(height=320, border=False, key="data_list"):
         st.html(numbers_table(rows, ("x, y, z", "facies", "wrong", "forced", "re-simulated")))
     step_note(f"Counts are numbers of realizations, out of {ensemble.n}. An empty field means 0.")
@@ -268,23 +276,23 @@ def draw_reference(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
     if problem := problem_of(reference, ensemble):
         raise CCWSIMError(problem)
     image = ensemble.training_image
-    here = slice_of(state, ensemble)
-    shown = here.ensemble(ensemble)
-    field = np.searchsorted(image.codes, here.of(reference.array)).astype(np.uint8)
+    shown_slice = slice_of(state, ensemble)
+    slice_ensemble = shown_slice.ensemble(ensemble)
+    facies_grid = np.searchsorted(image.codes, shown_slice.of(reference.array)).astype(np.uint8)
 
-    def draw(found: tuple[metrics.ReferenceScores, metrics.Calibration]) -> None:
-        scores, table = found
+    def draw(scored: tuple[metrics.ReferenceScores, metrics.Calibration]) -> None:
+        scores, table = scored
         st.html(f'<p class="facts">{describe_scores(scores)}</p>')
         *places, right = st.columns([1.0, 1.0, 1.2], gap="medium")
-        reference_map = facies_map(field, image, colours, "The reference field")
-        wrong = wrong_map(replace(scores, right=here.of(scores.right)), colours)
+        reference_map = facies_map(facies_grid, image, colours, "The reference field")
+        wrong = wrong_map(replace(scores, right=shown_slice.of(scores.right)), colours)
         maps = ("Reference field", reference_map), ("Cells predicted wrongly", wrong)
-        for place, key, (title, drawn) in zip(places, ("truth", "wrong"), maps, strict=True):
+        for place, key, (title, cell_map) in zip(places, ("truth", "wrong"), maps, strict=True):
             with place:
-                panel_title(title, str(here))
-                wells = wells_on(state, shown)
-                drawn = with_data(state, drawn, shown.hard_data, image, wells=wells)
-                draw_cells(drawn, key, link="grid", scale="truth", name=key, max_height=320)
+                panel_title(title, str(shown_slice))
+                wells = wells_on(state, slice_ensemble)
+                cell_map = with_data(state, cell_map, slice_ensemble.hard_data, image, wells=wells)
+                draw_cells(cell_map, key, link="grid", scale="truth", name=key, max_height=320)
         with right:
             chart = calibration_chart(table.forecast, table.observed, table.count, chart_theme())
             note = f"off by {100 * table.error:.1f} % on average"
@@ -297,8 +305,8 @@ def draw_reference(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
 def problem_of(reference: TrainingImage, ensemble: Ensemble) -> str:
     """Return the reason why realizations cannot be scored, or an empty text."""
     if reference.shape != ensemble.grid.shape:
-        own, grid = describe_shape(reference.shape), describe_shape(ensemble.grid.shape)
-        return f"The reference field has {own} cells, the grid {grid}. Sample the data again."
+        size, grid = describe_shape(reference.shape), describe_shape(ensemble.grid.shape)
+        return f"The reference field has {size} cells, the grid {grid}. Sample the data again."
     unknown = np.setdiff1d(reference.codes, ensemble.training_image.codes)
     if len(unknown):
         return page_text("Facies that only the reference field has", facies=unknown[0])
@@ -335,9 +343,13 @@ def ranks(
 ) -> tuple[metrics.ImageRank, ...]:
     """Rank the bundled images and the image of the study by the hard data."""
     bundled = [datasets.load(name) for name in datasets.IMAGES]
-    others = [one for one in bundled if one.n_dimensions == image.n_dimensions]
+    candidates = [
+        candidate for candidate in bundled if candidate.n_dimensions == image.n_dimensions
+    ]
     return metrics.rank_images(
-        [image, *(one for one in others if one.digest != image.digest)], data, progress
+        [image, *(candidate for candidate in candidates if candidate.digest != image.digest)],
+        data,
+        progress,
     )
 
 
@@ -391,15 +403,15 @@ def _draw_fit(fit: metrics.DataFit) -> None:
     step_note(numbers(fit))
 
 
-def _draw_ranks(found: Sequence[metrics.ImageRank]) -> None:
-    best = winner(found)
+def _draw_ranks(ranking: Sequence[metrics.ImageRank]) -> None:
+    best = winner(ranking)
     if best is None:
         st.html('<p class="note">· Data cannot tell these images apart</p>')
     else:
         name = escape(_name(best))
         st.html(f'<p class="note">✓ {name} predicts your data best</p>')
     rows = "<tr><th></th><th></th><td>log score</td><td>behind, in standard errors</td></tr>"
-    for number, rank in enumerate(found):
+    for number, rank in enumerate(ranking):
         picture = b64encode(thumbnail(rank.image, facies_colours(rank.image), 2 * PICTURE)).decode()
         alt = escape(f"Training image {_name(rank.image)}", quote=True)
         source = f"data:image/png;base64,{picture}"
@@ -417,11 +429,11 @@ def _name(image: TrainingImage) -> str:
     return pretty(image.name or "your image")
 
 
-def _draw_left_out(found: metrics.LeaveOut) -> None:
-    step_note(f"{found.words}.")
-    table = found.reliability
+def _draw_left_out(leave_out: metrics.LeaveOut) -> None:
+    step_note(f"{leave_out.words}.")
+    table = leave_out.reliability
     chart = calibration_chart(table.forecast, table.observed, table.count, chart_theme())
-    note = minus(f"slope {found.slope:.2f}; skill {100 * found.skill:.0f} %")
+    note = minus(f"slope {leave_out.slope:.2f}; skill {100 * leave_out.skill:.0f} %")
     alt = "Share of left-out data with the facies, for each predicted probability"
     titled_chart("Reliability", note, chart, "reliability", alt)
-    step_note(page_text("Skill and slope", z=minus(f"{found.z:.1f}")))
+    step_note(page_text("Skill and slope", z=minus(f"{leave_out.z:.1f}")))

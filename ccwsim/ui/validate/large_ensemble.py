@@ -71,7 +71,7 @@ class LargeEnsembleRun(PageRun[None]):
 
     def work(self, job: Job) -> None:
         grid, image = self.study.grid, self.study.training_image
-        lags = min(max_lag(way, grid.shape, image.shape) for way in ("E-W", "N-S"))
+        lags = min(max_lag(direction, grid.shape, image.shape) for direction in ("E-W", "N-S"))
         code = int(image.codes[self.facies])
         running = RunningStatistics(grid.shape, image.codes, [code], max_lag=lags)
         self.nbytes = running.nbytes
@@ -156,16 +156,16 @@ def _draw_run(run: LargeEnsembleRun, state: State, colours: Sequence[str]) -> No
     draw_e_type_maps(summary.etype, state, state.ensemble, colours, prefix="long_")
     name = run.study.training_image.facies_names[run.facies]
     curves: list[tuple[Statistic, DirectionName]] = [
-        *(("variogram", way) for way in axes_of(run.study.grid.shape)),
+        *(("variogram", direction) for direction in axes_of(run.study.grid.shape)),
         ("connectivity", "E-W"),
     ]
     columns = st.columns(len(curves) + 1, gap="medium")
-    for column, (statistic, way) in zip(columns, curves, strict=False):
+    for column, (statistic, direction) in zip(columns, curves, strict=False):
         with column:
             draw_statistic(
-                bundle_of_band(run, summary, statistic, way),
+                bundle_of_band(run, summary, statistic, direction),
                 statistic,
-                way,
+                direction,
                 name,
                 note=f"{summary.n:,} realizations",
                 y_range=None if statistic == "variogram" else (0, 1.04),
@@ -180,27 +180,40 @@ def _draw_run(run: LargeEnsembleRun, state: State, colours: Sequence[str]) -> No
 
 def describe_summary(run: LargeEnsembleRun, summary: RunningSummary) -> str:
     """Describe the statistics of a large ensemble."""
-    k, mean, image, n = run.facies, summary.proportions, run.study.training_image, run.n_wrong
-    data = ""
+    k, shares, image, n = run.facies, summary.proportions, run.study.training_image, run.n_wrong
+    data_text = ""
     if run.study.hard_data.n:
-        data = f" All {run.study.hard_data.n} data are honoured in every realization."
+        data_text = f" All {run.study.hard_data.n} data are honoured in every realization."
         if n:
-            data = f" In total, {n:,} {'datum is' if n == 1 else 'data are'} not honoured."
-    values = {"n": summary.n, "name": image.facies_names[k], "image": 100 * image.proportions[k]}
-    values |= {name: 100 * getattr(mean, name)[k] for name in ("mean", "low", "high")}
-    values |= {"data": data, "size": format_bytes(run.nbytes)}
-    return page_text("Summary of a large ensemble", **values)
+            data_text = f" In total, {n:,} {'datum is' if n == 1 else 'data are'} not honoured."
+    return page_text(
+        "Summary of a large ensemble",
+        n=summary.n,
+        name=image.facies_names[k],
+        image=100 * image.proportions[k],
+        mean=100 * shares.mean[k],
+        low=100 * shares.low[k],
+        high=100 * shares.high[k],
+        data=data_text,
+        size=format_bytes(run.nbytes),
+    )
 
 
 def bundle_of_band(
-    run: LargeEnsembleRun, summary: RunningSummary, statistic: Statistic, way: DirectionName
+    run: LargeEnsembleRun, summary: RunningSummary, statistic: Statistic, direction: DirectionName
 ) -> Bundle:
     """Return a bundle with a band but no single curves, for lags up to half the grid's side."""
     image, grid = run.study.training_image, run.study.grid
-    code, longest = int(image.codes[run.facies]), max_lag(way, image.shape, grid.shape)
+    code, longest = int(image.codes[run.facies]), max_lag(direction, image.shape, grid.shape)
     lags = summary.lags[summary.lags <= longest]
-    reference = curves_of(statistic, image, code, way, lags)[0]
+    reference = curves_of(statistic, image, code, direction, lags)[0]
     bands = summary.variograms if statistic == "variogram" else summary.connectivity
-    band, n = bands[code, way], len(lags)
-    quantiles = (curve[:n] for curve in (band.low, band.median, band.high))
-    return Bundle(lags.astype(float), reference, np.empty((0, n)), *quantiles)
+    band, n = bands[code, direction], len(lags)
+    return Bundle(
+        lags=lags.astype(float),
+        reference=reference,
+        each=np.empty((0, n)),
+        low=band.low[:n],
+        median=band.median[:n],
+        high=band.high[:n],
+    )

@@ -91,8 +91,8 @@ def _draw_validation(state: State, ensemble: Ensemble) -> None:
     with top:
         first, *others = findings(state, ensemble)
         first = first._replace(words=first.words[:1].upper() + first.words[1:])
-        said = " ".join(verdict_html(verdict, "fact") for verdict in (first, *others))
-        st.html(f'<p class="facts judged" role="status">{said}</p>')
+        facts = " ".join(verdict_html(verdict, "fact") for verdict in (first, *others))
+        st.html(f'<p class="facts judged" role="status">{facts}</p>')
     _draw_sections(state, ensemble, colours)
     run_script("steady", "steady", parts=STEADY)
 
@@ -126,22 +126,22 @@ def _draw_controls(state: State, ensemble: Ensemble) -> None:
 
 @st.fragment
 def _draw_first_screen(state: State, colours: Sequence[str], elsewhere: tuple) -> None:
-    """Draw maps and MDS plot; a change of `elsewhere`, which other parts show, redraws all."""
+    """Draw maps and MDS plot; redraw the page if `elsewhere`, shown by other parts, changes."""
     with error_boundary():
         if _shown_elsewhere(state) != elsewhere:
             st.rerun()
         statistics.begin(state)
         ensemble = state.ensemble
         assert ensemble is not None
-        here = slice_of(state, ensemble)
-        shown = here.ensemble(ensemble)
+        shown_slice = slice_of(state, ensemble)
+        slice_ensemble = shown_slice.ensemble(ensemble)
         draw_slice_fields(state, ensemble)
         with st.container(key="maps"):
-            left, middle, right = maps.map_columns((1.0, 1.0, 1.0), 0, shown.grid)
+            left, middle, right = maps.map_columns((1.0, 1.0, 1.0), 0, slice_ensemble.grid)
         with left:
-            _draw_realization(state, shown, colours, here)
+            _draw_realization(state, slice_ensemble, colours, shown_slice)
         with middle:
-            maps.draw_e_type(state, shown, colours, wells_on(state, shown))
+            maps.draw_e_type(state, slice_ensemble, colours, wells_on(state, slice_ensemble))
         with right:
             task, draw = statistics.patterns(ensemble), partial(_draw_mds, state)
             statistics.panel(state, "mds", task, draw)
@@ -150,53 +150,61 @@ def _draw_first_screen(state: State, colours: Sequence[str], elsewhere: tuple) -
 def _shown_elsewhere(state: State) -> tuple:
     """Return the choices that are made in the maps and affect other parts of the page."""
     seen, ensemble = state.page(statistics.Validation).seen, state.ensemble
-    here = slice_of(state, ensemble) if ensemble is not None and seen & SLICED else None
-    return state.facies, state.shown if "reuse" in seen else None, here
+    shown_slice = slice_of(state, ensemble) if ensemble is not None and seen & SLICED else None
+    return state.facies, state.shown if "reuse" in seen else None, shown_slice
 
 
 def _draw_realization(
-    state: State, ensemble: Ensemble, colours: Sequence[str], here: ShownSlice
+    state: State, ensemble: Ensemble, colours: Sequence[str], shown_slice: ShownSlice
 ) -> None:
     r, wells = state.shown, wells_on(state, ensemble)
     with st.container(horizontal=True, vertical_alignment="center", gap="small", key="shown_row"):
-        panel_title(f"Realization {ensemble.numbers[r] + 1} of {ensemble.n}", str(here))
+        panel_title(f"Realization {ensemble.numbers[r] + 1} of {ensemble.n}", str(shown_slice))
         maps.step_buttons("shown", state, ensemble.n)
-    shown = maps.realization_map(state, ensemble, colours, r, f"Realization {r + 1}", wells)
+    cell_map = maps.realization_map(
+        state, ensemble, colours, r, f"Realization {r + 1}", wells=wells
+    )
     file = f"realization_{r + 1}"
     # the E-type below a section has coordinates, so the section needs the same left and right edge
-    grid = ensemble.grid if here.axis is not None and maps.is_wide(ensemble.grid) else None
+    grid = ensemble.grid if shown_slice.axis is not None and maps.is_wide(ensemble.grid) else None
     draw_cells(
-        shown, "realization", grid=grid, name=file, link="grid", scale="maps", max_height=MAP_HEIGHT
+        cell_map,
+        "realization",
+        grid=grid,
+        name=file,
+        link="grid",
+        scale="maps",
+        max_height=MAP_HEIGHT,
     )
 
 
-def _draw_mds(state: State, found: Anodi) -> None:
+def _draw_mds(state: State, anodi: Anodi) -> None:
     ensemble = state.ensemble
     assert ensemble is not None
-    n = len(found.owner) - 1
+    n = len(anodi.owner) - 1
     first = f"first {n}; click a point to see the realization"
     note = first if ensemble.n > statistics.MAX_COMPARED else "click a point to see it"
 
     def click(k: int) -> None:
         state.shown = min(max(k, 0), n - 1)
 
-    placed, theme = found.scaling(), chart_theme()
+    scaling, theme = anodi.scaling(), chart_theme()
     labels = [f"realization {r + 1}" for r in ensemble.numbers[:n]]
-    image, positions = placed.positions[0], placed.positions[1:]
+    image_position, positions = scaling.positions[0], scaling.positions[1:]
     ringed = state.shown if state.shown < n else None
     group = Group("realizations", positions, theme.ink, labels=labels, ringed=ringed)
-    chart = mds_chart(image, [group], theme, height=MAP_HEIGHT + 26)
+    chart = mds_chart(image_position, [group], theme, height=MAP_HEIGHT + 26)
     alt = "MDS plot: distances between points represent distances between patterns of the images"
     draw = partial(draw_clickable_chart, choose=click)
-    said = describe_scaling(placed.stress, note)
-    titled_chart(mds_title(placed.stress), said, chart, "mds", alt, draw)
+    scaling_note = describe_scaling(scaling.stress, note)
+    titled_chart(mds_title(scaling.stress), scaling_note, chart, "mds", alt, draw=draw)
 
 
 SECTIONS = (
     ("uncertainty", "Uncertainty", "where the realizations agree", draw_uncertainty),
     ("bodies", "Proportions and geobodies", "amount and pieces of each facies", draw_geobodies),
     ("measures", "Measures", "single numbers, compared with crops of the image", draw_measures),
-    ("flow", "Flow", "connectivity as flow feels it", draw_flow),
+    ("flow", "Flow", "flow efficiency along each axis", draw_flow),
     ("patterns", "Patterns", "variety, and similarity to the training image", draw_patterns),
     ("data", "Hard data", "whether and how data are honoured", draw_data),
     ("fit", "Data and image", "whether the data contradict the image", draw_data_and_image),
@@ -239,7 +247,7 @@ MAX_LISTED = 4  # with more facies than this number, only the proportions that d
 def findings(state: State, ensemble: Ensemble) -> list[Verdict]:
     """Return the findings that follow from the statistics computed so far."""
     page_state = state.page(statistics.Validation)
-    found = [of_data(ensemble)]
+    judged = [of_data(ensemble)]
     tasks: dict[str, Task[Any]] = {"variety": statistics.variety(ensemble)}
     if zoned := names_of_zones(ensemble):  # each zone is judged by its own image
         tasks["zones"] = statistics.zones(ensemble)
@@ -255,30 +263,30 @@ def findings(state: State, ensemble: Ensemble) -> list[Verdict]:
         if page_state.worker.memo.get(task.key) is None:
             page_state.waiting[word] = task  # the finding is added when the page is drawn again
     page_state.worker.wait_for(tasks["zones" if zoned else "shares"], MOMENT_SECONDS)
-    known: dict[str, Any] = {k: statistics.known(state, task) for k, task in tasks.items()}
-    agreement = known.get("data_fit")
+    values: dict[str, Any] = {k: statistics.known(state, task) for k, task in tasks.items()}
+    agreement = values.get("data_fit")
     choices = state.ensemble_choices
-    if choices is not None and (said := facies_by_code(choices)):
-        found.append(Verdict(f"data: {said}", good=False))
+    if choices is not None and (data_message := facies_by_code(choices)):
+        judged.append(Verdict(f"data: {data_message}", good=False))
     if agreement and flagged(agreement):
-        found.insert(0, Verdict(agreement.words, good=False))
-    if known.get("zones") is not None:
-        found += describe_zones(known["zones"], zoned)
+        judged.insert(0, Verdict(agreement.words, good=False))
+    if values.get("zones") is not None:
+        judged += describe_zones(values["zones"], zoned)
     if ensemble.is_of_other_images:
-        found.append(Verdict(page_text("Other images"), good=None))
-    if known.get("checks") is not None:
-        found += verdicts.describe_checks(known["checks"], ensemble.training_image.facies_names)
-    if known.get("shares"):
-        found += of_proportions(ensemble, known["shares"].fit)
-    small = statistics.known(state, statistics.volume_patterns(ensemble))
-    if ensemble.grid.nz is not None and small and not zoned:
-        found.append(Verdict(describe_unseen_of(small), good=None))
-    if known["variety"] is not None and ensemble.n > 1:
-        found.append(of_variety(ensemble, known["variety"]))
-    apart = statistics.known(state, statistics.patterns(ensemble))
-    if apart and not apart.within[0].max() > 0:
-        found.append(Verdict("realizations are copies of the training image", good=False))
-    return found
+        judged.append(Verdict(page_text("Other images"), good=None))
+    if values.get("checks") is not None:
+        judged += verdicts.describe_checks(values["checks"], ensemble.training_image.facies_names)
+    if values.get("shares"):
+        judged += of_proportions(ensemble, values["shares"].fit)
+    volume_patterns = statistics.known(state, statistics.volume_patterns(ensemble))
+    if ensemble.grid.nz is not None and volume_patterns and not zoned:
+        judged.append(Verdict(describe_unseen_of(volume_patterns), good=None))
+    if values["variety"] is not None and ensemble.n > 1:
+        judged.append(of_variety(ensemble, values["variety"]))
+    anodi = statistics.known(state, statistics.patterns(ensemble))
+    if anodi and not anodi.within[0].max() > 0:
+        judged.append(Verdict("realizations are copies of the training image", good=False))
+    return judged
 
 
 def of_data(ensemble: Ensemble) -> Verdict:
@@ -298,14 +306,14 @@ def of_proportions(ensemble: Ensemble, fit: Fit | None) -> list[Verdict]:
     off = fit.outside.copy() if fit is not None else np.zeros(n, bool)
     if (lost := verdicts.lost_at_edges(ensemble)) is not None:
         off[lost] = True
-    said = [k for k in range(1 if n == 2 else 0, n) if n <= MAX_LISTED or off[k]]
+    listed = [k for k in range(1 if n == 2 else 0, n) if n <= MAX_LISTED or off[k]]
     good = [None if fit is None else not missed for missed in off]
-    found = [Verdict(verdicts.describe_proportion(ensemble, k), good=good[k]) for k in said]
+    judged = [Verdict(verdicts.describe_proportion(ensemble, k), good=good[k]) for k in listed]
     if n > MAX_LISTED:
-        others = "all" if not said else "the other"
-        found.append(Verdict(f"{others} proportions within the scatter of TI crops"))
+        others = "all" if not listed else "the other"
+        judged.append(Verdict(f"{others} proportions within the scatter of TI crops"))
     advice = verdicts.advise_proportions(ensemble, fit)
-    return [*found, Verdict(advice, good=None)] if advice else found
+    return [*judged, Verdict(advice, good=None)] if advice else judged
 
 
 def of_variety(ensemble: Ensemble, differing: float) -> Verdict:

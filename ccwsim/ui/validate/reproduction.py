@@ -5,7 +5,6 @@ from dataclasses import replace
 from functools import partial
 from html import escape
 from itertools import product
-from typing import Any
 
 import numpy as np
 import streamlit as st
@@ -39,7 +38,7 @@ CURVE_HEIGHT = 190
 AREA, VOLUME = 10_000, 1_000_000
 """Counts are stated per this number of cells, because grid and image differ in size."""
 TOUCHING = {26: "sides, edges, corners", 18: "sides, edges", 6: "sides"}
-"""Number of neighbours of a cell in a volume: a description of which cells are connected."""
+"""Descriptions of connected cells, by the number of neighbours of a cell in a volume."""
 N_SIZES = 60  # number of geobody sizes at which the curve of shares is computed
 MAX_TAILS = 3  # maximum number of facies for which transiograms of all pairs are drawn at once
 MAX_HEADS = 6
@@ -51,7 +50,7 @@ def draw_curves_row(state: State, ensemble: Ensemble) -> None:
     """Draw variograms and connectivity; for volumes, add proportions of layers and new patterns."""
     charts.draw_band_key(ensemble)
     pairs = product(STATISTICS, axes_of(ensemble.grid.shape))  # variograms are first
-    curves = [partial(draw_curve, state, ensemble, *pair) for pair in pairs]
+    curves = [partial(draw_curve, state, ensemble, name, direction) for name, direction in pairs]
     rows = [curves]
     if ensemble.grid.nz is not None:
         n = len(curves) // 2
@@ -69,11 +68,13 @@ def _draw_layers(state: State, ensemble: Ensemble) -> None:
 def _draw_unseen(state: State, ensemble: Ensemble) -> None:
     """Draw the share of each realization's patterns that are not in the training image."""
 
-    def draw(found: statistics.PatternsCompared) -> None:
-        strips = [("unseen", "of all patterns (%)", found.unseen)]
-        if found.unseen_at_data is not None:
-            strips.append(("unseen_at_data", "of patterns at hard data (%)", found.unseen_at_data))
-        text.panel_title("Unseen patterns", describe_unseen_of(found))
+    def draw(compared: statistics.PatternsCompared) -> None:
+        strips = [("unseen", "of all patterns (%)", compared.unseen)]
+        if compared.unseen_at_data is not None:
+            strips.append(
+                ("unseen_at_data", "of patterns at hard data (%)", compared.unseen_at_data)
+            )
+        text.panel_title("Unseen patterns", describe_unseen_of(compared))
         for key, title, shares in strips:
             strip = Strip(title, 100 * shares, np.nan)
             chart = figures.strip_chart(strip, chart_theme(), colour=chart_theme().ink)
@@ -84,18 +85,20 @@ def _draw_unseen(state: State, ensemble: Ensemble) -> None:
     statistics.panel(state, "unseen", statistics.volume_patterns(ensemble), draw)
 
 
-def describe_unseen_of(found: statistics.PatternsCompared) -> str:
+def describe_unseen_of(compared: statistics.PatternsCompared) -> str:
     """Return, as text, the mean share of patterns that are not in the training image."""
-    at_data = found.unseen_at_data
+    at_data = compared.unseen_at_data
     mean = None if at_data is None else float(np.nanmean(at_data))
-    return verdicts.describe_unseen(float(found.unseen.mean()), mean, describe_shape(found.shape))
+    return verdicts.describe_unseen(
+        float(compared.unseen.mean()), mean, describe_shape(compared.shape)
+    )
 
 
 def draw_curve(
     state: State,
     ensemble: Ensemble,
     statistic: Statistic,
-    way: Direction,
+    direction: Direction,
     height: int = CURVE_HEIGHT,
 ) -> None:
     """Draw a statistic of the chosen facies along a direction."""
@@ -103,22 +106,29 @@ def draw_curve(
     p = float(ensemble.training_image.proportions[state.facies])
     # 1.5 × the sill is above most variograms; so charts of both directions have the same scale
     top = 1.5 * p * (1 - p) or 0.5
-    title = verdicts.curve_title(statistic, way)
-    key = f"{statistic}_{way[0] if isinstance(way, str) else 'azimuth'}"
+    title = verdicts.curve_title(statistic, direction)
+    key = f"{statistic}_{direction[0] if isinstance(direction, str) else 'azimuth'}"
 
-    def draw(found: statistics.Compared[Bundle]) -> None:
-        bundle = found.value
+    def draw(compared: statistics.Compared[Bundle]) -> None:
+        bundle = compared.value
         highest = max(np.nan_to_num(curves).max() for curves in (bundle.each, bundle.reference))
         y_range = (0, 1.04) if statistic == "connectivity" else (0, max(top, 1.05 * float(highest)))
         y_title = f"{verdicts.SIGNS[statistic]} of {name}"
-        options: dict[str, Any] = {"y_range": y_range, "height": height}
-        options["judged"] = charts.judged_curves(found.fit)
-        chart = figures.curves_chart(bundle, chart_theme(), y_title=y_title, **options)
-        note = verdicts.describe_curve(found.fit, statistic)
+        chart = figures.curves_chart(
+            bundle,
+            chart_theme(),
+            y_title=y_title,
+            y_range=y_range,
+            height=height,
+            judged=charts.judged_curves(compared.fit),
+        )
+        note = verdicts.describe_curve(compared.fit, statistic)
         alt = f"{title} of {name}: training image, realizations, median and 5–95 % band"
         charts.titled_chart(title, note, chart, key, alt)
 
-    statistics.panel(state, key, statistics.curves(ensemble, statistic, state.facies, way), draw)
+    statistics.panel(
+        state, key, statistics.curves(ensemble, statistic, state.facies, direction), draw
+    )
 
 
 def draw_directions(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
@@ -140,24 +150,32 @@ def draw_directions(state: State, ensemble: Ensemble, colours: Sequence[str]) ->
         return
     name = ensemble.training_image.facies_names[state.facies]
     task = statistics.lag_maps(ensemble, state.facies)
-    statistics.panel(state, "lag_maps", task, lambda found: _draw_lag_maps(found, name, azimuth))
+    statistics.panel(
+        state, "lag_maps", task, lambda lag_maps: _draw_lag_maps(lag_maps, name, azimuth)
+    )
 
 
-def _draw_lag_maps(found: statistics.LagMaps, name: str, azimuth: float) -> None:
+def _draw_lag_maps(lag_maps: statistics.LagMaps, name: str, azimuth: float) -> None:
     columns = st.columns(3, gap="medium")
-    largest = float(max(found.reference.max(), found.mean.max())) or 0.5
-    apart = found.mean - found.reference
-    widest = float(np.abs(apart).max()) or largest
+    largest = float(max(lag_maps.reference.max(), lag_maps.mean.max())) or 0.5
+    difference = lag_maps.mean - lag_maps.reference
+    widest = float(np.abs(difference).max()) or largest
     maps = (
-        ("Training image", "variogram map", "lags_image", found.reference, largest),
-        ("Realizations", "mean variogram map", "lags_mean", found.mean, largest),
-        ("Difference", f"at most {three_digits(widest)}", "lags_apart", apart, widest),
+        ("Training image", "variogram map", "lags_image", lag_maps.reference, largest),
+        ("Realizations", "mean variogram map", "lags_mean", lag_maps.mean, largest),
+        ("Difference", f"at most {three_digits(widest)}", "lags_apart", difference, widest),
     )
     for column, (title, note, key, values, top) in zip(columns, maps, strict=True):
-        options: dict[str, Any] = {"largest": top, "difference": values is apart}
-        options |= {"name": f"γ of {name}", "azimuth": azimuth}
         with column:
-            chart = figures.lag_map_chart(found.lags, values, chart_theme(), **options)
+            chart = figures.lag_map_chart(
+                lag_maps.lags,
+                values,
+                chart_theme(),
+                name=f"γ of {name}",
+                largest=top,
+                azimuth=azimuth,
+                difference=values is difference,
+            )
             alt = f"{title}: variogram map of {name}, lags east and north"
             charts.titled_chart(title, note, chart, key, alt)
 
@@ -168,13 +186,15 @@ def draw_transitions(state: State, ensemble: Ensemble, colours: Sequence[str]) -
     n = len(names)
     tails = list(range(n))
     with st.container(horizontal=True, gap="medium", vertical_alignment="bottom"):
-        ways = axes_of(ensemble.grid.shape)
-        page_state.along = page_state.along if page_state.along in ways else ways[0]
+        directions = axes_of(ensemble.grid.shape)
+        page_state.along = page_state.along if page_state.along in directions else directions[0]
         field(
             st.segmented_control,
             "Along",
             key="transitions_along",
-            **bound_to(page_state, "along", options=list(ways), format_func=verdicts.way_name),
+            **bound_to(
+                page_state, "along", options=list(directions), format_func=verdicts.way_name
+            ),
         )
         if n > MAX_TAILS:
             page_state.tail = min(page_state.tail, n - 1)
@@ -204,23 +224,23 @@ def draw_geobodies(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
     image, k = ensemble.training_image, state.facies
     names = image.facies_names
 
-    def draw_shares(found: statistics.Compared[NDArray[np.float64]]) -> None:
+    def draw_shares(compared: statistics.Compared[NDArray[np.float64]]) -> None:
         chart = figures.proportions_chart(
-            names, ensemble.image_proportions, found.value, colours, chart_theme()
+            names, ensemble.image_proportions, compared.value, colours, chart_theme()
         )
         note = verdicts.describe_proportion(ensemble, k)
         alt = "Facies proportions of each realization and of the training image"
         charts.titled_chart("Facies proportions", note, chart, "proportions", alt)
 
-    def draw_strips(found: statistics.GeobodiesCompared) -> None:
+    def draw_strips(compared: statistics.GeobodiesCompared) -> None:
         columns = st.columns(2, gap="large") + st.columns(2, gap="large")
-        for column, (title, key, strip) in zip(columns, strips_of(found), strict=True):
+        for column, (title, key, strip) in zip(columns, strips_of(compared), strict=True):
             with column:
                 chart = figures.strip_chart(strip, chart_theme(), colour=colours[k])
                 alt = f"{title} of {names[k]}: {strip.title}"
                 charts.titled_chart(title, f"of {names[k]}", chart, key, alt)
-        text.step_note(describe_percolation(found, names[k]))
-        for verdict in verdicts.describe_geobodies(found.fit, names[k]):
+        text.step_note(describe_percolation(compared, names[k]))
+        for verdict in verdicts.describe_geobodies(compared.fit, names[k]):
             st.html(f'<p class="note">{text.verdict_html(verdict)}</p>')
 
     is_volume, page_state = ensemble.grid.nz is not None, state.page(statistics.Validation)
@@ -229,7 +249,7 @@ def draw_geobodies(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
     with left:
         statistics.panel(state, "proportions", statistics.proportions(ensemble), draw_shares)
         if is_volume:
-            statistics.panel(state, "sizes", task, lambda found: _draw_sizes(found, names[k]))
+            statistics.panel(state, "sizes", task, lambda compared: _draw_sizes(compared, names[k]))
     with right:
         if is_volume:
             field(
@@ -242,42 +262,47 @@ def draw_geobodies(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
         statistics.panel(state, "geobodies", task, draw_strips)
 
 
-def _draw_sizes(found: statistics.GeobodiesCompared, name: str) -> None:
+def _draw_sizes(geobodies: statistics.GeobodiesCompared, name: str) -> None:
     """Draw the share of a facies in geobodies of at least a given size."""
-    chart = figures.geobody_sizes_chart(sizes_of(found), chart_theme(), y_title="share")
+    chart = figures.geobody_sizes_chart(sizes_of(geobodies), chart_theme(), y_title="share")
     alt = f"Share of {name} in geobodies of at least this size"
     note = f"share of {name} in geobodies of this size or larger"
     charts.titled_chart("Sizes of geobodies", note, chart, "sizes", alt)
-    if found.n_cells != found.n_cells_reference:
+    if geobodies.n_cells != geobodies.n_cells_reference:
         text.step_note(
             text.page_text(
                 "Sizes of geobodies",
-                image=f"{found.n_cells_reference:,}",
-                grid=f"{found.n_cells:,}",
+                image=f"{geobodies.n_cells_reference:,}",
+                grid=f"{geobodies.n_cells:,}",
             )
         )
 
 
-def sizes_of(found: statistics.GeobodiesCompared) -> Bundle:
+def sizes_of(geobodies: statistics.GeobodiesCompared) -> Bundle:
     """Return, for each size, the share of a facies in geobodies of this size or larger."""
-    largest = [sizes[0] for sizes in (*found.each.sizes, *found.reference.sizes) if len(sizes)]
-    cells = np.unique(np.geomspace(1, max(largest, default=1) + 1, N_SIZES).round())
-    each, reference = found.each.share_in(cells), found.reference.share_in(cells)[0]
-    return bundle_of_curves(cells, reference, each[:MAX_CURVES])
+    largest = [
+        sizes[0] for sizes in (*geobodies.each.sizes, *geobodies.reference.sizes) if len(sizes)
+    ]
+    limits = np.unique(np.geomspace(1, max(largest, default=1) + 1, N_SIZES).round())
+    each, reference = geobodies.each.share_in(limits), geobodies.reference.share_in(limits)[0]
+    return bundle_of_curves(limits, reference, each[:MAX_CURVES])
 
 
-def strips_of(found: statistics.GeobodiesCompared) -> list[tuple[str, str, Strip]]:
+def strips_of(geobodies: statistics.GeobodiesCompared) -> list[tuple[str, str, Strip]]:
     """Return the strip charts of geobodies, with titles and keys."""
-    each, image = found.each, found.reference
+    each, reference = geobodies.each, geobodies.reference
     unit = AREA if each.percolates_vertical is None else VOLUME
-    per, per_image = unit / found.n_cells, unit / found.n_cells_reference
+    per, per_image = unit / geobodies.n_cells, unit / geobodies.n_cells_reference
     shares = np.array([sizes[0] / sizes.sum() if len(sizes) else np.nan for sizes in each.sizes])
-    own = image.sizes[0]
-    share = float(own[0] / own.sum()) if len(own) else np.nan
+    image_sizes = reference.sizes[0]
+    share = float(image_sizes[0] / image_sizes.sum()) if len(image_sizes) else np.nan
     area = f"per {unit:,} cells"
     number, euler = (values.astype(np.float64) for values in (each.n_geobodies, each.euler_number))
-    number_of_image, euler_of_image = float(image.n_geobodies[0]), float(image.euler_number[0])
-    gamma = Strip("two random cells are connected", each.gamma, float(image.gamma[0]))
+    number_of_image, euler_of_image = (
+        float(reference.n_geobodies[0]),
+        float(reference.euler_number[0]),
+    )
+    gamma = Strip("two random cells are connected", each.gamma, float(reference.gamma[0]))
     return [
         ("Γ", "gamma", gamma),
         ("Geobodies", "n_bodies", Strip(area, number * per, number_of_image * per_image)),
@@ -286,25 +311,29 @@ def strips_of(found: statistics.GeobodiesCompared) -> list[tuple[str, str, Strip
     ]
 
 
-def describe_percolation(found: statistics.GeobodiesCompared, name: str) -> str:
+def describe_percolation(geobodies: statistics.GeobodiesCompared, name: str) -> str:
     """Return a text that states in how many realizations a facies percolates."""
-    each, image, n = found.each, found.reference, len(found.each.n_geobodies)
-    ways = {"E–W": (each.percolates_ew, image.percolates_ew)}
-    ways["N–S"] = each.percolates_ns, image.percolates_ns
+    each, reference, n = geobodies.each, geobodies.reference, len(geobodies.each.n_geobodies)
+    percolation = {"E–W": (each.percolates_ew, reference.percolates_ew)}
+    percolation["N–S"] = each.percolates_ns, reference.percolates_ns
     touching = "sides or corners"
-    if each.percolates_vertical is not None and image.percolates_vertical is not None:
-        ways["vertically"] = each.percolates_vertical, image.percolates_vertical
+    if each.percolates_vertical is not None and reference.percolates_vertical is not None:
+        percolation["vertically"] = each.percolates_vertical, reference.percolates_vertical
         touching = " or ".join(TOUCHING[each.neighbours].rsplit(", ", 1))
-    counts = listing(f"{way} in {int(found.sum())}" for way, (found, _) in ways.items())
-    own = [way for way, (_, of_image) in ways.items() if of_image[0]]
-    of_image = f"in the training image {listing(own)}" if own else "not in the training image"
+    counts = listing(
+        f"{direction} in {int(flags.sum())}" for direction, (flags, _) in percolation.items()
+    )
+    directions = [direction for direction, (_, flags) in percolation.items() if flags[0]]
+    image_text = "not in the training image"
+    if directions:
+        image_text = f"in the training image {listing(directions)}"
     return text.page_text(
         "Percolation",
         n=n,
         touching=touching,
         name=f"{name[:1].upper()}{name[1:]}",
         counts=counts,
-        image=of_image,
+        image=image_text,
     )
 
 
@@ -312,20 +341,20 @@ def draw_measures(state: State, ensemble: Ensemble, colours: Sequence[str]) -> N
     """Draw a table with all measures of the facies, with a verdict on each measure."""
     name = ensemble.training_image.facies_names[state.facies]
 
-    def draw(found: Measured) -> None:
-        n = len(found.each)
+    def draw(measured: Measured) -> None:
+        n = len(measured.each)
         text.panel_title(
             f"Measures of {name}", f"{'first ' if n < ensemble.n else ''}{n} realizations"
         )
         rows = []
-        for row in verdicts.describe_measures(found):
+        for row in verdicts.describe_measures(measured):
             title = f'<span title="{escape(row.definition)}">{escape(row.title)}</span>'
             verdict = f'<span class="{"fact" if row.good else "fact odd"}">{row.verdict}</span>'
             rows.append([title, row.image, row.realizations, verdict])
         table = text.numbers_table(rows, verdicts.MEASURES_HEAD, "measures")
         st.html(text.scrolled(table, f"Measures of {name}"))
         text.step_note(verdicts.HOW_MEASURED)
-        content, file = partial(measures_csv, found), f"{study_part(ensemble)}_measures.csv"
+        content, file = partial(measures_csv, measured), f"{study_part(ensemble)}_measures.csv"
         download("Measures as CSV", content, file, key="download_measures", width="content")
 
     statistics.panel(state, "measures", statistics.measures(ensemble, state.facies), draw)
@@ -335,32 +364,36 @@ def draw_flow(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
     """Draw the flow efficiency of the facies along each axis, with a verdict."""
     k, name = state.facies, ensemble.training_image.facies_names[state.facies]
 
-    def draw(found: FlowFit) -> None:
-        ways = ("E–W", "N–S", "vertical")[: len(found.reference)]
-        columns = st.columns(len(ways), gap="large")
-        for axis, (column, way) in enumerate(zip(columns, ways, strict=True)):
+    def draw(flow_fit: FlowFit) -> None:
+        axes = ("E–W", "N–S", "vertical")[: len(flow_fit.reference)]
+        columns = st.columns(len(axes), gap="large")
+        for axis, (column, direction) in enumerate(zip(columns, axes, strict=True)):
             with column:
-                strip = Strip("effective K / mean K", found.each[:, axis], found.reference[axis])
+                strip = Strip(
+                    "effective K / mean K", flow_fit.each[:, axis], flow_fit.reference[axis]
+                )
                 chart = figures.strip_chart(strip, chart_theme(), colour=colours[k])
-                verdict = verdicts.describe_flow(found, axis)
-                key, alt = f"flow_{axis}", f"Flow efficiency {way} of {name}"
-                charts.titled_chart(f"Flow efficiency {way}", verdict, chart, key, alt)
+                verdict = verdicts.describe_flow(flow_fit, axis)
+                key, alt = f"flow_{axis}", f"Flow efficiency {direction} of {name}"
+                charts.titled_chart(f"Flow efficiency {direction}", verdict, chart, key, alt)
         text.step_note(text.page_text("Flow efficiency"))
 
     statistics.panel(state, "flow", statistics.flow_fit(ensemble, k), draw)
 
 
-def measures_csv(found: Measured) -> bytes:
+def measures_csv(measured: Measured) -> bytes:
     """Return CSV with a line per measure; columns: training image, crops, pieces, realizations."""
     head = ["measure", "training_image", "crops", "tolerance", "pieces"]
     lines = []
-    for k, measure in enumerate(found.measures):
-        fit = found.fit
+    for k, measure in enumerate(measured.measures):
+        fit = measured.fit
         band = ("", "", "") if fit is None else (fit.reference[k], fit.tolerance[k], fit.found[k])
-        numbers = [found.reference[k], *band, *found.each[:, k]]
-        shown = (n if n == "" else f"{measure.factor * n:.6g}" for n in numbers)
-        lines.append([measure.title, *shown])
-    return csv_as_bytes([*head, *(f"realization_{r + 1}" for r in range(len(found.each)))], lines)
+        numbers = [measured.reference[k], *band, *measured.each[:, k]]
+        texts = (n if n == "" else f"{measure.factor * n:.6g}" for n in numbers)
+        lines.append([measure.title, *texts])
+    return csv_as_bytes(
+        [*head, *(f"realization_{r + 1}" for r in range(len(measured.each)))], lines
+    )
 
 
 def draw_patterns(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
@@ -371,32 +404,32 @@ def draw_patterns(state: State, ensemble: Ensemble, colours: Sequence[str]) -> N
         statistics.panel(state, "crops", statistics.volume_patterns(ensemble), _draw_distances)
 
 
-def _draw_distances(found: statistics.PatternsCompared) -> None:
+def _draw_distances(patterns: statistics.PatternsCompared) -> None:
     """Draw the pattern distances of realizations, and of crops, from the training image."""
     text.panel_title("Distance from the training image", "Jensen–Shannon divergence, bits")
-    for verdict in verdicts.describe_patterns(found.fit):
+    for verdict in verdicts.describe_patterns(patterns.fit):
         st.html(f"<p>{text.verdict_html(verdict, 'fact')}</p>")
-    if found.fit is not None:
-        text.step_note(text.page_text("Pieces and crops", size=verdicts.size_text(found.fit)))
+    if patterns.fit is not None:
+        text.step_note(text.page_text("Pieces and crops", size=verdicts.size_text(patterns.fit)))
 
 
-def _draw_anodi(found: Anodi, n_axes: int) -> None:
+def _draw_anodi(anodi: Anodi, n_axes: int) -> None:
     left, right = st.columns([1.6, 1.0], gap="large")
-    between, within, ratios = found.between[0], found.within[0], found.ratio[0]
+    between, within, ratios = anodi.between[0], anodi.within[0], anodi.ratio[0]
     with left:
-        ratio = float(found.mean_ratio[0])
+        ratio = float(anodi.mean_ratio[0])
         note = "" if np.isnan(ratio) else f"between / within = {three_digits(ratio)}"
-        chart = figures.divergence_chart(found.factors, between, within, chart_theme())
+        chart = figures.divergence_chart(anodi.factors, between, within, chart_theme())
         alt = "Divergence between realizations, and from the training image, by resolution"
         charts.titled_chart("Distance of patterns", note, chart, "anodi", alt)
     with right:
         rows = [
             ["full" if factor == 1 else f"1 / {factor}", *(three_digits(v) for v in values)]
-            for factor, *values in zip(found.factors, between, within, ratios, strict=True)
+            for factor, *values in zip(anodi.factors, between, within, ratios, strict=True)
         ]
         st.html(text.numbers_table(rows, ("resolution", "between", "within", "ratio")))
-        size = describe_shape((found.pattern_size,) * n_axes)
-        weights = ", ".join(three_digits(w) for w in found.weights)
+        size = describe_shape((anodi.pattern_size,) * n_axes)
+        weights = ", ".join(three_digits(w) for w in anodi.weights)
         text.step_note(text.page_text("ANODI", size=size, weights=weights))
 
 
@@ -404,26 +437,33 @@ def draw_copying(state: State, ensemble: Ensemble, colours: Sequence[str]) -> No
     """Draw the seams of a realization, its uses of the training image, and measures of copying."""
     r = state.shown
 
-    def draw(found: Copying) -> None:
+    def draw(copied: Copying) -> None:
         left, middle, right = st.columns([1.0, 1.0, 0.8], gap="medium")
-        here, of_image = slice_of(state, ensemble), middle_layer(ensemble.training_image.shape)
+        shown_slice, image_slice = (
+            slice_of(state, ensemble),
+            middle_layer(ensemble.training_image.shape),
+        )
         with left:
-            share = three_digits(100 * found.seams.mean())
-            text.panel_title("Seams", f"{share} % of the cells are at a seam{here.words}")
-            seams = found.seams if here.axis is None else found.seams_within(here.axis)
-            cut = replace(found, seams=here.of(seams))
-            shown = seam_map(cut, here.ensemble(ensemble), r, colours, chart_theme().reference)
-            draw_cells(shown, "seams", link="grid", name="seams", max_height=COPYING_HEIGHT)
+            share = three_digits(100 * copied.seams.mean())
+            text.panel_title("Seams", f"{share} % of the cells are at a seam{shown_slice.words}")
+            seams = (
+                copied.seams if shown_slice.axis is None else copied.seams_within(shown_slice.axis)
+            )
+            cut = replace(copied, seams=shown_slice.of(seams))
+            cell_map = seam_map(
+                cut, shown_slice.ensemble(ensemble), r, colours, chart_theme().reference
+            )
+            draw_cells(cell_map, "seams", link="grid", name="seams", max_height=COPYING_HEIGHT)
         with middle:
-            note = f"uses of each cell of the training image{of_image.words}"
+            note = f"uses of each cell of the training image{image_slice.words}"
             text.panel_title("Source of the cells", note)
-            uses = use_map(replace(found, uses=of_image.of(found.uses)))
+            uses = use_map(replace(copied, uses=image_slice.of(copied.uses)))
             draw_cells(uses, "uses", name="uses", max_height=COPYING_HEIGHT)
         with right:
             text.panel_title("Copy meter", f"realization {ensemble.numbers[r] + 1}")
-            st.html(text.numbers_table(meter_of(found)))
+            st.html(text.numbers_table(meter_of(copied)))
             text.step_note(text.page_text("Copy meter"))
-            if here.axis is not None:
+            if shown_slice.axis is not None:
                 text.step_note("The share of seams refers to the volume; the map shows a slice.")
 
     statistics.panel(state, "reuse", statistics.copied(ensemble, r), draw)
@@ -433,33 +473,34 @@ def draw_image(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None
     """Draw the diagnosis of the training image."""
     image = ensemble.training_image
 
-    def draw(found: Diagnosis) -> None:
+    def draw(diagnosis: Diagnosis) -> None:
         use, price = partial(set_parameters, state), partial(describe_price, state.choices)
-        draw_diagnosis(found, image, state.choices.parameters, colours, use, price)
+        parameters = state.choices.parameters
+        draw_diagnosis(diagnosis, image, parameters, colours, use=use, price=price)
 
     statistics.panel(state, "diagnosis", statistics.diagnosis(image), draw)
 
 
-def meter_of(found: Copying) -> list[tuple[str, str]]:
+def meter_of(copied: Copying) -> list[tuple[str, str]]:
     """Return the rows of the copy meter as pairs (name, value)."""
-    n_axes = len(found.square_at)
-    shape = describe_shape((found.largest_square,) * n_axes)
+    n_axes = len(copied.square_at)
+    size = describe_shape((copied.largest_square,) * n_axes)
     return [
-        ("neighbours kept", f"{100 * found.copied:.1f} %"),
-        (f"largest {'square' if n_axes == 2 else 'cube'} copied", f"{shape} cells"),
-        ("largest piece copied", f"{found.largest_block:,} cells"),
-        ("training image used", f"{100 * found.used:.0f} %"),
-        ("set alone", f"{found.n_unknown:,} cells"),
+        ("neighbours kept", f"{100 * copied.copied:.1f} %"),
+        (f"largest {'square' if n_axes == 2 else 'cube'} copied", f"{size} cells"),
+        ("largest piece copied", f"{copied.largest_block:,} cells"),
+        ("training image used", f"{100 * copied.used:.0f} %"),
+        ("set as single cells", f"{copied.n_unknown:,} cells"),
     ]
 
 
 def seam_map(
-    found: Copying, ensemble: Ensemble, r: int, colours: Sequence[str], line: str
+    copied: Copying, ensemble: Ensemble, r: int, colours: Sequence[str], line: str
 ) -> CellMap:
     """Return a map of a realization with seams; hovering over a seam also shows the facies."""
     names = ensemble.training_image.facies_names
     n = len(names)
-    seams = found.seams if n <= 128 else np.zeros_like(found.seams)
+    seams = copied.seams if n <= 128 else np.zeros_like(copied.seams)
     return CellMap(
         indices=(ensemble.indices[r] + n * seams).astype(np.uint8),
         colours=[*colours, *[line] * n],
@@ -469,15 +510,15 @@ def seam_map(
     )
 
 
-def use_map(found: Copying) -> CellMap:
+def use_map(copied: Copying) -> CellMap:
     """Return a map that shows how often each cell of the training image was used."""
-    most = max(int(found.uses.max()), 1)
+    most = max(int(copied.uses.max()), 1)
     n = min(most, MAX_USES)
     labels = [f"used {k} times" for k in range(n + 1)]
     if most > n:
         labels[-1] = f"used {n} times or more"
     return CellMap(
-        indices=np.minimum(found.uses, n).astype(np.uint8),
+        indices=np.minimum(copied.uses, n).astype(np.uint8),
         colours=figures.ramp(figures.CIVIDIS, n + 1),
         labels=labels,
         alt="How often each cell of the training image was used",

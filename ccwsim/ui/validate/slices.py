@@ -27,11 +27,11 @@ class ShownSlice:
     """A layer (axis 0), row or column of a volume; if `axis` is None, a complete map."""
 
     axis: int | None = None
-    at: int = 0
+    index: int = 0
 
     def __str__(self) -> str:
         """Return a text such as "layer 24", with layers counted from 0; empty for a map."""
-        return "" if self.axis is None else f"{AXES[self.axis]} {self.at}"
+        return "" if self.axis is None else f"{AXES[self.axis]} {self.index}"
 
     @property
     def words(self) -> str:
@@ -42,15 +42,15 @@ class ShownSlice:
         """Return this slice of an array; the last three axes of the array are z, y and x."""
         if self.axis is None:
             return array
-        return np.take(array, self.at, self.axis - len(AXES))
+        return np.take(array, self.index, self.axis - len(AXES))
 
     def ensemble(self, ensemble: Ensemble) -> Ensemble:
         """Return an ensemble of maps with this slice of the realizations and of the data."""
         if self.axis is None:
             return ensemble
         data, grid, axis = ensemble.hard_data, ensemble.grid, self.axis
-        here = np.flatnonzero(data.cells[:, axis] == self.at)
-        cells = np.delete(data.cells[here], axis, axis=1)
+        in_slice = np.flatnonzero(data.cells[:, axis] == self.index)
+        cells = np.delete(data.cells[in_slice], axis, axis=1)
         rows, columns = np.delete(grid.shape, axis).tolist()
         sizes, origin = (
             tuple(np.delete(values, len(AXES) - 1 - axis).tolist())
@@ -59,14 +59,14 @@ class ShownSlice:
         study = replace(
             ensemble.study,
             grid=Grid(rows, columns, sizes, origin),
-            hard_data=HardData(cells, data.facies[here]),
+            hard_data=HardData(cells, data.facies[in_slice]),
             checked=False,
         )
         return replace(
             ensemble,
             study=study,
             indices=readonly(self.of(ensemble.indices)),
-            data_status=readonly(ensemble.data_status[:, here]),
+            data_status=readonly(ensemble.data_status[:, in_slice]),
             sources=None,
         )
 
@@ -74,11 +74,11 @@ class ShownSlice:
         """Return the named wells with cells in this slice, with their cells in its map."""
         if (k := self.axis) is None:
             return wells
-        found = [
-            (name, tuple((*c[:k], *c[k + 1 :]) for c in path if c[k] == self.at))
+        wells_in_slice = [
+            (name, tuple((*c[:k], *c[k + 1 :]) for c in path if c[k] == self.index))
             for name, path in wells
         ]
-        return tuple((name, path) for name, path in found if path)
+        return tuple((name, path) for name, path in wells_in_slice if path)
 
 
 def middle_layer(shape: tuple[int, ...]) -> ShownSlice:
@@ -111,8 +111,8 @@ def draw_slice_fields(state: State, ensemble: Ensemble) -> None:
         return
     axis, page_state = shown.axis, state.page(Validation)
 
-    def move(at: int) -> None:
-        page_state.slice_at[axis] = int(at)
+    def move(index: int) -> None:
+        page_state.slice_at[axis] = int(index)
 
     with st.container(
         horizontal=True, vertical_alignment="bottom", gap="medium", key="controls_slice"
@@ -131,7 +131,7 @@ def draw_slice_fields(state: State, ensemble: Ensemble) -> None:
                 st.slider,
                 f"{AXES[axis].capitalize()}, from {side}",
                 key=f"slice_{AXES[axis]}",
-                value=shown.at,
+                value=shown.index,
                 write=move,
                 min_value=0,
                 max_value=last,

@@ -36,7 +36,7 @@ MAX_COMPARED = 200  # maximum number of realizations in the pairwise comparison 
 MAX_OF_ZONES = 20  # maximum number of realizations whose zones are compared by patterns
 DENSE_LAGS, STRIDE = 10, 4
 """Transiograms use every lag up to `DENSE_LAGS`, and every `STRIDE`-th lag above it."""
-MIN_STOPPABLE = 3.0  # number of seconds of work after which the button to stop is shown
+MIN_STOPPABLE = 3.0  # seconds of work after which the button to stop is shown
 Value = TypeVar("Value")
 
 
@@ -100,8 +100,16 @@ def curves(
     image, code = ensemble.training_image, code_of(ensemble, facies)
     longest = max_lag(direction, image.shape, ensemble.grid.shape)
     lags, distances = distinct_lags(direction, longest)
-    some = first(ensemble, MAX_CURVES)
-    bundle = bundle_of(statistic, some, image, code, direction, lags, progress)
+    realizations = first(ensemble, MAX_CURVES)
+    bundle = bundle_of(
+        statistic,
+        realizations,
+        image,
+        facies=code,
+        direction=direction,
+        lags=lags,
+        progress=progress,
+    )
     fit = metrics.fit_curve(ensemble, statistic, code, direction)
     return Compared(replace(bundle, lags=distances), fit)
 
@@ -126,12 +134,12 @@ def transitions(
     n_lags = max_lag(direction, ensemble.training_image.shape, ensemble.grid.shape)
     sparse = range(DENSE_LAGS + STRIDE, n_lags + 1, STRIDE)
     lags = np.array([*range(min(n_lags, DENSE_LAGS) + 1), *sparse])
-    some = first(ensemble, MAX_CURVES)
-    each = metrics.transiograms(some, None, direction, lags, progress).probability
-    image = metrics.transiograms(ensemble.training_image, None, direction, lags).probability[0]
+    realizations = first(ensemble, MAX_CURVES)
+    each = metrics.transiograms(realizations, None, direction, lags, progress).probability
+    reference = metrics.transiograms(ensemble.training_image, None, direction, lags).probability[0]
     x = lags.astype(float)
     return {
-        (tail, head): bundle_of_curves(x, image[tail, head], each[:, tail, head])
+        (tail, head): bundle_of_curves(x, reference[tail, head], each[:, tail, head])
         for tail in facies
         for head in facies
     }
@@ -151,13 +159,13 @@ def volume_patterns(progress: Fraction, ensemble: Ensemble) -> PatternsCompared:
     image, data = ensemble.training_image, ensemble.hard_data
     size = min(PATTERN_SIZES[-1], *image.shape[-2:], *ensemble.grid.shape[-2:])
     sizes = [side for side in PATTERN_SIZES if side <= size]
-    some = first(ensemble, MAX_COMPARED)
-    unseen = metrics.unseen_patterns(some, image, size, progress=progress)
+    realizations = first(ensemble, MAX_COMPARED)
+    unseen = metrics.unseen_patterns(realizations, image, size, progress=progress)
     at_data = None
     if data.n:
         mask = np.zeros(ensemble.grid.shape, bool)
         mask[tuple(data.cells.T)] = True
-        at_data = metrics.unseen_patterns(some, image, size, mask, progress=progress)
+        at_data = metrics.unseen_patterns(realizations, image, size, mask, progress=progress)
     shape = min(size, image.shape[0], ensemble.grid.shape[0]), size, size
     return PatternsCompared(metrics.fit_patterns(ensemble, sizes), shape, unseen, at_data)
 
@@ -179,7 +187,7 @@ def geobodies(
 
 @as_task
 def direction_error(progress: Fraction, ensemble: Ensemble, facies: int) -> NDArray[np.float64]:
-    """Return how much directions of a facies differ from the given angles, in degrees."""
+    """Return the differences between directions of a facies and the given angles, in degrees."""
     return metrics.direction_error(ensemble, code_of(ensemble, facies))
 
 
@@ -196,25 +204,35 @@ class ZoneFit(NamedTuple):
 @as_task
 def zones(progress: Fraction, ensemble: Ensemble) -> list[ZoneFit]:
     """Compare zones with images, by facies and by patterns that do not cross a border."""
-    secondary, codes, found = ensemble.secondary, ensemble.training_image.codes, []
+    secondary, codes, zone_fits = ensemble.secondary, ensemble.training_image.codes, []
     assert secondary is not None
     images = ensemble.training_image, *secondary.images
     layers = layers_of(*(as_image(i, codes) for i in images), Stack(ensemble.indices[:1], codes))
-    of_images = [_patterns(image, codes, layers)[0] for image in images]
+    image_histograms = [_patterns(image, codes, layers)[0] for image in images]
     active = True if ensemble.active is None else ensemble.active
-    for k, own in enumerate(images):
+    for k, zone_image in enumerate(images):
         if not (inside := active & (secondary.zones == k)).any():
             continue
-        cells = np.where(inside, ensemble.indices, np.uint8(UNKNOWN))
+        zone_indices = np.where(inside, ensemble.indices, np.uint8(UNKNOWN))
         far = np.full((1, len(images)), np.nan)
-        if len(_patterns(Stack(cells[:1], codes), codes, layers)[0].codes):
-            each = _patterns(Stack(cells[:MAX_OF_ZONES], codes), codes, layers)
-            far = np.array([[metrics.js_divergence(one, of) for of in of_images] for one in each])
-        shares, (of_image,) = (metrics.proportions(k, codes) for k in (Stack(cells, codes), own))
+        if len(_patterns(Stack(zone_indices[:1], codes), codes, layers)[0].codes):
+            each = _patterns(Stack(zone_indices[:MAX_OF_ZONES], codes), codes, layers)
+            far = np.array(
+                [
+                    [
+                        metrics.js_divergence(histogram, image_histogram)
+                        for image_histogram in image_histograms
+                    ]
+                    for histogram in each
+                ]
+            )
+        shares, (image_shares,) = (
+            metrics.proportions(k, codes) for k in (Stack(zone_indices, codes), zone_image)
+        )
         size = inside.sum() / np.sum(active | inside)
-        found.append(ZoneFit(k, size, shares, of_image, far.mean(axis=0).tolist()))
+        zone_fits.append(ZoneFit(k, size, shares, image_shares, far.mean(axis=0).tolist()))
         progress((k + 1) / len(images))
-    return found
+    return zone_fits
 
 
 def _patterns(images: Any, codes: Any, layers: int) -> list[metrics.PatternHistogram]:
@@ -251,19 +269,19 @@ def reference_scores(
     progress: Fraction, ensemble: Ensemble, reference: TrainingImage
 ) -> tuple[metrics.ReferenceScores, metrics.Calibration]:
     """Return the scores of the probabilities in the cells without data."""
-    found = e_type_of(ensemble)
+    e_type = e_type_of(ensemble)
     scored = np.ones(ensemble.grid.shape, bool)
     scored[tuple(ensemble.hard_data.cells.T)] = False
-    scores = metrics.score_reference(found, reference, scored=scored)
-    return scores, metrics.calibration(found, reference, scored=scored)
+    scores = metrics.score_reference(e_type, reference, scored=scored)
+    return scores, metrics.calibration(e_type, reference, scored=scored)
 
 
 @as_task
 def copied(progress: Fraction, ensemble: Ensemble, r: int) -> metrics.Copying:
     """Return the pieces copied in realization r; if its sources are unknown, simulate r again."""
     sources, image = sources_of(ensemble, r), ensemble.training_image
-    own = np.where(sources < image.indices.size, sources, -1)  # not of further images
-    return metrics.copying(own, image.shape)
+    study_sources = np.where(sources < image.indices.size, sources, -1)  # -1: from another image
+    return metrics.copying(study_sources, image.shape)
 
 
 def sources_of(ensemble: Ensemble, r: int) -> NDArray[np.int32]:

@@ -38,18 +38,18 @@ def catch_callback_errors(act: Callable[..., Any]) -> Callable[..., None]:
 
 @contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Let a callback end before the page is drawn for later changes of the user.
+    """Finish a callback before later changes of the user redraw the page.
 
-    Otherwise Streamlit may end the callback where it reads the session state, and never calls it
-    again for the same change, which would be lost.
+    Otherwise Streamlit may stop the callback when it reads the session state. Streamlit does not
+    repeat the callback, so the change would be lost.
     """
     context = get_script_run_ctx(suppress_warning=True)
     shared: dict[str, Any] = vars(context.session_state) if context else {"_yield_callback": None}
-    look, shared["_yield_callback"] = shared["_yield_callback"], lambda: None
+    interrupt, shared["_yield_callback"] = shared["_yield_callback"], lambda: None
     try:
         yield
     finally:
-        shared["_yield_callback"] = look
+        shared["_yield_callback"] = interrupt
 
 
 def problem_in(act: Callable[[], object]) -> str:
@@ -70,7 +70,7 @@ def if_possible(read: Callable[[], T]) -> T | None:
 
 
 def user_message(error: Exception, what: str) -> str:
-    """Return the message for an error in what is "drawn" or "done"; log unexpected errors."""
+    """Return the message for an error; `what` is "drawn" or "done". Log unexpected errors."""
     if isinstance(error, CCWSIMError):
         return plain(str(error))
     number = logged(error)

@@ -45,20 +45,20 @@ def _honoured(ensemble: Ensemble) -> list[str]:
 
 
 def _time(ensemble: Ensemble) -> str:
-    many = plural(ensemble.n, "realization")
+    count = plural(ensemble.n, "realization")
     if ensemble.is_stored:
-        return f"{many} stored with the program, not run on this machine"
-    each = duration(float(ensemble.cpu_seconds.mean()))
-    return f"{many} in {duration(ensemble.wall_seconds)}, {each} CPU each"
+        return f"{count} stored with the program, not run on this machine"
+    cpu_time = duration(float(ensemble.cpu_seconds.mean()))
+    return f"{count} in {duration(ensemble.wall_seconds)}, {cpu_time} CPU each"
 
 
 def _proportions(ensemble: Ensemble) -> list[str]:
     image = ensemble.training_image
     if image.n_facies > SMALL:
         expected = np.maximum(ensemble.expected_proportions, 1e-9)
-        off = abs(ensemble.proportions.mean(axis=0) / expected - 1)
+        errors = abs(ensemble.proportions.mean(axis=0) / expected - 1)
         facts = [
-            f"proportion that differs most: {describe_proportion(ensemble, int(off.argmax()))}"
+            f"proportion that differs most: {describe_proportion(ensemble, int(errors.argmax()))}"
         ]
     else:
         first = 1 if image.n_facies == 2 else 0

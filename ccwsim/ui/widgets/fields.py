@@ -32,7 +32,9 @@ def download(
 ) -> None:
     """Draw a download button; a function `content` is called when the button is pressed."""
     mime = guess_type(name)[0] or "application/octet-stream"
-    st.download_button(label, content, name, mime, key, on_click="ignore", **options)
+    st.download_button(
+        label, content, file_name=name, mime=mime, key=key, on_click="ignore", **options
+    )
 
 
 class Download(NamedTuple):
@@ -65,9 +67,9 @@ def field(
         new, (now, *start, latest) = st.session_state[name], _versions()[key]
         chosen = new if isinstance(new, list) else [new]
         offered = chosen if options.get("accept_new_options") else options.get("options", chosen)
-        # a browser may send a value that it was told, as if the user had chosen it
+        # a browser may send a value that the page has set, as if the user had chosen it
         is_new = now == version and new not in (None, latest)
-        if is_new and all(one in offered for one in chosen):
+        if is_new and all(option in offered for option in chosen):
             _versions()[key] = now, *start, new
             write(new)
 
@@ -77,8 +79,8 @@ def field(
 
 def labels_of(options: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the labels of a widget's options; empty if the options have no separate labels."""
-    named = options.get("format_func")
-    return tuple(named(option) for option in options.get("options", ())) if named else ()
+    label_of = options.get("format_func")
+    return tuple(label_of(option) for option in options.get("options", ())) if label_of else ()
 
 
 def _version(key: str, value: Any, labels: tuple[str, ...]) -> int:
@@ -104,8 +106,8 @@ def _versions() -> dict[str, tuple[Any, ...]]:
 def within(value: Any, options: dict[str, Any]) -> dict[str, Any]:
     """Return the options of a widget, with bounds that include the value of the study."""
     bounds = {"min_value": min, "max_value": max}
-    given = [name for name in bounds if options.get(name) is not None and value is not None]
-    return options | {name: bounds[name](options[name], value) for name in given}
+    present = [name for name in bounds if options.get(name) is not None and value is not None]
+    return options | {name: bounds[name](options[name], value) for name in present}
 
 
 def starting_at(widget: Callable[..., Any], value: Any, options: dict[str, Any]) -> dict[str, Any]:
@@ -131,8 +133,8 @@ def bound_to(
 ) -> dict[str, Any]:
     """Return options of a field, with `value` and `write` bound to an attribute of `owner`.
 
-    `options` may have the value to show, if this is not the attribute itself. For a frozen `owner`,
-    `change` is called as change(name=value) instead.
+    A `value` in `options` is shown instead of the attribute. For a frozen `owner`, `change` is
+    called as change(name=value).
     """
 
     def write(value: Any) -> None:

@@ -54,7 +54,7 @@ def _texts() -> dict[str, str]:
 
 
 def page_text(title: str, **values: object) -> str:
-    """Return a text of `texts.md`, which has the longer texts of pages, with `values` in it."""
+    """Return a text of `texts.md`, which contains longer texts of pages, with `values` in it."""
     return _texts()[title].format(**values)
 
 
@@ -75,8 +75,8 @@ SIGN_OF = {True: "✓ ", False: "⚑ ", None: ""}  # sign before a verdict that 
 
 def panel_title(text: str, note: str | Verdict = "") -> None:
     """Write the title of a panel, with a note or a verdict."""
-    said = note if isinstance(note, Verdict) else Verdict(note, good=None)
-    st.html(f'<div class="panel">{escape(text)}{verdict_html(said)}</div>', width="content")
+    verdict = note if isinstance(note, Verdict) else Verdict(note, good=None)
+    st.html(f'<div class="panel">{escape(text)}{verdict_html(verdict)}</div>', width="content")
 
 
 def verdict_html(verdict: Verdict, kind: str = "") -> str:
@@ -88,7 +88,7 @@ def verdict_html(verdict: Verdict, kind: str = "") -> str:
 
 
 def scrolled(content: str, name: str) -> str:
-    """Return HTML in a frame that scrolls sideways, also by keyboard; `label` names the frame."""
+    """Return HTML in a frame that scrolls sideways, also by keyboard; `name` is read aloud."""
     label = escape(name)
     return f'<div class="wide" tabindex="0" role="group" aria-label="{label}">{content}</div>'
 
@@ -103,15 +103,15 @@ def numbers_table(
 
     Adjacent equal headings of several words are merged.
     """
-    lines = [_headings(cells) for cells in (head, subhead) if cells]
+    lines = [_headings(texts) for texts in (head, subhead) if texts]
     lines += [f"<th>{name}</th>" + "".join(f"<td>{c}</td>" for c in cells) for name, *cells in rows]
     body = "".join(f"<tr>{line}</tr>" for line in lines)
     return f'<table class="{f"numbers {kind}".strip()}">{body}</table>'
 
 
-def _headings(cells: Sequence[str]) -> str:
+def _headings(texts: Sequence[str]) -> str:
     headings = []
-    for text, equal in groupby(cells):
+    for text, equal in groupby(texts):
         n = len(list(equal))
         merged = n > 1 and " " in text
         headings += [f"<th colspan={n}>{text}</th>"] if merged else [f"<th>{text}</th>"] * n
@@ -119,11 +119,17 @@ def _headings(cells: Sequence[str]) -> str:
 
 
 @cache
-def how_tos() -> dict[str, str]:
-    """Return the texts of all how-tos and of the definitions of measures, by title."""
+def documents() -> Path | None:
+    """Return the folder of the documentation, beside or inside the package; None if missing."""
     package = Path(ccwsim.__file__).parent
     folders = (package / "docs", package.parent / "docs")
-    docs = next((folder for folder in folders if (folder / "how-to").is_dir()), None)
+    return next((folder for folder in folders if (folder / "how-to").is_dir()), None)
+
+
+@cache
+def how_tos() -> dict[str, str]:
+    """Return the texts of all how-tos and of the definitions of measures, by title."""
+    docs = documents()
     if docs is None:  # package metadata are missing
         return {}
     texts = {}

@@ -18,9 +18,9 @@ def theme_name() -> str:
 def own_colours() -> str:
     """Return CSS variables for the dashboard's colours in the light and the dark theme."""
     pairs = " ".join(
-        f"--{part.name}: light-dark({getattr(LIGHT, part.name)}, {getattr(DARK, part.name)});"
-        for part in fields(Theme)
-        if isinstance(getattr(LIGHT, part.name), str)
+        f"--{colour.name}: light-dark({getattr(LIGHT, colour.name)}, {getattr(DARK, colour.name)});"
+        for colour in fields(Theme)
+        if isinstance(getattr(LIGHT, colour.name), str)
     )
     return f":root {{ color-scheme: {theme_name()}; {pairs} }}"
 

@@ -87,7 +87,7 @@ def received(session: Session) -> list[ForwardMsg]:
 
 
 def test_a_tick_of_the_page_before_begins_no_run_on_the_next_page(server):
-    """Test that no run of the page before is announced, at which a browser removes the next one."""
+    """Test that no run of the previous page is announced; a browser would remove the next page."""
     with Session(server[0], query=SMALL) as session:
         session.open("simulate")
         session.received = []

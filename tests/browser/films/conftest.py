@@ -18,7 +18,7 @@ if os.environ.get("CCWSIM_FILMS") == "all":
 CALM = "[data-testid=stException], [data-testid=stAlertContentError]"
 DONE = """() => [...document.querySelectorAll('.st-key-progress, [data-testid=stSkeleton]')].every(
   (e) => !e.getClientRects().length || e.getBoundingClientRect().top > innerHeight)"""
-OF_DRIVER = "GL Driver Message"  # that a picture was saved, where there is no graphics card
+OF_DRIVER = "GL Driver Message"  # logged if a picture is saved without a graphics card
 
 
 class Film:

@@ -1,4 +1,4 @@
-"""A lecture of twenty minutes: an example, the steps of a patch, a quiz, a study for the class."""
+"""Test a twenty-minute lecture: an example, the steps of a patch, a quiz, a study for the class."""
 
 from __future__ import annotations
 

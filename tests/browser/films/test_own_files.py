@@ -1,4 +1,4 @@
-"""The first ten minutes of a modeller: own GeoTIFF and wells, verdicts, a GeoTIFF back."""
+"""Test the first ten minutes of a modeller: own GeoTIFF and wells, verdicts, GeoTIFF of results."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A volume: own file and wells, one camera for image and realization, a cut, verdicts, ParaView."""
+"""Test a volume: own files, one camera for image and realization, a cut, verdicts, ParaView."""
 
 from __future__ import annotations
 

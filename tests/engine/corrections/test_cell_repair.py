@@ -43,22 +43,22 @@ def damaged(shape: Cell, n_facies: int, share: float, seed: int) -> NDArray[np.u
 
 
 def windows(cells: NDArray[np.uint8], patterns: Patterns) -> NDArray[np.uint8]:
-    return np.lib.stride_tricks.sliding_window_view(cells, patterns.cells)
+    return np.lib.stride_tricks.sliding_window_view(cells, patterns.size)
 
 
 def is_known(cells: NDArray[np.uint8], patterns: Patterns, weights: NDArray[np.uint32]) -> bool:
     """Return whether a pattern, or another pattern with its number, is in the image."""
     labels = patterns.labels[cells.ravel()].astype(np.uint64)
     number = int((labels * weights).sum() % 2**32) >> patterns.shift
-    return bool(patterns.known[number // 8] >> number % 8 & 1)
+    return bool(patterns.known_bits[number // 8] >> number % 8 & 1)
 
 
 class OneByOne:
-    """The same repair in plain Python, for a grid with only one part."""
+    """Cell repair in plain Python, for a grid with only one part."""
 
     def __init__(self, target: Target, patterns: Patterns) -> None:
         self.patterns, self.weights = patterns, cell_weights(patterns)
-        self.grid, self.data, self.cells = target.grid.copy(), target.data, patterns.cells
+        self.grid, self.data, self.cells = target.grid.copy(), target.data, patterns.size
         self.firsts = list(np.ndindex(windows(self.grid, patterns).shape[:3]))
         self.starts = set(self.firsts)
         self.balance = np.zeros(256, int)
@@ -181,7 +181,7 @@ class OneByOne:
 
 
 FIVE = [(SHAPES[0], False), (SHAPES[0], True), (SHAPES[1], False)]
-"""Shapes and walks with five facies; walks through a volume take plain Python a minute then."""
+"""Shapes and walks with five facies; plain Python takes a minute for walks through a volume."""
 
 
 @pytest.mark.parametrize(
@@ -209,7 +209,7 @@ def test_parts_together_are_repaired_as_well(shape, n_facies, monkeypatch):
     image = blobs((shape[0] + 3 * (shape[0] > 1), 60, 70), n_facies)
     patterns = known_patterns(image, 1)
     grid = damaged(shape, n_facies, 0.02, 5)
-    size = int(np.prod(patterns.cells))
+    size = int(np.prod(patterns.size))
     known = {row.tobytes() for row in windows(image, patterns).reshape(-1, size)}
 
     def n_unseen(cells: NDArray[np.uint8]) -> int:

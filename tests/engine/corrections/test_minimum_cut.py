@@ -91,7 +91,7 @@ def random_case(
         alike = rng.random(size) < 0.6
         case.new[alike] = case.old[alike]
     inside = ~case.free
-    case.old[inside] = UNKNOWN if seed % 2 else case.old[inside]  # as before the first patch
+    case.old[inside] = UNKNOWN if seed % 2 else case.old[inside]  # as if this were the first patch
     cells = rng.integers(0, size, (n_data, 3)) + first
     data[tuple(cells.T)] = rng.integers(0, n_facies, n_data)
     return case

@@ -358,7 +358,7 @@ def test_the_best_windows_are_those_whose_ring_fits_best(seed, volume, n_data, t
 
 
 def looked_at(every: float, rng: np.random.Generator, by_chance: bool = False) -> list[int]:
-    """Return the columns of compared locations in a row, among locations that honour the data."""
+    """Return the columns of compared locations, in an image of one row."""
     image = np.random.default_rng(1).integers(0, 2, (1, 1, 300)).astype(np.uint8)
     grid = np.zeros((1, 1, 4), np.uint8)
     box, bits = Box(0, 0, 0, 1, 1, 4, LEFT, 0, 0, 1), to_bits(image)

@@ -38,7 +38,7 @@ SHAPES = [MAP, VOLUME]
 def patterns_of(cells: NDArray[np.uint8], repair: Repair) -> NDArray[np.uint8]:
     """Return all patterns of an array in layers, one per row, by the position of the pattern."""
     p = repair.patterns
-    span = tuple((n - 1) * p.spacing + 1 for n in p.cells)
+    span = tuple((n - 1) * p.spacing + 1 for n in p.size)
     steps = tuple(slice(None, None, p.spacing) for _ in span)
     windows = np.lib.stride_tricks.sliding_window_view(cells, span)
     return windows[(..., *steps)].reshape(*windows.shape[:3], -1)
@@ -81,7 +81,7 @@ def as_target(image: NDArray[np.uint8], grid: NDArray[np.uint8], data: NDArray[n
 def test_patterns_that_the_image_never_has_are_counted(shape, n_facies):
     image, repair = prepared(shape, n_facies)
     trial = make_workspace(repair, as_target(image, image, image)).trial
-    size = trial.cells.shape
+    size = trial.facies.shape
     rng = np.random.default_rng(1)
     other = blobs((shape[0], 40, 41), n_facies, 7)
     other[rng.random(other.shape) < 0.02] = 0
@@ -91,14 +91,14 @@ def test_patterns_that_the_image_never_has_are_counted(shape, n_facies):
         ]
         n = [min(n, m) for n, m in zip(other.shape, size, strict=True)]
         part = other[tuple(slice(k, k + m) for k, m in zip(first, n, strict=True))]
-        trial.cells[: n[0], : n[1], : n[2]] = part
+        trial.facies[: n[0], : n[1], : n[2]] = part
         wanted = int(unseen(part, image, repair).sum())
         given = Box(0, 0, 0, *n, 0, 0, 0, 0), repair.patterns, trial.rows, trial.numbers
-        found = n_unseen(trial.cells, *given, 1 << 30)
+        found = n_unseen(trial.facies, *given, 1 << 30)
         exact = repair.patterns.shift == 0
         assert found <= wanted
         assert found == wanted if exact else found > 0.9 * wanted - 3
-        assert n_unseen(trial.cells, *given, 3) >= min(found, 3)
+        assert n_unseen(trial.facies, *given, 3) >= min(found, 3)
 
 
 @pytest.mark.parametrize("n_facies", [2, 4])
@@ -115,7 +115,7 @@ def test_the_worst_places_come_first_and_lie_among_their_patterns(shape):
     grid[:, 20:24, 10:14] = noise((shape[0], 4, 4), 2)
     bad = unseen(grid, image, repair)
     part = [max(n // 2, 1) for n in repair.window]
-    reach = [(n - 1) * repair.patterns.spacing for n in repair.patterns.cells]
+    reach = [(n - 1) * repair.patterns.spacing for n in repair.patterns.size]
     every = EVERY if shape[0] == 1 else 1
     wanted = {}
     for at in np.argwhere(bad):

@@ -1,4 +1,4 @@
-"""Data whose proportions differ from place to place are not spread evenly over the grid."""
+"""Test that the proportions of realizations follow a trend of the data."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SHAPE = (1, 120, 100)
 
 
 def data_with(chance: np.ndarray, n: int = 300, seed: int = 0):
-    """Return the proportions of data; facies 1 is as likely as `chance` says for each row."""
+    """Return the proportions of data; `chance` is the probability of facies 1 in each row."""
     rng = np.random.default_rng(seed)
     cells = rng.choice(SHAPE[1] * SHAPE[2], n, replace=False)
     cells = np.column_stack([np.zeros(n, int), *np.divmod(cells, SHAPE[2])])
@@ -74,7 +74,7 @@ def test_a_trend_lets_data_contradict_the_image():
 
 
 def test_bodies_do_not_fill_the_empty_side_of_a_truth():
-    """Test that data at random places lead to the proportion of the truth, not of the image."""
+    """Test that, with data at random positions, proportions are those of the truth."""
     image = blobs((1, 128, 128), 2)[0]
     truth = np.rot90(image, 2).copy()
     truth[64:] = 0
@@ -119,7 +119,7 @@ def test_expected_proportions_are_those_of_the_cells_that_are_done(offset):
 
 
 def test_facies_stay_where_data_show_them():
-    """Channels of an image without trend do not fill the part of the grid where data have none."""
+    """Test that channels of an image without trend do not fill a part without data of channels."""
     image = TrainingImage(blobs((1, 100, 100), 2)[0])
     rng = np.random.default_rng(2)
     at = rng.choice(120 * 100, 400, replace=False)

@@ -1,4 +1,4 @@
-"""Patches are tried beside the grid, and thin facies are recognized."""
+"""Test that patches are tried on a copy of the grid, and that thin facies are recognized."""
 
 from __future__ import annotations
 

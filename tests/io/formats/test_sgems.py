@@ -1,4 +1,4 @@
-"""Test binary files of SGeMS: grids with their geometry, points, and what is refused."""
+"""Test binary files of SGeMS: grids with their geometry, points, and refused files."""
 
 from __future__ import annotations
 

@@ -91,7 +91,7 @@ def test_it_opens_cold_and_compares_what_is_usual():
     assert own == OWN
     assert second.method == "ccsim"
     assert third.wavelet_level == 3
-    result = state.page(ComparePageState).run.found
+    result = state.page(ComparePageState).run.latest_result
     assert [e.parameters for e in result.ensembles] == [own, second, third]
     for sentence in sentences(result):
         assert sentence in html(app)
@@ -108,7 +108,7 @@ def test_a_change_is_fitted_and_said_after_the_run():
     assert "Out of date" in html(app)
     app.button(key="compare").click()
     settled(app.run())
-    assert state_of(app).page(ComparePageState).run.found.ensembles[1].parameters == changed
+    assert state_of(app).page(ComparePageState).run.latest_result.ensembles[1].parameters == changed
     assert "Out of date" not in html(app)
 
 
@@ -168,10 +168,10 @@ def test_the_arrows_show_the_same_realization_of_all():
 @pytest.mark.slow
 def test_curves_of_another_facies_are_worked_out():
     app = launched()
-    before = state_of(app).page(ComparePageState).run.found
+    before = state_of(app).page(ComparePageState).run.latest_result
     named(app.selectbox, "e_type").set_value(0)
     settled(app.run())
-    after = state_of(app).page(ComparePageState).run.found
+    after = state_of(app).page(ComparePageState).run.latest_result
     assert {key[0] for key in after.curves} == {0, 1}
     assert after.anodi is before.anodi
     assert charts(app) == FIGURES
@@ -185,7 +185,7 @@ def test_other_guides_make_the_comparison_an_old_one():
 
 
 def first_settings(found: Comparison, n: int) -> Comparison:
-    """Return a comparison as it is known after the simulation of `n` settings."""
+    """Return a comparison of which `n` settings are simulated."""
     return Comparison(found.names[:n], found.ensembles[:n])
 
 
@@ -196,7 +196,7 @@ def test_a_stopped_comparison_keeps_what_is_simulated(monkeypatch):
 
     def stopped_after(n: int):
         def work(run, job):
-            run.rows.append(first_settings(first.found, n))
+            run.rows.append(first_settings(first.latest_result, n))
             raise Cancelled("stopped")
 
         return work
@@ -222,7 +222,7 @@ def test_a_comparison_started_again_keeps_the_finished_one(monkeypatch):
     first = page_state.run
 
     def work(run, job):
-        run.rows.append(first_settings(first.found, 1))
+        run.rows.append(first_settings(first.latest_result, 1))
         job.sleep(PATIENCE)
 
     monkeypatch.setattr(ComparisonRun, "work", work)
@@ -242,7 +242,7 @@ def test_a_failed_comparison_says_why_and_keeps_the_earlier_one(monkeypatch):
     first = page_state.run
 
     def work(run, job):
-        run.rows.append(first.found)
+        run.rows.append(first.latest_result)
         raise MemoryError
 
     monkeypatch.setattr(ComparisonRun, "work", work)
@@ -320,7 +320,9 @@ def test_the_table_of_figures_has_the_ratios_of_the_sentences(found):
 @pytest.mark.slow
 def test_titles_of_curves_say_which_settings_fail():
     app = launched(replace(SMALL, grid=Grid(64, 64)), n=4)
-    for (_, statistic, _), curves in state_of(app).page(ComparePageState).run.found.curves.items():
+    for (_, statistic, _), curves in (
+        state_of(app).page(ComparePageState).run.latest_result.curves.items()
+    ):
         kind = "variogram" if statistic == "variogram" else "connectivity"
         said = describe_curves(dict(zip("ABCD", curves.fits, strict=False)), kind)
         assert escape(said.words) in html(app)
@@ -403,7 +405,7 @@ def test_a_two_point_simulation_is_compared_and_marked_as_not_ccwsim():
     assert not texts(app)
     assert charts(app) == FIGURES
     page_state = state_of(app).page(ComparePageState)
-    found, seed = page_state.run.found, state_of(app).choices.seed
+    found, seed = page_state.run.latest_result, state_of(app).choices.seed
     assert found.names == page_state.run.names == ("A", "B", "C", TWO_POINT)
     alone = simulate_two_point(datasets.load("channels"), (48, 64), 3, seed)
     np.testing.assert_array_equal(found.ensembles[3].indices, alone.indices)
@@ -442,9 +444,9 @@ def test_half_of_the_realizations_are_from_a_second_image():
     app = with_beside(ImageChoice("stone_wall"), replace(SMALL, data=placed))
     assert not texts(app)
     assert "Second image: stone wall" in html(app)
-    assert "do not tell whether that image is right" in html(app)
+    assert "show whether that image is right" in html(app)
     page_state = state_of(app).page(ComparePageState)
-    first, second = page_state.run.found.ensembles[0], page_state.run.of_second
+    first, second = page_state.run.latest_result.ensembles[0], page_state.run.second_ensemble
     alone = simulate(datasets.load("stone_wall"), (48, 64), OWN, placed.placed, 3)
     np.testing.assert_array_equal(second.indices, alone.indices)
     assert second.n_mismatched.max() == 0
@@ -454,7 +456,7 @@ def test_half_of_the_realizations_are_from_a_second_image():
     np.testing.assert_allclose(both.probability(1), means)
     named(app.selectbox, "e_type").set_value(0)
     settled(app.run())
-    assert page_state.run.of_second is second  # other curves do not simulate again
+    assert page_state.run.second_ensemble is second  # other curves do not simulate again
     named(app.selectbox, "beside").set_value("").run()
     assert "Out of date" in html(app)
 
@@ -474,5 +476,5 @@ def test_a_file_is_a_second_image():
     choice = image_of_file(Upload("other.csv", text.encode()))
     app = with_beside(choice)
     assert not texts(app)
-    assert state_of(app).page(ComparePageState).run.of_second.training_image.shape == (80, 80)
+    assert state_of(app).page(ComparePageState).run.second_ensemble.training_image.shape == (80, 80)
     assert "image other.csv" in named(app.selectbox, "beside").options

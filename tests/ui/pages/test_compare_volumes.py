@@ -41,7 +41,7 @@ def app():
 
 def test_it_compares_what_is_usual_of_volumes(app):
     assert not texts(app)
-    found = state_of(app).page(ComparePageState).run.found
+    found = state_of(app).page(ComparePageState).run.latest_result
     assert [e.indices.shape for e in found.ensembles] == [(2, 12, 30, 40)] * 3
     own, second, third = settings_of(state_of(app))
     assert own == OWN
@@ -62,7 +62,7 @@ def test_it_compares_what_is_usual_of_volumes(app):
 def test_curves_go_along_all_axes(app):
     curves = {f"{statistic}_{way}" for statistic in STATISTICS for way in "ENv"}
     assert charts(app) == curves | {"compared_times", "compared_proportions", "compared_mds"}
-    found = state_of(app).page(ComparePageState).run.found
+    found = state_of(app).page(ComparePageState).run.latest_result
     upright = found.curves[1, "connectivity", "vertical"]
     each = connectivity(found.ensembles[1], 1, "vertical", upright.lags).tau
     np.testing.assert_array_equal(upright.bands[1].mean, band(each, 0.05, 0.95).mean)
@@ -77,7 +77,7 @@ def test_sizes_are_chosen_along_z_by_themselves(app):
     assert "Out of date" in html(app)
     app.button(key="compare").click()
     settled(app.run())
-    found = state_of(app).page(ComparePageState).run.found
+    found = state_of(app).page(ComparePageState).run.latest_result
     assert found.ensembles[1].parameters == p
     assert "overlap 4 × 4 × 4" in html(app)
     rows = csv_rows(settings_csv(found))

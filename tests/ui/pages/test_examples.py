@@ -250,13 +250,16 @@ def test_pictures_are_of_the_study_and_keep_their_room():
     for name in ("two-point", "unconditional", "candidates"):
         e = example(name)
         pictures = pictures_of(e, LIGHT).work(lambda share: None)
-        assert [(p.label, p.nx, p.ny) for p in pictures] == expected(e)
+        assert [replace(p, content="<i></i>") for p in pictures] == expected(e)
         before, after = pictures_html(e, None), pictures_html(e, pictures)
         assert "aria-busy" in before
         assert "aria-busy" not in after
         assert after.count("<img") == before.count("<i>") == len(pictures)
     assert small(Choices()).grid.shape == (300, 300)
-    assert [said for said, *_ in expected(EXAMPLES[0])][1:] == ["realization 1", "realization 2"]
+    assert [picture.label for picture in expected(EXAMPLES[0])][1:] == [
+        "realization 1",
+        "realization 2",
+    ]
     assert pictures_of(e, LIGHT).key != pictures_of(replace(e, others=()), LIGHT).key
 
 

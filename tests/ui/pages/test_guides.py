@@ -480,7 +480,7 @@ def test_turned_realizations_are_not_judged_by_the_image_as_it_was_read():
     app = opened("validate", state).run()
     wait_until(lambda: "realizations differ in" in html(app.run()), "the variety", every=0.1)
     assert not app.exception
-    assert html(app).count("the first image as it was read") == 2  # one is about the data
+    assert html(app).count("the first image as it was read") == 2  # one for the data
     assert "checks" not in html(app)
     assert "Your data" not in html(app)
 

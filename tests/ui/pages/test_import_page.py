@@ -80,7 +80,7 @@ def test_every_file_becomes_an_image_with_one_answer_at_most(name):
     image = image_of(state.choices.image)
     assert image.name == name.rsplit(".", 1)[0]
     assert image.n_facies == (3 if name.endswith("png") else 2)
-    assert "What suits it" in html(app)
+    assert "Advised values" in html(app)
 
 
 def test_the_colours_of_a_picture_are_those_of_its_facies():

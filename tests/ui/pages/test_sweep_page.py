@@ -181,7 +181,7 @@ def test_a_sweep_from_the_button_to_its_results():
 
 def test_the_large_setting_is_the_recommended_one_until_one_is_chosen(done):
     run = run_of(done)
-    choice = recommended(run.found)
+    choice = recommended(run.latest_result)
     app = launched(done)
     assert "<b>Recommended: " in html(app)
     other = (choice.index + 1) % 4
@@ -208,14 +208,14 @@ def test_it_is_drawn_for_any_training_image_without_data(name):
 @pytest.mark.slow
 def test_using_a_setting_puts_it_into_the_study(done):
     run = run_of(done)
-    other = (recommended(run.found).index + 1) % 4
+    other = (recommended(run.latest_result).index + 1) % 4
     choose(done, other)
     app = launched(done)
     named(app.button, "use_setting").click().run()
     assert not app.exception
     assert app.session_state[KEY].choices.parameters == run.rows[other].parameters
     named(app.button, "use_recommended").click().run()
-    best = run.rows[recommended(run.found).index].parameters
+    best = run.rows[recommended(run.latest_result).index].parameters
     assert app.session_state[KEY].choices.parameters == best
 
 
@@ -237,7 +237,7 @@ def test_realizations_of_a_setting_can_be_gone_through(done):
 
 def test_numbers_are_said_beside_the_best_of_all(done):
     run = run_of(done)
-    rows = run.found.rows
+    rows = run.latest_result.rows
     lines = {name: (own, best) for name, own, best in numbers_of(rows[1], rows, run)}
     best = min(1000 * row.quality.cpu_seconds for row in rows)
     assert float(lines["CPU time (ms)"][1]) == pytest.approx(best, rel=0.01)
@@ -257,7 +257,7 @@ def test_numbers_are_said_beside_the_best_of_all(done):
 
 def test_the_table_has_every_row_and_number(done):
     run = run_of(done)
-    found = run.found
+    found = run.latest_result
     lines = csv_rows(sweep_csv(found, 2))
     assert len(lines) == 4
     for line, row in zip(lines, found.rows, strict=True):
@@ -280,7 +280,7 @@ def test_a_stopped_sweep_keeps_what_is_finished():
     wait_until(lambda: run.rows, "the first setting", every=0.005)
     run.job.cancel()
     assert run.job.wait(300)
-    n = len(run.found.rows)
+    n = len(run.latest_result.rows)
     assert n >= 1
     app = launched(state)
     assert "Recommended" in html(app)
@@ -327,7 +327,7 @@ def test_the_estimate_follows_the_pace_of_the_latest_run(done):
 
 def test_kept_realizations_are_read_only_and_few(done):
     run = run_of(done)
-    for row in run.found.rows:
+    for row in run.latest_result.rows:
         assert row.realizations.shape == (2, 48, 64)
         assert not row.realizations.flags.writeable
         assert np.isin(row.realizations, [0, 1]).all()

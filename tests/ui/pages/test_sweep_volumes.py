@@ -87,12 +87,15 @@ def test_a_sweep_of_volumes_is_planned_run_and_taken():
     assert run.job.wait(300)
     app.run()
     assert not app.exception
-    assert [row.parameters.wavelet_level for row in run.found.rows] == [(0, 1, 1), (1, 1, 1)]
-    assert not run.found.failed
+    assert [row.parameters.wavelet_level for row in run.latest_result.rows] == [
+        (0, 1, 1),
+        (1, 1, 1),
+    ]
+    assert not run.latest_result.failed
     assert "sweep" in charts(app)
     assert "τ vertical of sand, error" in html(app)
     assert "a layer of one realization of each" in html(app)
-    use_setting(state_of(app), run.found.rows[0].parameters)
+    use_setting(state_of(app), run.latest_result.rows[0].parameters)
     assert state_of(app).choices.parameters.wavelet_level == (0, 1, 1)
 
 

@@ -61,7 +61,8 @@ function captioned({ layout, _fullLayout: full }, title, caption) {
 
 function written(text) { return text.replaceAll('&', '&amp;').replaceAll('<', '&lt;'); }
 
-// Return a CSV line per point, with the numbers of series and curve; gaps separate curves of a series.
+// Return a CSV line for each point, with the name of its series and the number of its curve. Gaps separate the
+// curves of a series.
 function table(chart) {
   const layout = chart._fullLayout;
   const titles = [text(layout.xaxis) || 'x', text(layout.yaxis) || 'y'];
@@ -89,13 +90,13 @@ function grid(trace, lines) {
 
 function text(axis) { return axis?.title?.text ?? ''; }
 
-// An apostrophe keeps a spreadsheet from taking a name for a formula, as in csv_table.py.
+// An apostrophe prevents a spreadsheet from reading a name as a formula, as in csv_table.py.
 const FORMULA = /(?:^|(?<=;)|(?<=.\t))(?=[=+\-@\t\r\n＝＋－＠])/g;
 
 function cell(value) {
   if (value == null || Number.isNaN(value)) return '';
-  const said = Number.isNaN(Number(value)) ? String(value).replace(FORMULA, "'") : String(value);
-  return /[",\r\n]/.test(said) ? `"${said.replace(/"/g, '""')}"` : said;
+  const content = Number.isNaN(Number(value)) ? String(value).replace(FORMULA, "'") : String(value);
+  return /[",\r\n]/.test(content) ? `"${content.replace(/"/g, '""')}"` : content;
 }
 
 function saveText(name, content) {

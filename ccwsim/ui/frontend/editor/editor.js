@@ -13,7 +13,7 @@ class DataEditor extends ToolMap {
   show(data) {
     this.outbox.taken(data.ack);
     waiting = this.outbox.edits;
-    this.known = data.points;
+    this.applied = data.points;
     super.show({ ...data, points: this.merged(data) });
   }
 
@@ -33,7 +33,7 @@ class DataEditor extends ToolMap {
   push(edit) {
     this.outbox.push(edit);
     waiting = this.outbox.edits;
-    this.data = { ...this.data, points: this.merged({ ...this.data, points: this.known }) };
+    this.data = { ...this.data, points: this.merged({ ...this.data, points: this.applied }) };
     this.legendOf();
     this.bars();
     this.draw();
@@ -47,8 +47,8 @@ class DataEditor extends ToolMap {
     const set = this.tool === 'erase' ? this.touched(cells)
       : cells.map(([row, column]) => [row, column, this.faciesAt([row, column])]);
     const news = set.filter(([row, column, facies]) => {
-      const there = this.datum([row, column]);
-      return facies === ERASE ? there : !there || there[2] !== facies;
+      const present = this.datum([row, column]);
+      return facies === ERASE ? present : !present || present[2] !== facies;
     });
     if (news.length) this.push({ set: news });
   }
@@ -76,11 +76,11 @@ class DataEditor extends ToolMap {
   }
 
   at(cell) {
-    const said = super.at(cell);
-    const datum = said && this.datum(cell);
-    if (!datum) return said;
-    const named = `datum ${this.data.brushes[datum[2]].label}`;
-    return this.data.empty ? named : `${said} · ${named}`;
+    const cellLabel = super.at(cell);
+    const datum = cellLabel && this.datum(cell);
+    if (!datum) return cellLabel;
+    const datumLabel = `datum ${this.data.brushes[datum[2]].label}`;
+    return this.data.empty ? datumLabel : `${cellLabel} · ${datumLabel}`;
   }
 
   point(cell, tell = true) {
@@ -202,7 +202,7 @@ class DataEditor extends ToolMap {
   finish({ dragged, moves, cells }, event) {
     const cell = this.cellOf(event);
     if (dragged && moves) this.carry(moves, cell);
-    else if (dragged) this.place(cells.filter((one) => this.inside(one)));
+    else if (dragged) this.place(cells.filter((each) => this.inside(each)));
     else if (this.inside(cell)) this.place([this.aimed(cell)]);
   }
 

@@ -8,12 +8,12 @@ class FlowMap extends ToolMap {
   chosen = {}; // well (row and column, or null) and heads, also before the page has applied them
   outbox = new LatestChoice((chosen) => this.report('chosen', chosen));
 
-  // While the pointer is down, the page answers one choice after another; the latest is always sent.
+  // During a gesture, the page applies one choice after another; the latest choice is always sent.
   show(data) {
-    this.given = { well: data.well, heads: data.heads };
-    const applied = this.outbox.taken(this.given);
+    this.pageChoice = { well: data.well, heads: data.heads };
+    const applied = this.outbox.taken(this.pageChoice);
     if (this.outbox.sent) this.outbox.insist();
-    else if (!applied && !this.gesture) this.chosen = this.given;
+    else if (!applied && !this.gesture) this.chosen = this.pageChoice;
     super.show({ ...data });
     if (applied) this.offer();
   }
@@ -26,7 +26,7 @@ class FlowMap extends ToolMap {
   }
 
   offer() {
-    if (!this.outbox.sent && !isSame(this.chosen, this.given)) this.outbox.tell(this.chosen);
+    if (!this.outbox.sent && !isSame(this.chosen, this.pageChoice)) this.outbox.tell(this.chosen);
   }
 
   draw() {
@@ -74,7 +74,7 @@ class FlowMap extends ToolMap {
     this.canvas.addEventListener('touchstart', (event) => this.gesture && event.preventDefault(), { passive: false });
   }
 
-  // A gesture moves the head of an end (0 or 1), or the well, whose middle is off by some pixels.
+  // A gesture moves the head of an end (0 or 1), or the well; `off` is from the pointer to the middle of the well.
   grip(event) {
     const [x, y] = this.spotOf(event), { well, heads } = this.chosen;
     const reach = event.pointerType === 'touch' ? FINGER_GRIP : GRIP;
@@ -94,13 +94,13 @@ class FlowMap extends ToolMap {
 
   pick(cell) { this.place(cell); }
 
-  // Place the well in a cell unless nothing can flow there.
+  // Place the well in a cell, if water can flow in the cell.
   place(cell) {
     const conducts = this.data.labels[this.indexAt(cell)] !== undefined;
     if (conducts && !isSame(cell, this.chosen.well)) this.choose({ well: cell });
   }
 
-  // Raise the head of an end by steps of about a tenth of the difference; equal heads are left out.
+  // Raise the head of an end by steps of about a tenth of the difference of the heads, unless they become equal.
   lift(end, heads, steps) {
     const size = 10 ** Math.floor(Math.log10(Math.abs(heads[0] - heads[1]) / 5));
     const head = Number((heads[end] + steps * size).toPrecision(6));

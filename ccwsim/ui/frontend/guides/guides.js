@@ -16,9 +16,9 @@ class GuideBoard extends ToolMap {
   begun = null; // the first point of a line that is drawn with the keyboard
 
   show(data) {
-    const given = { strokes: data.strokes, flow: data.flow, outlines: data.outlines };
-    this.outbox.taken(given);
-    if (!this.outbox.sent) this.drawn = given;
+    const applied = { strokes: data.strokes, flow: data.flow, outlines: data.outlines };
+    this.outbox.taken(applied);
+    if (!this.outbox.sent) this.drawn = applied;
     const before = this.tools || [];
     this.tools = ['pan', ...(data.strokes ? ['brush'] : []), ...(data.flow ? ['line'] : []),
       ...Object.keys(data.outlines)];
@@ -32,7 +32,7 @@ class GuideBoard extends ToolMap {
     if (!this.tools.length) this.canvas.setAttribute('role', 'img');
   }
 
-  // Add the button of a zone, which is like that of the outline of the active cells.
+  // Add the button of a zone, a copy of the button of the outline of the active cells.
   addZone(tool) {
     const like = this.root.querySelector('[data-tool="outline"]'), button = like.cloneNode(true);
     const number = tool.replace('zone', '');
@@ -64,8 +64,8 @@ class GuideBoard extends ToolMap {
 
   canStep(what) {
     const { strokes, flow } = this.drawn;
-    const there = { undo: this.past, redo: this.future, clear: [...strokes || [], ...flow || []] };
-    return there[what].length > 0;
+    const changes = { undo: this.past, redo: this.future, clear: [...strokes || [], ...flow || []] };
+    return changes[what].length > 0;
   }
 
   bars() {
@@ -78,7 +78,7 @@ class GuideBoard extends ToolMap {
     this.root.querySelector('.sliders').hidden = this.tool !== 'brush';
     for (const input of this.root.querySelectorAll('.sliders input')) {
       input.value = this.brush[input.dataset.of];
-      input.previousElementSibling.value = this.said(input.dataset.of);
+      input.previousElementSibling.value = this.brushText(input.dataset.of);
     }
   }
 
@@ -87,8 +87,8 @@ class GuideBoard extends ToolMap {
 
   pushCorners(corners) { this.push({ outlines: { ...this.drawn.outlines, [this.tool]: corners } }); }
 
-  said(of) {
-    if (of !== 'width') return `${Math.round(100 * this.brush[of])} %`;
+  brushText(name) {
+    if (name !== 'width') return `${Math.round(100 * this.brush[name])} %`;
     return String(Number((2 * this.half).toPrecision(2)));
   }
 
@@ -150,7 +150,7 @@ class GuideBoard extends ToolMap {
     pen.globalAlpha = 1;
   }
 
-  // Draw short arrows in the direction of azimuths; cells are drawn as squares, whatever their size.
+  // Draw short arrows in the direction of azimuths; cells are drawn as squares, even if they are not square.
   drawArrows(pen) {
     const { arrows, cell_size: [sx, sy] } = this.data;
     if (!arrows) return;
@@ -183,7 +183,7 @@ class GuideBoard extends ToolMap {
     }
   }
 
-  // Draw the edge of the brush, and the part of its full strength.
+  // Draw the edge of the brush, and the edge of the part with full strength.
   drawTip(pen, [x, y]) {
     const { cell_size: [sx] } = this.data;
     const radius = this.half / sx * this.pixels;
@@ -209,7 +209,7 @@ class GuideBoard extends ToolMap {
     });
   }
 
-  // Return the number of the nearest corner, or a corner to add to the nearest edge, if one is near.
+  // Return the number of the nearest corner or of a corner added to the nearest edge, with all corners, if one is near.
   corner(event, adds = true) {
     const spot = this.spotOf(event), { corners } = this;
     const reach = event.pointerType === 'touch' ? FINGER_GRIP : GRIP;
@@ -222,7 +222,7 @@ class GuideBoard extends ToolMap {
     return { at: edge + 1, moves: corners.toSpliced(edge + 1, 0, this.worldOf(event)) };
   }
 
-  // A gesture has the drawn points, or the corners of an outline of which it moves one.
+  // A gesture contains the drawn points, or the corners of an outline and the number of the moved corner.
   grip(event) {
     if (this.tool === 'pan' || (!this.at(this.cellOf(event)) && !this.corners)) return null;
     const corner = this.corners && this.corner(event);
@@ -264,7 +264,7 @@ class GuideBoard extends ToolMap {
     return null;
   }
 
-  // Enter paints at the cursor, begins or ends a line, or moves the nearest corner there.
+  // Enter paints at the cursor, begins or ends a line, or moves the nearest corner to the cursor.
   typedKey(key) {
     if (!['Enter', ' '].includes(key) || !this.hover) return false;
     const place = this.toWorld([this.hover[1] + 0.5, this.hover[0] + 0.5]);

@@ -35,7 +35,7 @@ class CellMap extends View {
     this.layout();
   }
 
-  // The old picture stays until the cells of the new one are unpacked.
+  // The old picture stays until the cells of the new picture are unpacked.
   async ask(wanted) {
     if (this.wanted === wanted) return;
     this.wanted = wanted;
@@ -46,7 +46,7 @@ class CellMap extends View {
       indices.forEach((index, k) => { pixels[(ny - 1 - Math.floor(k / nx)) * nx + (k % nx)] = palette[index]; });
     });
     this.shown = { picture, indices };
-    this.there = wanted;
+    this.pictureKey = wanted;
     this.say();
     this.layout();
   }
@@ -67,7 +67,7 @@ class CellMap extends View {
     const north = south + ny * size;
     const wide = Math.floor(this.root.getBoundingClientRect().width);  // clientWidth may round up
     if (!wide) return;
-    // also for the decimals of zoomed maps
+    // the numbers of zoomed maps have more decimals
     const room = roomForNumbers(this.canvas, this.root, [[south, north], [north - ZOOMED * size, north]]);
     const [left, bottom] = axes ? [room, 20] : [1, 1];
     Object.assign(this, { left, bottom, top: 1, right: 1 });
@@ -76,12 +76,12 @@ class CellMap extends View {
     if (this.leads) this.peers.forEach((map) => map.fit());
   }
 
-  // All maps with the same scale.
+  // Return all maps with the same scale.
   get peers() { return [...groups.get(this.data.scale) ?? []]; }
 
   get leads() { return this.room && this.data.leads !== false; }
 
-  // Use the largest cells with which each leading map fits; draw the map if they have changed, or always.
+  // Use the largest cells with which each leading map fits; draw the map if their size has changed or if `always`.
   fit(always = false) {
     const cell = Math.min(this.room, ...this.peers.filter((map) => map.leads).map((map) => map.room));
     if (always || (this.room && Math.abs(cell - this.cell) > 1e-6)) this.size(cell);
@@ -103,7 +103,7 @@ class CellMap extends View {
     this.draw();
   }
 
-  // The size of a cell in pixels.
+  // Return the size of a cell in pixels.
   get pixels() { return this.cell * this.view.zoom; }
 
   // Convert a position in cells (x from the west, y from the south) to the canvas, and back.
@@ -148,13 +148,13 @@ class CellMap extends View {
     if (this.spaced?.of === points && this.spaced.cell === this.cell) return this.spaced.each;
     const taken = new Set(points.map(([row, column]) => row * nx + column));
     const farthest = Math.ceil(2 * (MARK + 2 * RING) / this.cell);
-    const there = (row, column) => column >= 0 && column < nx && taken.has(row * nx + column);
+    const hasDatum = (row, column) => column >= 0 && column < nx && taken.has(row * nx + column);
     const each = points.map(([row, column]) => {
       let near = 0;
       for (let d = 1; d < farthest; d++) {
         for (let k = -d; k < d; k++) { // four sides of a square around the datum, each without one end
-          near += there(row - d, column + k) + there(row + d, column - k)
-            + there(row - k, column - d) + there(row + k, column + d);
+          near += hasDatum(row - d, column + k) + hasDatum(row + d, column - k)
+            + hasDatum(row - k, column - d) + hasDatum(row + k, column + d);
           if (near > 1) return d;
         }
       }
@@ -175,7 +175,7 @@ class CellMap extends View {
   }
 
   drawPoints(pen) {
-    const { points, lut, point_lut: own, nx, ny } = this.data;
+    const { points, lut, point_lut: pointLut, nx, ny } = this.data;
     if (!points.length) return;
     const marks = [];
     points.forEach(([row, column, index, wrong], k) => {
@@ -183,13 +183,13 @@ class CellMap extends View {
       const [x, y] = this.toCanvas(column + 0.5, row + 0.5);
       if (x < -9 || y < -9 || x > this.wide + this.left + 9 || y > this.high + 9) return;
       const radius = this.radiusOf(k);
-      marks.push({ x, y, radius, colour: (own || lut)[index], wrong });
+      marks.push({ x, y, radius, colour: (pointLut || lut)[index], wrong });
     });
     drawData(pen, marks, styleOf(this.root, '--st-red-color'));
     this.drawWells(pen);
   }
 
-  // Return the named wells with data, as long as the data are the same.
+  // Return the named wells with data; they are found once for the same data.
   namedWells() {
     const { data } = this, { points, nx } = data;
     if (this.named?.of === points) return this.named.wells;
@@ -242,19 +242,19 @@ class CellMap extends View {
     }
   }
 
-  // Return the label of the mark, or the name of the well, that is nearest to a cell, if one is near.
+  // Return the label of the mark or the name of the well that is nearest to a cell; empty if none is near.
   marked([row, column]) {
     const reach = Math.max(0.5, 7 / this.pixels);
-    let said = '', best = reach;
+    let nearest = '', best = reach;
     const wells = this.namedWells().flatMap(({ name: label, cells }) => cells.map(([r, c]) => (
       { label, row: r, column: c, height: 1, width: 1 })));
     for (const mark of [...wells, ...this.data.marks || []]) {
       if (!mark.label || mark.kind === 'box') continue;
       const away = Math.max(Math.abs(row + 0.5 - mark.row - mark.height / 2),
         Math.abs(column + 0.5 - mark.column - mark.width / 2));
-      if (away <= best) [said, best] = [mark.label, away];
+      if (away <= best) [nearest, best] = [mark.label, away];
     }
-    return said;
+    return nearest;
   }
 
   drawCross(pen) {
@@ -270,7 +270,7 @@ class CellMap extends View {
   }
 
   at(cell) {
-    const index = cell && (this.there === this.wanted || this.held) ? this.indexAt(cell) : undefined;
+    const index = cell && (this.pictureKey === this.wanted || this.held) ? this.indexAt(cell) : undefined;
     return index === undefined ? '' : this.data.labels[index] ?? 'inactive';
   }
 
@@ -287,9 +287,9 @@ class CellMap extends View {
   // Write the coordinates and the label of the cell under the pointer.
   say() {
     const { hover: cell } = this;
-    const said = this.at(cell);
-    const mark = said ? this.marked(cell) : '';
-    this.readout.textContent = said ? `(${cell[1]}, ${cell[0]}) ${said}${mark && ' · ' + mark}` : '';
+    const label = this.at(cell);
+    const mark = label ? this.marked(cell) : '';
+    this.readout.textContent = label ? `(${cell[1]}, ${cell[0]}) ${label}${mark && ' · ' + mark}` : '';
     this.readout.classList.toggle('long', Boolean(mark));
   }
 
@@ -366,7 +366,7 @@ class CellMap extends View {
 
   pick(cell) { this.report('cell', cell); }
 
-  // Return what the map hears while it is on the page.
+  // Return the listeners of the map while the map is on the page.
   heardByWindow() {
     return { [LINK]: ({ detail }) => {
       if (detail.from === this || !this.data || detail.link !== this.data.link) return;
@@ -383,7 +383,7 @@ class CellMap extends View {
     if (this.view.zoom > 1) this.canvas.setPointerCapture(event.pointerId);
   }
 
-  // A pointer that is not pressed points to a cell, one that is pressed pans, and two zoom.
+  // A pointer points to a cell, a pressed pointer pans, and two pressed pointers zoom.
   pointermove(event) {
     const now = this.spotOf(event), before = this.pointers.get(event.pointerId);
     if (!before) return this.pointTo(this.cellOf(event));

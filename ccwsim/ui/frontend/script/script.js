@@ -14,13 +14,13 @@ function arrows({ setTriggerValue }) {
   return hear(document, { keydown: (event) => {
     const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
     if (!step || event.altKey || event.ctrlKey || event.metaKey || event.shiftKey) return;
-    if (event.composedPath().some((at) => at.matches && at.matches(OWN))) return;
+    if (event.composedPath().some((node) => node.matches && node.matches(OWN))) return;
     event.preventDefault();
     setTriggerValue('told', step);
   } });
 }
 
-// Store each cookie of which the browser has none, such as a name of the browser that survives a reload of the page.
+// Store each cookie that the browser lacks, such as the name of the browser, which survives a reload of the page.
 function cookie({ data: { cookies } }) {
   const secure = location.protocol === 'https:' ? '; Secure' : '';
   for (const [name, [value, seconds]] of Object.entries(cookies)) {

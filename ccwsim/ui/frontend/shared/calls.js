@@ -52,9 +52,9 @@ function hear(target, listeners) {
 
 // Return a new element with properties and children.
 function element(tag, properties = {}, ...children) {
-  const made = Object.assign(document.createElement(tag), properties);
-  made.append(...children);
-  return made;
+  const node = Object.assign(document.createElement(tag), properties);
+  node.append(...children);
+  return node;
 }
 
 function download(name, href) { element('a', { download: name, href }).click(); }

@@ -1,5 +1,5 @@
-// Drawing functions for maps and volumes: data as ringed circles, axes, legend. This code precedes their
-// modules.
+// Drawing functions for maps and volumes: data as ringed circles, axes, legend. This code precedes the modules
+// of maps and volumes.
 const MARK = 4, SMALLEST_MARK = 1.2, RING = 1.2; // radii of a datum and width of a ring, in pixels
 const LARGEST = 1e12; // minimum axis number that is written with an exponent
 const INK = '#14181d', PAPER = '#ffffff'; // colours of rings, visible on every background
@@ -31,7 +31,7 @@ function drawNames(pen, { root, left, wide }, names, most) {
   for (const [name, at, y] of names) {
     const half = pen.measureText(name).width / 2 + 2;
     const x = clamp(at, left + half, left + wide - half);
-    if (taken.some((one) => Math.abs(one.x - x) < one.half + half && Math.abs(one.y - y) < 14)) continue;
+    if (taken.some((other) => Math.abs(other.x - x) < other.half + half && Math.abs(other.y - y) < 14)) continue;
     taken.push({ x, y, half });
     drawName(pen, name, x, y);
   }
@@ -64,7 +64,7 @@ function strokeIn(pen, layers, path) {
   pen.globalAlpha = 1;
 }
 
-// Draw a line through places with a head of a length at its end, as part of a path.
+// Add a line through places to a path, with an arrow head of length `head` at the end of the line.
 function arrow(pen, places, head) {
   const [[ax, ay], [bx, by]] = places.slice(-2);
   const angle = Math.atan2(by - ay, bx - ax);
@@ -86,8 +86,8 @@ function drawCrossAt(pen, x, y, from = 4, [wide, high] = [11, 11], layers = [[PA
   });
 }
 
-// Draw a box (left, top, wide, high) of a canvas: what `inside` draws is clipped by the edge, which has the colour
-// of texts. Numbers are written along it if the values at its ends are given.
+// Draw a box (left, top, wide, high) on a canvas, with an edge in the colour of text. `inside` draws the content,
+// which is clipped at the edge. If `across` and `up`, the values at the ends, are defined, numbers are written.
 function drawFramed(canvas, box, inside, across, up) {
   const pen = canvas.getContext('2d'), { root, left, top, wide, high, dots } = box;
   pen.setTransform(dots, 0, 0, dots, 0, 0);
@@ -136,7 +136,7 @@ function drawAxes(pen, { left, top, wide, high }, [west, east], [low, upper]) {
   pen.globalAlpha = 1;
 }
 
-// Return the room in pixels for numbers at the left of a box, for some ranges of numbers.
+// Return the width in pixels of the numbers of some ranges at the left of a box.
 function roomForNumbers(canvas, root, ranges) {
   const pen = canvas.getContext('2d');
   pen.font = fontOf(root);
@@ -144,7 +144,7 @@ function roomForNumbers(canvas, root, ranges) {
   return Math.max(40, Math.ceil(Math.max(...marks.map(({ text }) => pen.measureText(text).width))) + 9);
 }
 
-function fillLegend(legend, { keys, strip, points, points_are: [one, many], wrong_label: wrong }) {
+function fillLegend(legend, { keys, strip, points, points_are: [singular, plural], wrong_label: wrong }) {
   legend.replaceChildren(...keys.map(([label, colour]) => key(label, 'swatch', colour)));
   if (strip) {
     const box = key('', 'strip', null);
@@ -153,7 +153,8 @@ function fillLegend(legend, { keys, strip, points, points_are: [one, many], wron
     box.append(strip.high);
     legend.append(box);
   }
-  if (points.length) legend.append(key(`${points.length} ${points.length > 1 ? many : one}`, 'swatch round', null));
+  const n = points.length;
+  if (n) legend.append(key(`${n} ${n > 1 ? plural : singular}`, 'swatch round', null));
   if (wrong) legend.append(key(wrong, 'swatch round wrong', null));
 }
 
@@ -194,9 +195,9 @@ function pictureOf(wide, high, paint) {
 
 // Return the named wells, each with its cells that have a datum.
 function wellsWithData({ wells = [], points }, idOf) {
-  const there = new Set(points.map(idOf));
-  const known = wells.map(([name, cells]) => ({ name, cells: cells.filter((cell) => there.has(idOf(cell))) }));
-  return known.filter(({ cells }) => cells.length);
+  const occupied = new Set(points.map(idOf));
+  const named = wells.map(([name, cells]) => ({ name, cells: cells.filter((cell) => occupied.has(idOf(cell))) }));
+  return named.filter(({ cells }) => cells.length);
 }
 
 // Return round values between two limits, with the text of each value.

@@ -23,9 +23,9 @@ class LatestChoice {
     }, AGAIN);
   }
 
-  // Return whether the page has now applied the choice.
-  taken(given) {
-    const taken = Boolean(this.sent) && isSame(given, this.sent);
+  // Return whether the choice `applied` by the page is the choice that was sent.
+  taken(applied) {
+    const taken = Boolean(this.sent) && isSame(applied, this.sent);
     if (taken) this.sent = null;
     return taken;
   }

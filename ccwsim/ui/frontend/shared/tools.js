@@ -1,5 +1,5 @@
-// A map with tools. A pressed pointer makes a gesture with what it has gripped, and arrow keys move a cursor. A
-// component defines what a tool grips, what follows the pointer, and what the end of the gesture and other keys do.
+// A map with tools. A pressed pointer grips an object and makes a gesture; arrow keys move a cursor. A component
+// defines the grip, the steps and the end of a gesture (`grip`, `follow`, `finish`), and other keys (`typedKey`).
 // This code is appended to map.js and edits.js.
 const STEPS = { ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, -1], ArrowRight: [0, 1] };
 const FAST = 10; // number of cells of a step with Shift
@@ -7,7 +7,7 @@ const SLOP = 4, FINGER_SLOP = 8; // maximum movement in pixels of a click; longe
 
 class ToolMap extends CellMap {
   tool = 'pan';
-  gesture = null; // a pressed pointer, and what it grips
+  gesture = null; // a pressed pointer, and the object that it grips
   spot = null; // place of the pointer or cursor
 
   // Move the toolbar, which is separate from the map's HTML, into the map.
@@ -39,10 +39,10 @@ class ToolMap extends CellMap {
     this.canvas.addEventListener('keydown', (event) => this.typedStep(event));
     hearKeys(this.canvas, (event) => this.typed(event));
     this.root.querySelector('.bar')?.addEventListener('click', (event) => {
-      const { tool, step, ...others } = event.target.closest('button')?.dataset || {};
+      const { tool, step, ...choices } = event.target.closest('button')?.dataset || {};
       if (tool) this.tool = tool;
       if (step) this.step(step);
-      this.press?.(others);
+      this.press?.(choices);
       this.bars();
       this.draw();
     });
@@ -108,7 +108,7 @@ class ToolMap extends CellMap {
 
   inside([row, column]) { return row >= 0 && column >= 0 && row < this.data.ny && column < this.data.nx; }
 
-  // Return whether a key is used; an escape goes on, because it may also close a menu.
+  // Return whether a key is used; Escape is passed on, because it may also close a menu.
   typed({ key, shiftKey }) {
     if (key === 'Escape') this.abandon();
     if (!STEPS[key]) return this.typedKey(key);

@@ -1,7 +1,7 @@
-// What maps and volumes have in common: legend, read-out and tools below, and news from views with the same link;
-// also wheel, fingers and keys. This code precedes their modules.
+// Parts that maps and volumes share: legend, read-out and tools below, events from views with the same link, and
+// wheel, fingers and keys. This code precedes the modules of maps and volumes.
 class View {
-  shows = { data: true, corrected: true }; // what the tools show or hide
+  shows = { data: true, corrected: true }; // parts that the tools show or hide
 
   constructor(root) {
     this.root = root;
@@ -12,7 +12,7 @@ class View {
     root.querySelector('.tools').addEventListener('click', ({ target }) => this.data && this.act(target.dataset.do));
   }
 
-  // Begin to hear; a second call has no effect.
+  // Start to listen; a second call has no effect.
   start() {
     this.stopHearing ??= hear(window, this.heardByWindow());
     this.watch.observe(this.root);
@@ -26,7 +26,7 @@ class View {
     this.outbox?.rest();
   }
 
-  // Undo or redo, when the keys for it are pressed.
+  // Undo or redo if the keys of these commands are pressed.
   typedStep(event) {
     const what = stepOf(event);
     if (!what || !this.canStep(what)) return;
@@ -77,15 +77,16 @@ function hearKeys(canvas, typed) {
 
 function zoomOf(event) { return Math.exp(-event.deltaY / 300); }
 
-// Return the place of a second pressed pointer, with which a pointer zooms.
+// Return the position of the other pressed pointer, if any; two pointers zoom.
 function otherOf(pointers, event) { return [...pointers].find(([id]) => id !== event.pointerId)?.[1]; }
 
 function spread([ax, ay], [bx, by]) { return Math.max(Math.hypot(ax - bx, ay - by), 1); }
 
-// Return the cells on the straight line between two cells, for pointers skip cells; halves go to the first cell.
+// Return the cells on the straight line between two cells, because pointers skip cells. Halves are rounded towards
+// the first cell.
 function cellsBetween(from, to) {
-  const ways = to.map((end, axis) => end - from[axis]);
-  const steps = Math.max(...ways.map(Math.abs));
-  const moved = (way, k) => Math.sign(way) * Math.ceil(k * Math.abs(way) / steps - 0.5);
-  return Array.from({ length: steps + 1 }, (_, k) => from.map((start, axis) => start + (k && moved(ways[axis], k))));
+  const offsets = to.map((end, axis) => end - from[axis]);
+  const steps = Math.max(...offsets.map(Math.abs));
+  const moved = (offset, k) => Math.sign(offset) * Math.ceil(k * Math.abs(offset) / steps - 0.5);
+  return Array.from({ length: steps + 1 }, (_, k) => from.map((start, axis) => start + (k && moved(offsets[axis], k))));
 }

@@ -28,7 +28,7 @@ export default inOrder(({ data, parentElement, setTriggerValue }) => {
   };
   mark(shown, arrows === 'move' && buttons[focused] ? focused : Math.max(shown, 0));
   if (arrows === 'choose' && focused >= 0) buttons[shown]?.focus({ preventScroll: true });
-  // runs stay where the user has scrolled, until there is a new one
+  // the list of runs keeps the position to which the user has scrolled, until a new run is added
   if (arrows === 'choose' && buttons[shown]) reveal(box, buttons[shown]);
   else if (box.first !== tiles[0]?.value) box.scrollLeft = 0;
   box.first = tiles[0]?.value;
@@ -37,7 +37,7 @@ export default inOrder(({ data, parentElement, setTriggerValue }) => {
     if (k >= 0 && !buttons[k].disabled) choose(k);
   };
   box.onkeydown = (event) => {
-    const n = buttons.filter((button) => !button.disabled).length; // the first n, if not all of them
+    const n = buttons.filter((button) => !button.disabled).length; // enabled tiles come first
     const now = buttons.indexOf(event.target.closest('button'));
     const next = { Home: 0, End: n - 1 }[event.key] ?? (now + ARROWS[event.key] + n) % n;
     if (!arrows || !(next >= 0)) return;

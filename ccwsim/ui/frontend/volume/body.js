@@ -5,12 +5,13 @@ const STEEPEST = 1.5; // maximum angle in radians of a view from above or below
 const SEVERAL = 'several'; // the choice of facies with opacities
 const BLOCKS = { block: [0, 1, 2], 'block x': [0], 'block y': [1], 'block z': [2] }; // axes of the cuts
 const ALL = 1 << 20; // more cells than a volume has along an axis
-const FAINT = 0.25; // opacity at first of the facies with index 0, which often surrounds the others
+const FAINT = 0.25; // initial opacity of the facies with index 0, which often surrounds the others
 const OPAQUE = 0.9, BEHIND = 0.25; // minimum opacity of a cell that hides lines, and opacity of hidden lines
 const FIRST_LOOK = { turn: 0.6, tilt: 0.5, zoom: 1 };
 const QUICK = 35; // target milliseconds per frame in motion; slower machines draw coarser frames
 const AT_REST = 180; // milliseconds without motion before a coarse frame is replaced by a fine frame
-const PAUSE = 1000, MOST_REFUSALS = 9; // milliseconds, doubled each time, before WebGL2 is asked for again, and how often
+const PAUSE = 1000; // milliseconds before WebGL2 is requested again, doubled after each request
+const MOST_REFUSALS = 9; // number of refusals after which WebGL2 is no longer requested
 const KEPT = 4; // number of volumes in graphics memory
 const BITS = 3, BRICK = 1 << BITS; // cells along an axis of a brick; rays cross an empty brick in one step
 
@@ -228,29 +229,29 @@ class Body {
 
   get look() { return (this.view.shared.look ??= { ...FIRST_LOOK }); }
 
-  // Offer what the volume can show; volumes with the same cursor show the same if they can.
+  // Offer the modes of the view; volumes with the same cursor use the same mode, if all offer it.
   show() {
-    const { view: { data, own, shared }, mode } = this;
+    const { view: { data, local, shared }, mode } = this;
     const modes = data.strip ? [['from', 'cells from a value on']]
       : [...data.labels.map((label, k) => [String(k), `${label} alone`]), [SEVERAL, 'facies with opacity']];
     modes.unshift(...Object.entries(BLOCKS).map(([name, axes]) => [name, axes.length > 1
       ? 'block, a corner cut out' : `block, cut across ${'xyz'[axes[0]]}`]));
     mode.replaceChildren(...modes.map(([value, text]) => new Option(text, value)));
     const offered = (value) => modes.some(([one]) => one === value);
-    mode.value = [shared.mode, own.mode, data.mode].find(offered) ?? 'block';
-    own.mode = mode.value;
+    mode.value = [shared.mode, local.mode, data.mode].find(offered) ?? 'block';
+    local.mode = mode.value;
     this.choose();
   }
 
   // Offer a slider for the lowest value, for the place of a cut, or for the opacity of each facies.
   choose() {
     const { view } = this;
-    const { data: { labels, shape }, own, shared } = view;
+    const { data: { labels, shape }, local, shared } = view;
     const mode = this.mode.value, [axis] = this.across;
     const sliders = [];
     if (mode === 'from') {
       sliders.push(['from', 'Lowest value shown in the volume', labels.length - 1, (k) => labels[k], () => this.from, (k) => {
-        own.from = k;
+        local.from = k;
         view.ask('body', true);
       }]);
     } else if (this.across.length === 1) {
@@ -275,8 +276,8 @@ class Body {
     sizeCanvas(this.canvas, wide, high, dots);
   }
 
-  // Return the painter of the page, or undefined without WebGL2. A busy browser may refuse it for a
-  // moment or lose it, or for two minutes after its drawing process has ended, so that it is asked for again.
+  // Return the painter of the page, or undefined without WebGL2. A busy browser may lose WebGL2 or refuse it for a
+  // moment, or for two minutes after its drawing process has ended, so WebGL2 is requested again.
   painter() {
     const { page } = this.view;
     if (page.painter?.gl.isContextLost()) page.painter = undefined;
@@ -382,12 +383,12 @@ class Body {
 
   get isBlock() { return this.mode.value.startsWith('block'); }
 
-  // The axes across which a block is cut.
+  // Return the axes across which a block is cut.
   get across() { return BLOCKS[this.mode.value] ?? []; }
 
-  get from() { return Math.min(this.view.own.from ?? this.view.data.lut.length >> 1, this.view.data.lut.length - 1); }
+  get from() { return Math.min(this.view.local.from ?? this.view.data.lut.length >> 1, this.view.data.lut.length - 1); }
 
-  // Store two rows of 256 colours: for indices, with their opacities, and for data.
+  // Return two rows of 256 colours: for indices, with their opacities, and for data.
   looks(opacities) {
     const { data } = this.view;
     const looks = new Uint8Array(2 * 256 * 4);
@@ -396,7 +397,7 @@ class Body {
     return looks;
   }
 
-  // Draw lines, faint where cells for which `hides(cell)` is true are between them and the viewer.
+  // Draw lines; a part is faint if a cell with `hides(cell)` is between this part and the viewer.
   drawLines(pen, toCanvas, hides, along) {
     const { lines = [], line_lut: lut, shape } = this.view.data;
     const longest = Math.max(...along.map(Math.abs)), step = along.map((d) => -d / longest);
@@ -457,7 +458,7 @@ class Body {
     });
   }
 
-  // Draw the paths of wells and extensions above the top, so that wells are visible if other cells hide their cells.
+  // Draw the paths of wells, extended above the top, so that hidden wells are visible too.
   drawStems(pen, toCanvas, block, side) {
     const { view } = this;
     if (!view.shows.data) return;
@@ -498,7 +499,7 @@ class Body {
   listen() {
     const { canvas, view, pointers } = this;
     this.mode.addEventListener('change', () => {
-      view.own.mode = view.shared.mode = this.mode.value;
+      view.local.mode = view.shared.mode = this.mode.value;
       view.tell('mode');
     });
     const release = (event) => pointers.delete(event.pointerId);

@@ -20,7 +20,7 @@ class Slice {
     this.listen();
   }
 
-  get here() { return this.view.at[this.across]; }
+  get index() { return this.view.at[this.across]; }
 
   get count() { return this.view.data.shape[this.across]; }
 
@@ -47,7 +47,7 @@ class Slice {
     this.drawLines(pen);
     this.drawHairs(pen);
     if (view.shows.data) this.drawData(pen);
-    if (hover?.[this.across] !== this.here) return;
+    if (hover?.[this.across] !== this.index) return;
     drawCrossAt(pen, ...this.toCanvas(hover[this.right] + 0.5, hover[this.up] + 0.5));
   }
 
@@ -59,7 +59,7 @@ class Slice {
     const [along, upwards] = [strides[this.right], strides[this.up]];
     return pictureOf(wide, high, (pixels) => {
       for (let j = 0; j < high; j++) {
-        let from = this.here * strides[this.across] + (high - 1 - j) * upwards;
+        let from = this.index * strides[this.across] + (high - 1 - j) * upwards;
         for (let k = j * wide; k < (j + 1) * wide; k++, from += along) pixels[k] = palette[cells[from]];
       }
     });
@@ -69,7 +69,7 @@ class Slice {
   drawLines(pen) {
     const { lines = [], line_lut: lut } = this.view.data;
     const [across, right, up] = [this.across, this.right, this.up].map((axis) => 2 - axis);
-    const inside = (point) => Math.floor(point[across]) === this.here;
+    const inside = (point) => Math.floor(point[across]) === this.index;
     const place = (point) => this.toCanvas(point[right], point[up]);
     for (const line of lines) {
       for (let k = 1; k < line.length; k++) {
@@ -93,10 +93,10 @@ class Slice {
   // Draw data in the slice as circles; in a section, draw data of a well as a strip of cells. In the map, a
   // well with data near the layer, but none in the layer, is a dot. The name of a well is at its highest datum.
   drawData(pen) {
-    const { view, here } = this, wrongColour = styleOf(view.root, '--st-red-color');
+    const { view, index } = this, wrongColour = styleOf(view.root, '--st-red-color');
     const { data, wells } = view;
     const colours = data.point_lut || data.lut;
-    const inside = data.points.filter((point) => point[2 - this.across] === here);
+    const inside = data.points.filter((point) => point[2 - this.across] === index);
     const radius = markRadius(this, inside.length);
     const circles = [], strips = [], heads = new Map();
     for (const point of inside) {
@@ -116,7 +116,7 @@ class Slice {
       const reach = Math.max(1, Math.round(WELL_REACH * data.shape[2]));
       for (const well of wells) {
         if (heads.has(well)) continue;
-        const off = ([layer]) => Math.abs(layer - here);
+        const off = ([layer]) => Math.abs(layer - index);
         const near = well.cells.reduce((one, other) => (off(other) < off(one) ? other : one));
         if (off(near) > reach) continue;
         const [px, py] = this.toCanvas(near[2] + 0.5, near[1] + 0.5);
@@ -134,11 +134,11 @@ class Slice {
   say() {
     const { data, at } = this.view;
     const place = this.view.centre(this.across);
-    this.panel.querySelector('.where').textContent = `${this.called} ${this.here}`;
-    this.panel.querySelector('output').textContent = data.axes ? place : this.here;
-    this.canvas.setAttribute('aria-label', `${data.alt}, ${this.called} ${this.here}`);
+    this.panel.querySelector('.where').textContent = `${this.called} ${this.index}`;
+    this.panel.querySelector('output').textContent = data.axes ? place : this.index;
+    this.canvas.setAttribute('aria-label', `${data.alt}, ${this.called} ${this.index}`);
     this.slider.value = at[this.across];
-    this.slider.setAttribute('aria-valuetext', `${this.called} ${this.here}`);
+    this.slider.setAttribute('aria-valuetext', `${this.called} ${this.index}`);
   }
 
   toCanvas(right, up) {
@@ -169,7 +169,7 @@ class Slice {
 
   listen() {
     const { canvas, view } = this;
-    this.slider.addEventListener('input', () => this.step(+this.slider.value - this.here));
+    this.slider.addEventListener('input', () => this.step(+this.slider.value - this.index));
     hearWheel(canvas, (event) => {
       this.wheeled += event.deltaMode ? NOTCH * Math.sign(event.deltaY) : event.deltaY;
       if (!view.cells || Math.abs(this.wheeled) < NOTCH) return;

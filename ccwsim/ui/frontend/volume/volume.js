@@ -10,7 +10,7 @@ const USUAL = { link: '', name: 'volume', body: true, max_height: 480, picks: fa
 const CACHED = 8; // number of unpacked volumes in memory
 // State of several or of removed components, stored in the window because each component has a copy of this
 // module.
-const page = (window[Symbol.for(LINK)] ??= { cells: new Map(), shared: new Map(), own: new Map() });
+const page = (window[Symbol.for(LINK)] ??= { cells: new Map(), shared: new Map(), local: new Map() });
 
 class VolumeView extends View {
   constructor(root) {
@@ -22,17 +22,17 @@ class VolumeView extends View {
     this.listen();
   }
 
-  // The old volume stays on the screen until the cells of the new one are unpacked.
-  async show(given) {
-    const data = { ...USUAL, ...given };
+  // The old volume stays on the screen until the cells of the new volume are unpacked.
+  async show(options) {
+    const data = { ...USUAL, ...options };
     this.start();
     this.latest = data;
     this.outbox.taken(data.ack ?? 0);
     const cells = await unpackedOnce(data);
     if (this.latest !== data) return;
     Object.assign(this, { data, cells });
-    this.own = kept(page.own, data.key);
-    this.shared = kept(page.shared, data.link || data.key);
+    this.local = stateOf(page.local, data.key);
+    this.shared = stateOf(page.shared, data.link || data.key);
     if (data.cursor && String(data.cursor) !== this.shared.sent) {
       this.shared.at = data.cursor;
       this.shared.sent = String(data.cursor);
@@ -45,7 +45,7 @@ class VolumeView extends View {
     this.layout();
   }
 
-  // The cursor, at first in the middle; a volume of another size with the same cursor uses the nearest cell.
+  // Return the cursor, at first in the middle; a volume of another size with the same cursor uses the nearest cell.
   get at() { return this.data.shape.map((n, axis) => Math.min(this.shared.at?.[axis] ?? n >> 1, n - 1)); }
 
   get exaggeration() { return this.shared.exaggeration ?? this.usual; }
@@ -73,7 +73,7 @@ class VolumeView extends View {
 
   wellAt(cell) { return this.wellOf.get(this.idOf(cell)); }
 
-  // Choose a vertical exaggeration with readable sections that are not higher than wide.
+  // Offer the vertical exaggerations at which sections are readable and not too high.
   offerExaggerations() {
     const [x, y, z] = this.data.shape.map((n, axis) => n * this.data.cell_size[axis]);
     const share = z / Math.max(x, y);
@@ -123,7 +123,7 @@ class VolumeView extends View {
     return String(+(origin[axis] + (this.at[axis] + 0.5) * size[axis]).toPrecision(9));
   }
 
-  // Draw once at the next frame, also after several calls; without calls nothing is drawn.
+  // Draw at the next frame, once for all calls before this frame.
   ask(what, moving = false) {
     this.wanted = { slices: what !== 'body' || this.wanted?.slices, body: what !== 'slices' || this.wanted?.body, moving };
     this.frame ??= requestAnimationFrame(() => {
@@ -159,10 +159,10 @@ class VolumeView extends View {
   say() {
     const { hover } = this.shared;
     const { shape, labels } = this.data;
-    const there = hover && hover.every((k, axis) => k < shape[axis]);
-    const [x, y, z] = there ? hover : [];
-    const well = there && this.wellAt([z, y, x])?.name;
-    this.readout.textContent = there
+    const inside = hover && hover.every((k, axis) => k < shape[axis]);
+    const [x, y, z] = inside ? hover : [];
+    const well = inside && this.wellAt([z, y, x])?.name;
+    this.readout.textContent = inside
       ? `(${x}, ${y}, ${z}) ${labels[this.cells[this.idOf([z, y, x])]] ?? 'inactive'}${well ? ` · ${well}` : ''}` : '';
   }
 
@@ -215,7 +215,7 @@ class VolumeView extends View {
 
   draw() { this.ask('all'); }
 
-  // Follow another view with the same cursor, in what has changed.
+  // Follow a change of the part `what` in another view with the same cursor.
   follow({ shared, what }) {
     if (!this.data || shared !== this.shared) return;
     this.say();
@@ -230,9 +230,9 @@ class VolumeView extends View {
   heardByWindow() { return { [LINK]: ({ detail }) => this.follow(detail), keydown: (event) => this.typedStep(event) }; }
 }
 
-function kept(where, key) {
-  if (!where.has(key)) where.set(key, {});
-  return where.get(key);
+function stateOf(states, key) {
+  if (!states.has(key)) states.set(key, {});
+  return states.get(key);
 }
 
 // Return the cells of a volume; each volume is unpacked only once.

@@ -1,4 +1,4 @@
-"""The method of the paper in 150 lines: NumPy, PyWavelets and loops, without the program.
+"""The method of the paper in 170 lines: NumPy, PyWavelets and loops, without the program.
 
 Lines of Algorithm 1, sections and equations are those of Bavandsavadkoohi et al. (2024).
 Everything random is given: the direction of the path, 0 to 7, and a function `draw` that returns
