@@ -20,6 +20,7 @@ from tests.browser.served import browser, served
 
 ROOT = Path(__file__).parents[1]
 FIRST = (
+    "tests/pairs/",
     "tests/test_package.py",
     "tests/browser/all_pages/",
     "tests/browser/",

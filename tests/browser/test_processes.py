@@ -20,7 +20,7 @@ pytestmark = [
     pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}"),
     pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="processes are found in /proc"),
 ]
-FEW, MANY = 4, 999
+FEW, MANY = 4, 400
 STUDY = f"grid=300x200&data=none&template=16&overlap=4&realizations={FEW}"
 
 

@@ -29,7 +29,7 @@ pytestmark = [
     pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}"),
 ]
 
-N = 10
+N = 5
 CURVES = ("variogram_E", "variogram_N", "connectivity_E", "connectivity_N")
 
 DRAWN = """(key) => {

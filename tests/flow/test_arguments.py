@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import inspect
+import os
 import random
+from itertools import chain
 
 import pytest
 
 from ccwsim import flow, io
 from ccwsim.io import flow_models
-from tests.fuzz.arguments import flows
-from tests.fuzz.flows import FUNCTIONS, flow_arguments
+from tests.fuzz.arguments import ABSURD, flows
+from tests.fuzz.flows import FUNCTIONS, flow_arguments, spoilt_calls
 from tests.fuzz.workers import measured
 
 pytestmark = pytest.mark.filterwarnings("ignore")
-N_CASES, N_SLOW = 400, 8000
+N_CASES = 400
+N_SLOW = int(os.environ.get("CCWSIM_FLOW_CASES", "1200"))
+"""Random cases of the fast and of all tests; 8000 in the environment test more combinations."""
 
 
 def faults(numbers: range) -> list[tuple]:
@@ -25,6 +29,12 @@ def faults(numbers: range) -> list[tuple]:
 
 def test_random_arguments_of_flow_give_a_result_or_are_refused():
     assert faults(range(N_CASES)) == []
+
+
+@pytest.mark.slow
+def test_each_argument_of_flow_may_be_absurd():
+    acts = spoilt_calls(ABSURD)
+    assert [*chain(*(measured(name, iter([(name, act)])).faults for name, act in acts))] == []
 
 
 @pytest.mark.slow

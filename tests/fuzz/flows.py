@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import random
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterator, Sequence
+from functools import partial
 from tempfile import TemporaryDirectory
 from typing import Any
 
@@ -107,8 +108,24 @@ def flow_call(source: random.Random, maybe: Callable[..., Any]) -> Callable[[], 
         bad = spoil(good, 0.08)
         given[name] = good if callable(bad) or name == "self" else bad
 
-    def act() -> object:
-        with TemporaryDirectory() as folder, contextlib.chdir(folder):
-            return FUNCTIONS[number](**given)
+    return lambda: _called(FUNCTIONS[number], given)
 
-    return act
+
+def spoilt_calls(values: Sequence[Any]) -> Iterator[tuple[str, Callable[[], object]]]:
+    """Yield calls with one absurd argument each, and their names: each value of each argument."""
+    for k, value in enumerate(values):
+        for function, valid in zip(FUNCTIONS, _valid_arguments(k), strict=True):
+            for name in valid:
+                if name != "self" and not callable(value):
+                    call = partial(_called, function, {**valid, name: value})
+                    yield f"{function.__name__}, {name}, value {k}", call
+
+
+def _valid_arguments(seed: int) -> list[dict[str, Any]]:
+    return flow_arguments(random.Random(f"valid {seed}"), lambda value: value)
+
+
+def _called(function: Callable[..., Any], given: dict[str, Any]) -> object:
+    """Call a function in a folder of its own."""
+    with TemporaryDirectory() as folder, contextlib.chdir(folder):
+        return function(**given)

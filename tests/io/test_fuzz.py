@@ -181,7 +181,7 @@ def _small_seeds() -> list[bytes]:
 @pytest.mark.parametrize(("reader", "name"), [(r, n) for r in EVIL_OF for n in EVIL_OF[r]])
 def test_an_evil_file_does_no_harm(reader, name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("CCWSIM_MAX_UPLOAD_SECONDS", "5")
+    monkeypatch.setenv("CCWSIM_MAX_UPLOAD_SECONDS", "3")
     content = EVIL[name]()
     acts = dict(uploads(content, f"../{name}"))
     if name not in WORST.values():  # `python -m tests.fuzz` reads each file in every way

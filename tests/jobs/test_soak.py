@@ -13,7 +13,7 @@ from benchmarks.visitor import choices_of, expected
 
 @pytest.fixture(scope="module")
 def outcome() -> Outcome:
-    return soak(sessions=4, minutes=0.15, ttl=3, warming=4)
+    return soak(sessions=4, minutes=0.15, ttl=1, warming=4)
 
 
 @pytest.mark.slow

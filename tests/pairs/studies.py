@@ -15,6 +15,7 @@ import sys
 import time
 import traceback
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -277,9 +278,18 @@ def run_study(study: Study, n: int = 2, **options: Any) -> Ensemble:
     return simulate(*inputs, n_realizations=n, **options)
 
 
-def faults_of_row(row: Row, seed: int) -> list[str]:
-    """Return the faults of a study with the features of a row."""
-    return faults_of(make_study(row, seed))
+def check_rows(rows: Sequence[Row], file: Path) -> None:
+    """Check the study of each row in turn, and write the row into a file before its study starts.
+
+    The last line of the file thus names the study at which the process ends. A fault ends it too.
+    """
+    with file.open("w") as lines:
+        for seed, row in enumerate(rows):
+            print({name: x for name, x in row.items() if x != FEATURES[name][0]}, file=lines)
+            lines.flush()
+            if faults := faults_of(make_study(row, seed)):
+                print(*faults, sep="\n", file=lines)
+                sys.exit(1)
 
 
 def faults_of(study: Study) -> list[str]:

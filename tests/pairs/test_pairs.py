@@ -8,7 +8,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import fields
 from multiprocessing import get_context
 from pathlib import Path
@@ -22,8 +22,8 @@ from tests.pairs.consumers import CONSUMERS, WITHOUT_STUDIES, Case, public_funct
 from tests.pairs.studies import (
     FEATURES,
     Row,
+    check_rows,
     faults_of,
-    faults_of_row,
     is_possible,
     make_study,
     pairs,
@@ -132,22 +132,38 @@ KINDS = {
 
 
 @pytest.mark.slow
-def test_each_kind_of_study_is_simulated_by_a_new_process():
-    """Kernels are compiled, and read from disk, before a process runs its first study."""
+def test_each_kind_of_study_is_simulated_by_a_new_process(tmp_path):
+    """Kernels are compiled, and read from disk, before a process runs its first study.
+
+    Each kind of maps and of volumes has a process, whose first study is of other sides and data
+    than that of the process before.
+    """
     usual = {name: levels[0] for name, levels in FEATURES.items()}
-    choices = {"dimension": ("map", "volume"), "data": ("none", "few")}
-    rows = [
-        {**usual, **kind, "sides": sides, **dict(zip(choices, levels, strict=True))}
-        for kind in KINDS.values()
-        for sides in FEATURES["sides"]
-        for levels in itertools.product(*choices.values())
-    ]
+    sizes = [*itertools.product(FEATURES["sides"], ("none", "few"))]
     context = get_context("forkserver")
     context.set_forkserver_preload(["tests.pairs.studies"])
-    with ProcessPoolExecutor(2, context, max_tasks_per_child=1) as pool:
-        tasks = [pool.submit(faults_of_row, row, k) for k, row in enumerate(rows)]
-        for row, task in zip(rows, tasks, strict=True):
-            assert task.result(timeout=300) == [], row
+
+    def ended(number: int, kind: str, dimension: str) -> tuple[int | None, str]:
+        """Return the exit code and the last lines of a process that checks a kind of study."""
+        first = number % len(sizes)
+        rows = [
+            {**usual, **KINDS[kind], "dimension": dimension, "sides": sides, "data": data}
+            for sides, data in sizes[first:] + sizes[:first]
+        ]
+        file = tmp_path / f"{kind} {dimension}"
+        process = context.Process(target=check_rows, args=(rows, file))
+        process.start()
+        process.join(300)
+        process.kill()
+        process.join()
+        last = file.read_text().splitlines()[-3:] if file.exists() else []
+        return process.exitcode, "\n".join([file.name, *last])
+
+    kinds = itertools.product(KINDS, FEATURES["dimension"])
+    with ThreadPoolExecutor(2) as pool:
+        tasks = [pool.submit(ended, k, *kind) for k, kind in enumerate(kinds)]
+    results = [task.result() for task in tasks]
+    assert [lines for code, lines in results if code != 0] == []
 
 
 @pytest.mark.slow
