@@ -147,3 +147,31 @@ def test_only_kernels_and_public_functions_have_many_parameters():
                 if n > MAX_PARAMETERS and node.name.startswith("_"):
                     many.append(f"{path}:{node.lineno} {node.name} {n}")
     assert not many
+
+
+POSITIONAL = {
+    *("reshape", "transpose"),  # NumPy: one argument an axis
+    *("attrgetter", "Affine", "submit"),  # take their arguments only by position
+    "Box",  # of ranges and overlaps, in the order of the axes
+}
+"""Functions that are not kernels and may get more than five arguments by position."""
+
+
+def calls_outside_kernels(node: ast.AST, inside: bool = False) -> Iterator[ast.Call]:
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.Call) and not inside:
+            yield child
+        in_kernel = isinstance(child, ast.FunctionDef) and child.name in compiled_names()
+        yield from calls_outside_kernels(child, inside or in_kernel)
+
+
+def test_calls_with_many_arguments_name_them():
+    """Kernels are exempt: they take arguments only by position."""
+    unnamed = [
+        f"{path}:{call.lineno}"
+        for path, tree in modules().items()
+        for call in calls_outside_kernels(tree)
+        if len(call.args) > MAX_POSITIONAL
+        and ast.unparse(call.func).rsplit(".")[-1] not in POSITIONAL | compiled_names()
+    ]
+    assert not unnamed
