@@ -1,6 +1,6 @@
 """Short descriptions of parameters, and captions that state the inputs of charts."""
 
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import Any
 
 from ccwsim.model.arrays import describe_shape
@@ -32,8 +32,7 @@ USUAL = ("method", "wavelet_level", "template_size", "overlap_size", "n_candidat
 def caption_of(ensemble: Ensemble) -> str:
     """Return the image, data, grid, setting, number of realizations and seed of an ensemble."""
     p = ensemble.parameters
-    usual = replace(Parameters().as_in(p.variant), variant="ours")
-    differences = describe_setting(p, replace(usual, **{n: getattr(p, n) for n in USUAL}))
+    differences = describe_setting(p, replace(Parameters(), **{n: getattr(p, n) for n in USUAL}))
     setting = describe_parameters(p) + (f", {differences}" if differences != "the same" else "")
     count = plural(ensemble.n, "realization")
     edited = ", re-simulated locally around edited data" if ensemble.revised else ""
@@ -49,10 +48,12 @@ def describe_inputs(study: Any) -> str:
 
 
 def describe_setting(p: Parameters, study_setting: Parameters) -> str:
-    """Describe how a setting differs from the setting of the study."""
-    names = [
-        f.name for f in fields(Parameters) if getattr(p, f.name) != getattr(study_setting, f.name)
-    ]
+    """Describe how a setting differs from the setting of the study.
+
+    The name of a variant describes all parameters that the variant sets.
+    """
+    usual = vars(study_setting.as_in(p.variant)) | {"variant": study_setting.variant}
+    names = [name for name, value in vars(p).items() if value != usual[name]]
     if p.method == "ccsim":  # CCSIM has no level
         names = [name for name in names if name != "wavelet_level"]
     names.sort(key=lambda name: name != "method")

@@ -11,7 +11,7 @@ from ccwsim.cli.simulate import streamed_output
 from ccwsim.jobs import limits
 from ccwsim.jobs.limits import Demand, needs_consent
 from ccwsim.report.pictures import bundle_of_curves, layer_data, layers_of_image
-from ccwsim.report.settings import caption_of, describe_parameters
+from ccwsim.report.settings import caption_of, describe_parameters, describe_setting
 from ccwsim.report.verdicts import curve_title, describe_variety, way_name
 from ccwsim.sharing import codec
 from ccwsim.sharing.choices import ImageChoice
@@ -86,3 +86,12 @@ def test_a_caption_says_image_setting_and_seed():
         "CCWSIM, level 2, template 16, overlap 4, K 20, no refine",
         "1 realization, seed 5",
     ]
+
+
+def test_a_variant_describes_the_parameters_that_it_sets():
+    study = Parameters(wavelet_level=1)
+    assert describe_setting(study.as_in("paper"), study) == "as in the paper"
+    assert describe_setting(study, study.as_in("code")) == "ours"
+    coarser = Parameters.published("paper", wavelet_level=3)
+    assert describe_setting(coarser, study) == "level 3, as in the paper"
+    assert describe_setting(study.as_in("paper"), study.as_in("paper")) == "the same"
