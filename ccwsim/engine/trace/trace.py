@@ -167,9 +167,7 @@ class Trace:
     """
 
     def __init__(self, study: Study, number: int = 0) -> None:
-        check_traceable(study.parameters)
-        if study.parameters.variant != "ours" and study.hard_data.n:
-            raise refused("trace_of_variant", variant=study.parameters.variant)
+        check_traceable(study.parameters, study.hard_data.n)
         self.study, self.number = study, number
         rng = random_numbers(study.seed, number)
         self._template = draw_template(study.parameters, study.training_image.shape, rng)
@@ -353,7 +351,9 @@ class Trace:
         return scores, copies
 
 
-def check_traceable(parameters: Parameters) -> None:
-    """Raise an error if realizations with these parameters cannot be traced patch by patch."""
+def check_traceable(parameters: Parameters, n_data: int) -> None:
+    """Raise an error if realizations of a study cannot be traced patch by patch."""
     if parameters.scale:
         raise refused("trace_of_ms_ccsim")
+    if n_data and parameters.variant != "ours":
+        raise refused("trace_of_variant", variant=parameters.variant)

@@ -29,7 +29,7 @@ from ccwsim.ui.results.maps import colours_of
 from ccwsim.ui.session.address import page_link
 from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.fragments import error_boundary
-from ccwsim.ui.session.resolve import image_of
+from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.study_column import size_fields
 from ccwsim.ui.widgets.fields import bound_to, button, field, help_of, options_of
@@ -91,15 +91,16 @@ def _draw_top(state: State) -> None:
     with st.container(horizontal=True, vertical_alignment="bottom", gap="large", key="how_top"):
         player = st.container(key="how_player", gap="small")
         _draw_setting(state)
+    n_data = data_of(state.choices).n
     try:
-        check_traceable(page_parameters(state))
+        check_traceable(page_parameters(state), n_data)
     except CCWSIMError as error:
         page_state.stop(trace=None, traced=None)
         st.warning(plain(str(error)))
         button(
-            "Follow CCWSIM here",
+            "Follow our CCWSIM here",
             key="how_ccwsim",
-            on_click=lambda: set_own(state, method="ccwsim"),
+            on_click=lambda: set_own(state, method="ccwsim", variant="ours"),
             type="primary",
         )
         return

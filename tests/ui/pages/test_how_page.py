@@ -332,3 +332,14 @@ def test_the_image_and_the_angle_of_a_patch_are_named():
     assert found == {"channels", "stone wall"}
     app.session_state[KEY].change(guides=GuideChoice())  # the trace is made anew
     assert "The patch is from" not in text(seen(app.run()))
+
+
+def test_the_rules_of_the_paper_with_data_are_refused_and_ours_can_be_followed():
+    study = replace(WITH_DATA, parameters=OWN.as_in("paper"))
+    app = launched(study)
+    assert "one after another" in app.warning[0].value
+    press(app, "how_ccwsim")
+    assert not app.warning
+    assert how(app).parameters == OWN
+    assert app.session_state[KEY].choices == study
+    assert not launched(replace(SMALL, parameters=OWN.as_in("paper"))).warning
