@@ -13,11 +13,13 @@ both.
 without secondary information. Data have the probabilities of the map. All cases are measured in
 turns.
 
-*copies*: Turned and scaled images, and zones of two images. A row has the difference between the
-mean direction of 24 realizations and the map (mean and 90 % quantile, in degrees, for the whole
-grid but its margins), the difference of proportions from those of the images in points, the ratio
-of pattern distances to those of each image alone in the same window, and the CPU time of later
-realizations, in turns, relative to that without secondary information.
+*copies*: Turned and scaled images, and zones of two images, with 24 realizations. The columns:
+
+- difference between the mean direction and the map: mean and 90 % quantile, in degrees, without
+  the margins of the grid
+- difference of proportions from those of the images, in points
+- pattern distance, relative to that of each image alone in the same window
+- CPU time of later realizations, relative to that without secondary information, in turns
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ from ccwsim.model.numbers import minus
 from ccwsim.model.study import Study
 
 NOTED = 0.05  # minimum noted difference between a requested and the nearest possible proportion
-MIN_BIN_SHARE = 0.02  # minimum share of the cells in a bin of the reliability that is noted
+MIN_BIN_SHARE = 0.02  # bins of probability with a smaller share of the cells are not noted
 MIN_FITTING_LOCATIONS, MAX_POOR_SHARE = 5, 0.2
 """Fewer than this number of locations are noted if more than this share of patches have so few."""
 MAX_SPREAD = 25.0  # mean difference, in degrees, of directions from the main one that is noted
