@@ -26,7 +26,7 @@ from ccwsim.engine.stages.bits import make_strips, take_strips
 from ccwsim.engine.stages.candidates import best_places, make_ranking
 from ccwsim.engine.stages.conditioning import SPARSE, place_data
 from ccwsim.engine.stages.cut import keep_old, make_cut, paste
-from ccwsim.engine.stages.path import L_SHAPE, Box, overlap_cells
+from ccwsim.engine.stages.path import LEFT, TOP, Box, overlap_cells
 from ccwsim.engine.stages.similarity import (
     make_terms,
     overlap_energies,
@@ -108,7 +108,8 @@ def all_best(scores, rng, ranking, places):
     """Find the best locations of each patch."""
     for i in range(len(scores)):
         best_places(scores[i].reshape(-1), rng, ranking)
-        places[i, :] = ranking.places
+        for k in range(len(ranking.places)):
+            places[i, k] = ranking.places[k]
 
 
 @kernel
@@ -172,7 +173,7 @@ def measure(level: int) -> list[Measured]:
     ys, xs = (a.ravel() for a in np.meshgrid(ROWS, COLUMNS, indexing="ij"))
     n, t, overlap, k = len(ys), template[2], width[2], p.n_candidates
     boxes = np.zeros((n, 10), np.int64)
-    boxes[:, 1], boxes[:, 2], boxes[:, 3:] = ys, xs, (*template, L_SHAPE, *width)
+    boxes[:, 1], boxes[:, 2], boxes[:, 3:] = ys, xs, (*template, LEFT | TOP, *width)
     (image, square_bits, _, _), running = oriented.pyramid, oriented.running
     energy = np.zeros(oriented.places, oriented.squares.dtype)
     all_energies(oriented.squares, boxes[:1], block, energy)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import importlib
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -167,3 +170,10 @@ def test_in_all_phases_an_image_is_as_near_to_itself_wherever_it_begins():
     other = np.asarray(datasets.load("channels").array)
     same = pattern_distance(other, ti, factors=(1,))[0, 0]
     assert distance_of_all_phases(other[None], ti, 1) == pytest.approx(same)
+
+
+@pytest.mark.parametrize(
+    "path", sorted(Path(reference.__file__).parent.glob("*.py")), ids=lambda path: path.stem
+)
+def test_each_benchmark_finds_what_it_measures(path):
+    importlib.import_module(f"benchmarks.{path.stem}")

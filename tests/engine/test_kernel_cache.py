@@ -194,8 +194,8 @@ def test_a_user_without_a_home_can_import():
         "os.environ.pop('HOME', None); os.environ.pop('XDG_CACHE_HOME', None)\n"
         "def unknown(uid): raise KeyError(uid)\n"
         "pwd.getpwuid = unknown\n"
-        "from ccwsim.engine.kernel_cache import FOLDER\n"
-        "print(bool(FOLDER))"
+        "from ccwsim.engine.kernel_cache import KERNEL_FOLDER\n"
+        "print(bool(KERNEL_FOLDER))"
     )
     assert python(code).strip() == "True"
 

@@ -179,9 +179,9 @@ def test_kernels_stay_within_their_arrays(tmp_path):
 def test_kernels_with_bounds_checks_find_an_index_beyond_an_array(tmp_path):
     code = (
         "import numpy as np\n"
-        "from ccwsim.engine.kernel_cache import NAME\n"
+        "from ccwsim.engine.kernel_cache import KERNEL_FOLDER_NAME\n"
         "from tests.pairs.beyond import read_beyond\n"
-        "assert NAME.endswith('-checked')\n"
+        "assert KERNEL_FOLDER_NAME.endswith('-checked')\n"
         "try: read_beyond(np.zeros(3))\n"
         "except IndexError: print('found')\n"
     )

@@ -21,8 +21,8 @@ from numba.core import event
 with event.install_recorder("numba:compile") as compiled:
     from ccwsim.engine.stages.conditioning import forced_side
     assert forced_side(0, 1, 1) == forced_side(old=0, new=1, datum=1)
-from ccwsim.engine.kernel_cache import FOLDER
-print(len(compiled.buffer), FOLDER)
+from ccwsim.engine.kernel_cache import KERNEL_FOLDER
+print(len(compiled.buffer), KERNEL_FOLDER)
 """
 
 
