@@ -149,7 +149,7 @@ PICTURES = {
     "examples": Picture("examples", 560, FILLED["examples"]),
     "quiz": Picture("examples", 810, play_quiz),
     "benchmark": Picture("benchmark", 860, FILLED["benchmark"]),
-    "paper-and-ours": Picture("paper_and_ours", 720, lambda page: None),
+    "paper-and-ours": Picture("paper_and_ours", 720, FILLED["paper_and_ours"]),
     "paper": Picture("paper", 800, unfold_experiments),
     "share": Picture(f"simulate?{STUDY}", 480, open_share, left=530),
 }

@@ -61,7 +61,7 @@ def fill_with_times(page) -> None:
 def fill_with_experiments(page) -> None:
     """Run the quick version of the paper's experiments."""
     page.locator(".st-key-paper_extent button", has_text="Quick").click(timeout=SLOW)
-    page.wait_for_function("() => document.body.innerText.includes('under a minute')", timeout=SLOW)
+    page.wait_for_function("() => /about \\d+ s on/.test(document.body.innerText)", timeout=SLOW)
     press(page, ".st-key-paper_start button", ".st-key-paper_cancel, .st-key-download_paper")
     page.wait_for_selector(".st-key-download_paper", timeout=SLOW)
 
@@ -110,12 +110,18 @@ def fill_with_flow(page) -> None:
         page.locator("[data-testid=stSidebarCollapseButton] button").click(timeout=SLOW)
 
 
+def fill_with_steps(page) -> None:
+    """Wait for the table of the paper's steps."""
+    page.wait_for_selector(".st-key-method_text table", timeout=SLOW)
+
+
 FILLED = {
     "benchmark": fill_with_times,
     "examples": fill_with_pictures,
     "flow": fill_with_flow,
     "import": fill_with_file,
     "paper": fill_with_experiments,
+    "paper_and_ours": fill_with_steps,
     "sweep": fill_with_settings,
 }
 """Functions that fill pages that do not fill themselves with maps, by the name of the page's

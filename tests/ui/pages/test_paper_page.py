@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import threading
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from streamlit.testing.v1 import AppTest
@@ -29,6 +30,7 @@ from ccwsim.ui.session.progress import progress_text
 from ccwsim.ui.session.state import KEY, State
 from tests.ui.widgets import html, named, opened
 
+ROOT = Path(__file__).parents[3]
 ODD = "<b>&"
 
 
@@ -174,3 +176,16 @@ def test_choices_survive_another_page():
     app = launched(quick=state.quick, seed=state.seed)
     assert named(app.number_input, "paper_seed").value == 7
     assert replace(state, seed=8).quick
+
+
+def test_the_steps_and_the_paper_as_a_program_are_shown_whole():
+    app = opened("paper_and_ours").run()
+    assert not app.exception
+    document = (ROOT / "docs" / "method.md").read_text("utf-8")
+    rows = [line for line in document.splitlines() if line.startswith("|") and "|--" not in line]
+    said = html(app)
+    assert said.count("<tr>") == len(rows)
+    for step in ("inverse DWT", "minimum error boundary cut", "seam repair", "channel, 397 data"):
+        assert f"<th>{step}</th>" in said
+    program = (ROOT / "docs" / "the_paper.py").read_text("utf-8")
+    assert [code.value for code in app.code] == [program.rstrip()]
