@@ -53,7 +53,7 @@ EXPERIMENTS = tuple(
     for name, about in PAPER_TEXTS["experiments"].items()
 )
 """All experiments, in the order of the paper's sections; weights are seconds (`PROBE_SECONDS`)."""
-PROBE_SHAPE, PROBE_SECONDS = (512, 512), 0.04
+PROBE_SHAPE, PROBE_SECONDS = (512, 512), 0.013
 """Grid of a timed realization, and its CPU seconds where the weights were measured."""
 QUICK_SECONDS = 15.0  # duration of a quick run there
 
