@@ -106,6 +106,7 @@ def compare_methods(name: str, numbers: tuple[int, ...], run: ExperimentRun) -> 
     image, side = run.inputs.image(name), run.extent.side(COMPARED_SIDE)
     blocks: list[Block] = [PictureRow((methods.image_picture(image, run.inputs.describe(name)),))]
     judgements: list[Judgement] = []
+    studies: list[ComparedStudy] = []
     for n_data in numbers:
         data, _ = run.data(name, image, n_data, (side, side), COMPARED_SIDE)
         study = ComparedStudy(image, data)
@@ -113,8 +114,9 @@ def compare_methods(name: str, numbers: tuple[int, ...], run: ExperimentRun) -> 
         for method, level in product(COMPARED_METHODS, COMPARED_LEVELS):
             last = _add_cases(study, run, (side, side), method, level, stem=stem)
         blocks += _blocks_of(study, last, run.extent.largest_lag)
-        judgements += [*_methods_compared(study), *_against_authors(study), *_same_rules(study)]
-    return Outcome(tuple(blocks), tuple(judgements))
+        studies.append(study)
+        judgements += [*_against_authors(study), *_same_rules(study)]
+    return Outcome(tuple(blocks), (*_methods_compared(studies), *judgements))
 
 
 def _add_cases(
@@ -192,20 +194,34 @@ CASE_MEASURES: dict[str, Callable[[Case], str]] = {
 """Measures of the table of cases, as texts."""
 
 
-def _methods_compared(study: ComparedStudy) -> Iterator[Judgement]:
+def _methods_compared(studies: list[ComparedStudy]) -> Iterator[Judgement]:
     """Judge the statement that CCWSIM beats MS-CCSIM in connectivity and patterns."""
     claim = "CCWSIM enhances facies connectivity and pattern reproduction (abstract)."
     for column, title in COLUMNS.items():
-        for level, ours, other in study.pairs(("ccwsim", column), ("ms-ccsim", column)):
-            finding = said(
-                "methods",
-                title=title.capitalize(),
-                n=study.data.n,
-                level=level,
-                ours=ours,
-                other=other,
-            )
-            yield verdicts.judged(claim, finding, verdicts.judge_both(*ours.compare(other)))
+        methods_of_column = ("ccwsim", column), ("ms-ccsim", column)
+        orders = np.array(
+            [
+                ours.compare(other)
+                for study in studies
+                for _, ours, other in study.pairs(*methods_of_column)
+            ]
+        )
+        if not len(orders):
+            continue
+        (more, nearer), (less, farther) = (orders > 0).sum(axis=0), (orders < 0).sum(axis=0)
+        finding = said(
+            "methods",
+            title=title.capitalize(),
+            n=len(orders),
+            more=more,
+            less=less,
+            nearer=nearer,
+            farther=farther,
+        )
+        word = verdicts.judge_both(
+            verdicts.sign_of(more - less), verdicts.sign_of(nearer - farther)
+        )
+        yield verdicts.judged(claim, finding, word)
 
 
 def _against_authors(study: ComparedStudy) -> Iterator[Judgement]:

@@ -222,30 +222,19 @@ def _paper(image: str, method: str, level: int, k: int) -> float:
 
 def _methods_timed(name: str, times: Times) -> Iterator[Judgement]:
     """Judge whether CCWSIM or MS-CCSIM is faster at levels 1 and 3."""
-    claim = "Table 2: CCWSIM takes less time than MS-CCSIM at level 1, about the same at level 3."
+    claim = PAPER_TEXTS["claims"]["faster"]
     for variant in COMPARED:
-        shares, title = [], COLUMNS[variant].capitalize()
-        for level, k in product(LEVELS_OF_TABLE_2, range(len(TABLE_2_DATA))):
+        ratios = []
+        for level, (k, n_data) in product(LEVELS_OF_TABLE_2, enumerate(TABLE_2_DATA)):
             theirs = _paper(name, "ccwsim", level, k) / _paper(name, "ms-ccsim", level, k)
             ours = _quotient(times, variant, ("ccwsim", level, k), ("ms-ccsim", level, k))
-            shares.append(ours)
-            finding = said(
-                "faster",
-                title=title,
-                name=name,
-                level=level,
-                n=TABLE_2_DATA[k],
-                ours=ours,
-                theirs=theirs,
-            )
-            yield verdicts.judge_ratio(claim, finding, ours, theirs)
-        listed = ", ".join(f"{share:.2f}" for share in shares)
-        finding = said("efficient", title=title, name=name, ratios=listed)
-        word = (
-            AGREES if max(shares) < 1 / NOISE else IN_PART if min(shares) < 1 / NOISE else DIFFERENT
-        )
-        efficient = "CCWSIM is efficient: it takes less time than MS-CCSIM (title, section 5.6)."
-        yield verdicts.judged(efficient, finding, word)
+            ratios.append((f"level {level}, {n_data} data", ours, theirs))
+        title = f"{COLUMNS[variant].capitalize()}, {name}"
+        yield verdicts.judge_ratios(claim, title, ratios)
+        ours = [share for _, share, _ in ratios]
+        finding = said("efficient", title=title, low=min(ours), high=max(ours))
+        word = AGREES if max(ours) < 1 / NOISE else IN_PART if min(ours) < 1 / NOISE else DIFFERENT
+        yield verdicts.judged(PAPER_TEXTS["claims"]["efficient"], finding, word)
 
 
 def _quotient(
@@ -258,20 +247,22 @@ def _quotient(
 
 def _ratios(name: str, times: Times) -> Iterator[Judgement]:
     """Judge the cost of twice the data and the gain of level 3."""
-    twice = "Table 2: cost of twice the data, 2000 instead of 1000."
-    coarser = "Table 2: CPU time of CCWSIM at level 1 relative to level 3."
-    pairs = [
-        (twice, f"{TITLES[method]}, level {level}", (method, level, 1), (method, level, 0))
+    twice = [
+        (f"{TITLES[method]}, level {level}", (method, level, 1), (method, level, 0))
         for method in METHODS_OF_TABLE_2
         for level in LEVELS_OF_TABLE_2
     ]
-    pairs += [
-        (coarser, f"{n} data", ("ccwsim", 1, k), ("ccwsim", 3, k))
-        for k, n in enumerate(TABLE_2_DATA)
+    coarser = [
+        (f"{n} data", ("ccwsim", 1, k), ("ccwsim", 3, k)) for k, n in enumerate(TABLE_2_DATA)
     ]
-    for variant, (claim, case, first, second) in product(COMPARED, pairs):
-        theirs = _paper(name, *first) / _paper(name, *second)
-        ours = _quotient(times, variant, first, second)
-        title = COLUMNS[variant].capitalize()
-        finding = f"{title}, {name}, {case}: {ours:.2f} times, in the paper {theirs:.2f}."
-        yield verdicts.judge_ratio(claim, finding, ours, theirs)
+    for variant, (claim, cases) in product(COMPARED, (("twice", twice), ("coarser", coarser))):
+        ratios = [
+            (
+                case,
+                _quotient(times, variant, first, second),
+                _paper(name, *first) / _paper(name, *second),
+            )
+            for case, first, second in cases
+        ]
+        title = f"{COLUMNS[variant].capitalize()}, {name}"
+        yield verdicts.judge_ratios(PAPER_TEXTS["claims"][claim], title, ratios)

@@ -94,6 +94,17 @@ def judge_ratio(
     return judged(claim, finding, AGREES if apart <= 2 * error else SAME_ORDER)
 
 
+def judge_ratios(claim: str, title: str, ratios: Iterable[tuple[str, float, float]]) -> Judgement:
+    """Judge several ratios (case, ours, the paper's) in one sentence."""
+    each = [
+        judge_ratio(claim, f"{case} {ours:.2f} ({theirs:.2f})", ours, theirs)
+        for case, ours, theirs in ratios
+    ]
+    words = {judgement.word for judgement in each}
+    finding = f"{title}: {', '.join(judgement.finding for judgement in each)}."
+    return judged(claim, finding, words.pop() if len(words) == 1 else IN_PART)
+
+
 def judge_levels(times: Mapping[int, float], title: str) -> Judgement:
     """Judge whether each level takes less CPU time (in seconds) than the level below."""
     levels = sorted(times)

@@ -40,6 +40,7 @@ from ccwsim.paper.verdicts import (
     judge_data,
     judge_levels,
     judge_ratio,
+    judge_ratios,
     judge_time,
     judged,
     order_of,
@@ -439,3 +440,12 @@ def test_runs_without_experiments_are_summarized():
     assert verdict_of(Finished(EXPERIMENTS[0], None, "no memory", 1.0)) == "failed: no memory"
     assert with_largest_grid(FULL, 5000).timed_sides == (1000, 2000, 3000, 4000, 5000)
     assert inputs_in(None).image("channel").name == "channels"
+
+
+def test_several_ratios_are_one_sentence_and_one_verdict():
+    alike, apart = ("level 1", 0.5, 0.52), ("level 3", 2.0, 0.5)
+    one = judge_ratios("claim", "Ours", [alike, alike])
+    assert one.word == "agrees"
+    both = judge_ratios("claim", "Ours", [alike, apart])
+    assert both.word == "in part"
+    assert both.finding == "Ours: level 1 0.50 (0.52), level 3 2.00 (0.50)."
