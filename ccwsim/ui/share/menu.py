@@ -94,7 +94,7 @@ def _files(state: State) -> None:
             disabled=state.ensemble is None,
             help="One HTML file that opens offline, with all maps and charts",
         )
-        st.button(
+        button(
             "Read it here",
             key="share_read",
             on_click=_read_report,
