@@ -13,6 +13,7 @@ from ccwsim import Ensemble, HardData, TrainingImage
 from ccwsim.figures import LIGHT, Group, mds_chart, mds_title
 from ccwsim.metrics import Anodi, anodi
 from ccwsim.metrics.stack import Stack
+from ccwsim.model.parameters import Method
 from ccwsim.model.published import Variant
 from ccwsim.paper import methods, verdicts
 from ccwsim.paper.experiment import PAPER_IMAGES, PAPER_TEXTS, ExperimentRun, Outcome, said
@@ -21,7 +22,7 @@ from ccwsim.paper.published_times import TABLE_1
 from ccwsim.paper.verdicts import percent
 from ccwsim.report.document import Block, Chart, Judgement, PictureRow, Table, Text
 
-COMPARED_METHODS = ("ccwsim", "ms-ccsim")
+COMPARED_METHODS: tuple[Method, ...] = ("ccwsim", "ms-ccsim")
 COMPARED_LEVELS = (1, 2, 3)
 COMPARED_SIDE = 512  # side in cells of the grid of both figures
 LIKE_TAU = 0.02  # relative connectivities count as alike up to this difference
@@ -123,7 +124,7 @@ def _add_cases(
     study: ComparedStudy,
     run: ExperimentRun,
     shape: tuple[int, int],
-    method: str,
+    method: Method,
     level: int,
     stem: str | None,
 ) -> Ensemble:

@@ -9,6 +9,7 @@ from ccwsim.experiments.timing import data_trials, growth, time_trials
 from ccwsim.experiments.trials import Trial, TrialResult
 from ccwsim.figures import LIGHT, TimeSeries, timings_chart
 from ccwsim.model.numbers import duration, minus
+from ccwsim.model.parameters import Method
 from ccwsim.model.published import Variant
 from ccwsim.paper import methods, verdicts
 from ccwsim.paper.experiment import PAPER_TEXTS, ExperimentRun, Outcome, said
@@ -28,7 +29,7 @@ from ccwsim.report.document import Chart, Judgement, PictureRow, Table, Text
 
 TIMED_LEVELS = (1, 2, 3)
 LEVELS_OF_TABLE_2 = (1, 3)
-METHODS_OF_TABLE_2 = ("ms-ccsim", "ccwsim")
+METHODS_OF_TABLE_2: tuple[Method, ...] = ("ms-ccsim", "ccwsim")
 PAPER_SIDE = 5000
 N_TIMED = 3
 MAX_EXPONENT_ERROR = 0.15
