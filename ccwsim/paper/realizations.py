@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -70,14 +71,32 @@ class FigureResults:
         stacks = {COLUMNS[variant]: e.indices for variant, e in self.ensembles.items()}
         return stacks if self.authors is None else stacks | {COLUMNS["authors"]: self.authors}
 
+    @cached_property
+    def curves(self) -> dict[tuple[Variant, Statistic], dict[Any, Bundle]]:
+        """Curves of the last facies by direction; charts and verdicts share them."""
+        image = self.image
+        code, shape = int(image.codes[-1]), self.ensembles["ours"].grid.shape
+        lags = methods.lags_for(image.shape, shape, largest=self.run.extent.largest_lag)
+        along = float(round(main_direction(image, code)[0]))
+        connected = ("E-W", "N-S") if along % 90 == 0 else ("E-W", along)
+        ways = {"variogram": ("E-W", "N-S"), "connectivity": connected}
+        return {
+            (variant, statistic): {
+                way: bundle_of(statistic, e, image, code, direction=way, lags=lags)
+                for way in ways[statistic]
+            }
+            for variant, e in self.ensembles.items()
+            for statistic in STATISTICS
+        }
+
 
 def show_figure(figure: MapFigure, run: ExperimentRun) -> Outcome:
     """Repeat a figure of realizations with the published method and with ours."""
-    run.expect(4)
+    run.expect(3)
     results = _simulated(figure, run)
     blocks = [*_pictures(results)]
     if figure.curves:
-        blocks += [row for e in results.ensembles.values() for row in _curves(run, e)]
+        blocks += _curves(results)
     blocks.append(_three_columns(results))
     if note := PAPER_TEXTS["notes"].get(figure.image):
         blocks.append(Text(note, quiet=True))
@@ -154,31 +173,21 @@ def _average(results: FigureResults, title: str, images: NDArray[np.uint8]) -> P
     return share_picture(of.probability[-1], caption)
 
 
-def _curves(run: ExperimentRun, e: Ensemble) -> Iterator[PictureRow]:
+def _curves(results: FigureResults) -> Iterator[PictureRow]:
     """Return variograms E–W and N–S, and connectivity E–W and along the bodies (Fig. 9)."""
-    for statistic in STATISTICS:
+    for (variant, statistic), bundles in results.curves.items():
         charts = [
             bundle_chart(
                 bundle,
                 statistic,
                 way,
-                e.training_image.facies_names[-1],
+                results.image.facies_names[-1],
                 top=1.1 * float(np.nanmax(bundle.each)),
                 height=220,
             )
-            for way, bundle in _bundles(run, e, statistic).items()
+            for way, bundle in bundles.items()
         ]
-        yield PictureRow(tuple(charts), f"{caption_of(e)}.")
-
-
-def _bundles(run: ExperimentRun, e: Ensemble, statistic: Statistic) -> dict[Any, Bundle]:
-    """Return the curves of the last facies by direction."""
-    image = e.training_image
-    code = int(image.codes[-1])
-    lags = methods.lags_for(image.shape, e.grid.shape, largest=run.extent.largest_lag)
-    along = float(round(main_direction(image, code)[0]))
-    ways = ("E-W", "N-S") if statistic == "variogram" or along % 90 == 0 else ("E-W", along)
-    return {way: bundle_of(statistic, e, image, code, direction=way, lags=lags) for way in ways}
+        yield PictureRow(tuple(charts), f"{caption_of(results.ensembles[variant])}.")
 
 
 def _three_columns(results: FigureResults) -> Table:
@@ -293,14 +302,14 @@ def _judge_average(results: FigureResults) -> Iterator[Judgement]:
 
 def _judge_curves(results: FigureResults) -> Iterator[Judgement]:
     """Judge whether the image's curves are among the curves of realizations."""
-    for statistic in STATISTICS:
+    for (variant, statistic), bundles in results.curves.items():
         what = "variograms" if statistic == "variogram" else "probability of connection"
         claim = said("curves", where=results.figure.where, what=what)
-        for title, e in _by_column(results):
-            shares = [_among(bundle) for bundle in _bundles(results.run, e, statistic).values()]
-            finding = said("surrounded", title=title, shares=" and ".join(map(percent, shares)))
-            word = "surrounded" if min(shares) >= ENOUGH else verdicts.IN_PART
-            yield verdicts.judged(claim, finding, word)
+        shares = [_among(bundle) for bundle in bundles.values()]
+        title = COLUMNS[variant].capitalize()
+        finding = said("surrounded", title=title, shares=" and ".join(map(percent, shares)))
+        word = "surrounded" if min(shares) >= ENOUGH else verdicts.IN_PART
+        yield verdicts.judged(claim, finding, word)
 
 
 def _among(bundle: Bundle) -> float:
