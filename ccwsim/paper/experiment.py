@@ -118,6 +118,11 @@ def inside(data: HardData, shape: tuple[int, int]) -> HardData:
     return HardData(data.cells[kept], data.facies[kept])
 
 
+def sample_as_dense(truth: NDArray[np.integer], n_data: int, n_cells: int, seed: int) -> HardData:
+    """Return data from a field, as dense as `n_data` data on a grid of `n_cells` cells."""
+    return sample_random(truth, max(round(n_data * truth.size / n_cells), 1), seed)
+
+
 @dataclass(frozen=True)
 class Extent:
     """Size of the experiments, which is full (takes minutes) or quick (takes seconds)."""
@@ -198,7 +203,7 @@ class ExperimentRun:
             self.inputs, self.extent, self.seed + 1, Watch(cancel=self.watch.cancel)
         )
         truth = other.simulate(image, shape, Parameters()).realizations[0]
-        return sample_random(truth, max(round(n * truth.size / side**2), 1), self.seed), truth
+        return sample_as_dense(truth, n, side**2, self.seed), truth
 
     def simulate(
         self,

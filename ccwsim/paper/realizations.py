@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ccwsim import Ensemble, HardData, TrainingImage
-from ccwsim.datasets.sampling import sample_random
 from ccwsim.figures import Bundle
 from ccwsim.metrics import Stationarity, etype, main_direction, stationarity
 from ccwsim.metrics.bands import STATISTICS, Statistic
@@ -17,7 +16,7 @@ from ccwsim.metrics.stack import Stack
 from ccwsim.model.numbers import duration
 from ccwsim.model.published import Variant
 from ccwsim.paper import methods, verdicts
-from ccwsim.paper.experiment import PAPER_TEXTS, ExperimentRun, Outcome, said
+from ccwsim.paper.experiment import PAPER_TEXTS, ExperimentRun, Outcome, said, sample_as_dense
 from ccwsim.paper.methods import AUTHORS_SETTINGS, COLUMNS, COMPARED
 from ccwsim.paper.published_times import stated_seconds
 from ccwsim.paper.verdicts import percent
@@ -134,8 +133,7 @@ def figure_data(
         return None, None
     if figure.sampled:
         truth = image.array[: shape[0], : shape[1]]
-        n_data = round(figure.n_data * truth.size / image.array.size)
-        data = sample_random(truth, max(n_data, 1), run.seed)
+        data = sample_as_dense(truth, figure.n_data, image.array.size, run.seed)
     else:
         data, truth = run.data(figure.image, image, figure.n_data, shape, figure.side)
     if truth is None or not figure.shows_truth:
