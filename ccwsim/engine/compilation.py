@@ -103,6 +103,7 @@ class CompilationProgress(NamedTuple):
     n_done: int
     n: int
     seconds_left: float | None
+    modules: tuple[str, ...] = ()  # modules of the kernels that are missing, with repetitions
 
 
 class CompileRequest:
@@ -263,9 +264,9 @@ def compilation() -> CompilationProgress | None:
     n = sum(request.n_functions for request in requests)
     done = sum(request.n_functions * request.share for request in requests) / n
     seconds = time.monotonic() - compilers.since
-    return CompilationProgress(
-        n_done, len(requests), seconds * (1 - done) / done if done > 0 else None
-    )
+    modules = (r.kernel.__module__ for r in requests if not r.ended.is_set())
+    seconds_left = seconds * (1 - done) / done if done > 0 else None
+    return CompilationProgress(n_done, len(requests), seconds_left, tuple(modules))
 
 
 def must_compile() -> bool:

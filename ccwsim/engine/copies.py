@@ -13,10 +13,9 @@ from math import prod
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.engine.stages.path import Triple, in_layers
-from ccwsim.model.arrays import Bytes, Floats, Ints, Mask, describe_shape
+from ccwsim.model.arrays import Array, Bytes, Floats, Int32s, Ints, Mask, describe_shape
 from ccwsim.model.errors import CCWSIMError, refused
 from ccwsim.model.grid import Grid
 from ccwsim.model.missing import UNKNOWN
@@ -35,7 +34,7 @@ class Copies(NamedTuple):
     indices: Bytes  # shape (nz, ny, nx); n_facies in unknown cells
     known_mask: Mask  # known cells of the stack
     # number of the cell, counted through all training images; −1 in unknown cells
-    origins: NDArray[np.int32]
+    origins: Int32s
     layers: Ints  # shape (n_kinds, 2): first layer and number of layers of a kind
     kinds: Bytes  # shape (nz, ny, nx) of the grid: the kind of each cell
     # weight of each image, (1.0,) without weights; the kind of a cell is that of the first image,
@@ -81,7 +80,7 @@ def make_copies(study: Study) -> Copies | None:
         used, kinds = np.unique(kinds + zones, return_inverse=True)
     gap = _gap(study)
     n_facies, numbers = study.training_image.n_facies, _numbers([i.shape for i in images])
-    stack: list[tuple[NDArray, NDArray]] = []
+    stack: list[tuple[Array, Array]] = []
     layers, proportions, names = [], [], list[str]()
     for kind in used.tolist():
         turn, group = divmod(kind, len(groups))
@@ -111,7 +110,7 @@ def make_copies(study: Study) -> Copies | None:
     )
 
 
-def _name_of_copy(image: str, turn: NDArray[np.float64], flipped: tuple[int, ...]) -> str:
+def _name_of_copy(image: str, turn: Floats, flipped: tuple[int, ...]) -> str:
     angle, *scale, dip = turn.tolist()
     parts = [image, *[f"turned to {angle:.0f}°"] * (angle != 0)]
     along = dict.fromkeys(f"{s:.2g}" for s in (scale if scale[2] != 1 else scale[:2]))
@@ -184,8 +183,7 @@ def classes_of(
     """
     first = 0
     if period is not None and len(distinct) > 1:  # classes begin after the largest gap
-        gaps = np.diff(distinct, prepend=distinct[-1] - period)
-        first = int(np.argmax(gaps))
+        first = int(np.argmax(np.diff(distinct, prepend=distinct[-1] - period)))
         distinct = np.concatenate([distinct[first:], distinct[:first] + period])
     ends, start = [], 0
     while start < len(distinct):
@@ -197,7 +195,7 @@ def classes_of(
     return middles if period is None else middles % period, np.roll(of_distinct, first)
 
 
-def _numbers(shapes: list[tuple[int, ...]]) -> list[NDArray[np.int32]]:
+def _numbers(shapes: list[tuple[int, ...]]) -> list[Int32s]:
     """Return the numbers of the cells of images, one image after the other."""
     numbers, first = [], 0
     for shape in shapes:
@@ -232,12 +230,12 @@ def _shape_of(forward: Floats, shape: Triple) -> Triple:
 
 
 def _turned(
-    numbers: NDArray[np.int32],
+    numbers: Int32s,
     flipped: tuple[int, ...],
     turn: Floats,
     cell_size: tuple[float, ...],
     gap: int,
-) -> NDArray[np.int32]:
+) -> Int32s:
     """Return the numbers of the cells of a mirrored, scaled and turned copy; −1 outside the image.
 
     Each cell of the copy gets the number of the nearest cell of the image. All cells of the image
@@ -258,13 +256,13 @@ def _turned(
     return copy
 
 
-def _values(indices: Bytes, numbers: NDArray[np.int32], origins: NDArray[np.int32]) -> Bytes:
+def _values(indices: Bytes, numbers: Int32s, origins: Int32s) -> Bytes:
     """Return the facies indices of a copy, `UNKNOWN` outside the image."""
     flat = np.append(indices.ravel(), np.uint8(UNKNOWN))
     return flat[np.where(origins < 0, len(flat) - 1, origins - numbers.flat[0])]
 
 
-def _padded(values: NDArray, shape: list[int], fill: int) -> NDArray:
+def _padded(values: Array, shape: list[int], fill: int) -> Array:
     wide = [(0, 0), *((0, n - m) for n, m in zip(shape, values.shape[1:], strict=True))]
     return np.pad(values, wide, constant_values=fill)
 

@@ -4,14 +4,13 @@ from collections.abc import Iterator
 from math import prod
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.engine.corrections import guidance
 from ccwsim.engine.lengths import USUAL_OVERLAP, ScaledLengths
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.stages.path import FROM_ABOVE, RasterPath, Triple, along_path, in_layers, to_path
 from ccwsim.engine.stages.similarity import summed_up
-from ccwsim.model.arrays import Floats
+from ccwsim.model.arrays import Array, Float32s, Floats
 
 N_PARTS = (2, 4, 4)
 """Number of parts of a patch along z, y and x; one part along an axis of one block."""
@@ -37,7 +36,7 @@ def make_guide(
     part = [-(-k // n) for k, n in zip(blocks, counts, strict=True)]
     n_parts, key = prod(counts), (orientation, template)
 
-    def values_of_image() -> NDArray[np.float32]:
+    def values_of_image() -> Float32s:
         size, shape = np.multiply(lengths.block, lengths.cell_size), sums.shape[1:]
         axes = [np.arange(n)[:, None] * k for n, k in zip(shape, size, strict=True)]
         means = []
@@ -120,7 +119,7 @@ def make_guide(
 
 def _maps_of_image(
     prepared: PreparedImage, located: list[int], template: Triple, orientation: int
-) -> Iterator[tuple[NDArray, bool]]:
+) -> Iterator[tuple[Array, bool]]:
     """Yield the maps of `Guide.values`, and whether their means are over whole patches or parts.
 
     The last maps are relative positions along the axes `located`.
@@ -132,7 +131,7 @@ def _maps_of_image(
     images = (study.training_image, *(secondary.images if secondary else ()))
     shapes = [in_layers(training_image.shape) for training_image in images]
 
-    def oriented(values: NDArray) -> NDArray:  # unknown cells of copies get any value
+    def oriented(values: Array) -> Array:  # unknown cells of copies get any value
         copies = prepared.copies
         return to_path(values[copies.origins] if copies else values.reshape(shapes[0]), orientation)
 
@@ -149,13 +148,13 @@ def _maps_of_image(
         yield oriented(np.concatenate(positions)), True
 
 
-def _in_range_of(of_image: NDArray, values: NDArray) -> Floats:
+def _in_range_of(of_image: Array, values: Array) -> Floats:
     """Return values of an auxiliary variable as shares of the range of its values in the image."""
     low, high = float(of_image.min()), float(of_image.max())
     return (values - low) / ((high - low) or 1.0)
 
 
-def _means_along(table: Floats, first: list[NDArray], last: list[NDArray]) -> Floats:
+def _means_along(table: Floats, first: list[Array], last: list[Array]) -> Floats:
     """Return the means over boxes with these ends along each axis, one box per combination.
 
     `table` comes from `summed_up`. For a box outside the map, the nearest cells are used.

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from ccwsim.engine.stages.conditioning import MAX_PATCH_DATA
 from ccwsim.engine.stages.path import Triple, along_path, overlap_cells
+from ccwsim.model.arrays import Shape
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.sizes import largest_sides, legal_sizes
@@ -62,7 +63,7 @@ class ScaledLengths(NamedTuple):
 
 
 def lengths_of(
-    p: Parameters, shape: tuple[int, ...], template: Triple | None = None, orientation: int = 0
+    p: Parameters, shape: Shape, template: Triple | None = None, orientation: int = 0
 ) -> tuple[ScaledLengths, ...]:
     """Return the lengths along a path at each scale, the finest first.
 
@@ -94,7 +95,7 @@ def lengths_of(
     return tuple(at_scale(scale).along(orientation) for scale in range(p.scale + 1))
 
 
-def templates(p: Parameters, shape: tuple[int, ...]) -> list[Triple]:
+def templates(p: Parameters, shape: Shape) -> list[Triple]:
     """Return all templates that realizations can have for an image of `shape`.
 
     In a volume, all sides of the template change by about the same factor. A side with fewer than

@@ -9,7 +9,6 @@ from math import prod
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.engine.corrections.refinement import data_at_stake, refine_place
 from ccwsim.engine.kernels import kernel
@@ -21,6 +20,7 @@ from ccwsim.engine.stages.conditioning import PlacedData
 from ccwsim.engine.stages.path import Triple
 from ccwsim.engine.tiles import Simulated, cut_and_paste, make_placing, patch_box
 from ccwsim.jobs.workers import Watch
+from ccwsim.model.arrays import Bytes, Ints, UInt64s
 
 CELLS_PER_CALL = 100_000_000  # number of cells compared between two reports of progress
 
@@ -28,9 +28,9 @@ CELLS_PER_CALL = 100_000_000  # number of cells compared between two reports of 
 class ScaleInputs(NamedTuple):
     """Inputs to place patches at one scale."""
 
-    patches: NDArray[np.int64]  # shape (n, 10): made by `make_patches`, in cells of this scale
-    image: NDArray[np.uint8]  # shape (nz, ny, nx)
-    square_bits: NDArray[np.uint64]  # shape (n_planes, nz, ny, n_words)
+    patches: Ints  # shape (n, 10): made by `make_patches`, in cells of this scale
+    image: Bytes  # shape (nz, ny, nx)
+    square_bits: UInt64s  # shape (n_planes, nz, ny, n_words)
     data: PlacedData
     overlap: Triple
     block: Triple  # cells of this scale in a cell of the coarser scale, along each axis

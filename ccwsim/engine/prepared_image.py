@@ -10,7 +10,6 @@ from math import prod
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.engine.copies import Copies, check_pieces, make_copies
 from ccwsim.engine.corrections.guidance import score_bound
@@ -21,6 +20,8 @@ from ccwsim.engine.corrections.proportions import (
     patch_shares,
     proportions_of_data,
 )
+from ccwsim.engine.corrections.refinement import NO_RANKS
+from ccwsim.engine.corrections.residuals import Residuals, residuals_of
 from ccwsim.engine.corrections.resimulation import isolated_datum_thresholds
 from ccwsim.engine.corrections.seam_repair import Repair, prepare_repair
 from ccwsim.engine.corrections.trend_of_data import Trend, trend_of_data, trend_of_map
@@ -30,9 +31,10 @@ from ccwsim.engine.stages import similarity
 from ccwsim.engine.stages.bits import to_bits, to_square_bits
 from ccwsim.engine.stages.conditioning import legal_splits
 from ccwsim.engine.stages.path import FROM_ABOVE, Triple, in_layers, in_three, to_path
-from ccwsim.engine.stages.pyramid import Pyramid, build_pyramid, upgrid
+from ccwsim.engine.stages.pyramid import Pyramid, build_pyramid, cells_of_blocks, upgrid
 from ccwsim.jobs.memo import Memo
 from ccwsim.jobs.workers import check_stop
+from ccwsim.model.arrays import Array, Bytes, Floats, Int32s, Integers, Ints, Mask, UInt64s
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.study import Study
 
@@ -47,25 +49,27 @@ class OrientedImage(NamedTuple):
     """A training image in one orientation of the path, prepared for the search."""
 
     pyramid: Pyramid
-    splits: NDArray[np.int64]  # shape (n_splits, 3): made by `legal_splits`
-    squares: NDArray[np.number[Any]]  # made by `running_squares`, with the type of the scores
-    running: NDArray[np.unsignedinteger[Any]]  # made by `running_sums`
+    splits: Ints  # shape (n_splits, 3): made by `legal_splits`
+    squares: Array  # made by `running_squares`, with the type of the scores
+    running: Integers  # made by `running_sums`
     places: Triple  # number of layers, rows and columns of locations
-    proportions: NDArray[np.float64]  # shape (n_facies,): expected proportions of the grid
+    proportions: Floats  # shape (n_facies,): expected proportions of the grid
     # shape (n_kinds, n_facies): made by `margin_weights`; 0 if not steered
-    margin: NDArray[np.float64]
-    gain_factors: NDArray[np.float64]  # shape (n_facies,): made by `gain_factors`
-    illegal: NDArray[np.uint8]  # shape of locations: 1 with unknown cells; empty if all are known
-    spans: NDArray[np.int64]  # made by `legal_spans`
+    margin: Floats
+    gain_factors: Floats  # shape (n_facies,): made by `gain_factors`
+    illegal: Bytes  # shape of locations: 1 with unknown cells; empty if all are known
+    spans: Ints  # made by `legal_spans`
     # shape (n_kinds, 2): first layer and number of layers of the locations of each kind of copies
-    layers: NDArray[np.int64]
-    n_places: NDArray[np.int64]  # shape (n_kinds,): number of locations without unknown cells
+    layers: Ints
+    n_places: Ints  # shape (n_kinds,): number of locations without unknown cells
+    ranks: Bytes = NO_RANKS  # shape (nz, ny, nx): ranks of a continuous variable; empty for facies
+    rank_phases: Bytes = np.zeros((0,) * 6, np.uint8)  # ranks in the order of `Pyramid.phases`
 
 
 def orient_image(
     study: Study,
-    image: NDArray[np.uint8],
-    known_mask: NDArray[np.bool_] | None,
+    image: Bytes,
+    known_mask: Mask | None,
     copies: Copies | None,
     lengths: ScaledLengths,
     may_split: bool,
@@ -159,9 +163,7 @@ def orient_image(
     )
 
 
-def planes_of_codes(
-    sums: NDArray[np.unsignedinteger[Any]], codes: NDArray[np.int64]
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def planes_of_codes(sums: Integers, codes: Ints) -> tuple[Ints, Ints]:
     """Return the block sums A of facies codes, and for each plane of `sums` its code times A.
 
     B, the block sums of codes in the overlap, are sums over the facies of code times number of
@@ -172,9 +174,7 @@ def planes_of_codes(
     return of_codes, weights * of_codes
 
 
-def illegal_places(
-    known_mask: NDArray[np.bool_], lengths: ScaledLengths, places: Triple
-) -> NDArray[np.uint8]:
+def illegal_places(known_mask: Mask, lengths: ScaledLengths, places: Triple) -> Bytes:
     """Return 1 for each location whose patch has unknown cells, before or after refinement.
 
     `known_mask` has the shape of the image at the finest scale; the result has the shape `places`.
@@ -253,16 +253,22 @@ class PreparedImage:
                 first, n = copies.layers.T
                 layers = np.column_stack([len(copies.indices) - first - n, n])
                 copies = copies._replace(layers=layers)
-            other = self.oriented(0, template) if copies and orientation else None
-            return orient_image(
+            oriented = orient_image(
                 study,
                 self.scaled(orientation, p.scale),
                 known_mask=None if mask is None else to_path(mask, orientation),
                 copies=copies,
                 lengths=lengths,
                 may_split=may_split,
-                other=other,
+                other=self.oriented(0, template) if copies and orientation else None,
             )
+            image = study.training_image
+            if not image.values:
+                return oriented
+            ranks = image.ranks_of(image.values[image.variable])
+            ranks = ranks.ravel()[copies.origins] if copies else ranks[None]
+            ranks = np.ascontiguousarray(to_path(ranks, orientation))
+            return oriented._replace(ranks=ranks, rank_phases=cells_of_blocks(ranks, lengths.block))
 
         return self.part(("oriented", orientation, template), make)
 
@@ -286,7 +292,7 @@ class PreparedImage:
         return make_copies(self.study)
 
     @cached_property
-    def base(self) -> NDArray[np.uint8]:
+    def base(self) -> Bytes:
         """The training image, shape (nz, ny, nx); unknown cells count as one facies more."""
         indices, n_facies = self.study.training_image.indices, self.study.training_image.n_facies
         return np.minimum(indices.reshape(in_layers(indices.shape)), n_facies)
@@ -298,20 +304,20 @@ class PreparedImage:
         return nz, ny, nx
 
     @property
-    def _known_mask(self) -> NDArray[np.bool_] | None:
+    def _known_mask(self) -> Mask | None:
         """The known cells of the image or of the stack of copies, three axes."""
         if self.copies:
             return self.copies.known_mask
         mask = self.study.training_image.known
         return None if mask is None else mask.reshape(in_layers(mask.shape))
 
-    def scaled(self, orientation: int = 0, scale: int = 0) -> NDArray[np.uint8]:
+    def scaled(self, orientation: int = 0, scale: int = 0) -> Bytes:
         """Return the image, or the stack of its copies, in one orientation, shape (nz, ny, nx).
 
         The image is up-gridded `scale` times.
         """
 
-        def make() -> NDArray[np.uint8]:
+        def make() -> Bytes:
             if scale == 0:
                 image = self.copies.indices if self.copies else self.base
                 return np.array(to_path(image, orientation), order="C")  # kernels need it writable
@@ -325,21 +331,21 @@ class PreparedImage:
 
         return self.part(("scaled", orientation, scale), make)
 
-    def unknown(self, orientation: int = 0) -> NDArray[np.int32]:
+    def unknown(self, orientation: int = 0) -> Int32s:
         """Return the running numbers of unknown cells of the image; empty if all are known."""
 
-        def make() -> NDArray[np.int32]:
+        def make() -> Int32s:
             if self._known_mask is None:
                 return np.zeros((0, 0, 0), np.int32)
             return similarity.summed_up(~to_path(self._known_mask, orientation), np.int32)
 
         return self.part(("unknown", orientation), make)
 
-    def bits(self) -> NDArray[np.uint64]:
+    def bits(self) -> UInt64s:
         """Return the bits of the image, row by row, as computed by `to_bits`."""
         return self.part(("bits",), lambda: to_bits(self.scaled()))
 
-    def square_bits(self, orientation: int = 0, scale: int = 0) -> NDArray[np.uint64]:
+    def square_bits(self, orientation: int = 0, scale: int = 0) -> UInt64s:
         """Return the bits of the `scaled` image in squares, as computed by `to_square_bits`."""
         key, n_facies = ("square_bits", orientation, scale), self.study.training_image.n_facies
         return self.part(key, lambda: to_square_bits(self.scaled(orientation, scale), n_facies))
@@ -362,6 +368,10 @@ class PreparedImage:
             )
 
         return self.part(("repair", template), make)
+
+    def residuals(self) -> Residuals:
+        """Return the inputs to correct values at the hard data of the study."""
+        return self.part(("residuals",), lambda: residuals_of(self.study))
 
     def proportions_of_data(self) -> DataProportions:
         """Return the proportions of the hard data of the study."""
@@ -423,7 +433,7 @@ class PreparedImage:
         return bool((thicknesses < MAX_THIN_CELLS).any())
 
     @cached_property
-    def isolated_datum_thresholds(self) -> NDArray[np.float64]:
+    def isolated_datum_thresholds(self) -> Floats:
         """Thresholds, by facies index, below which a datum is isolated (see `resimulation`)."""
         return isolated_datum_thresholds(self.base)
 

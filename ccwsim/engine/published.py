@@ -9,7 +9,6 @@ split in four; the quarters are simulated in the order of their rows, and may be
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import kernel, part_of_kernel
 from ccwsim.engine.prepared_image import OrientedImage, planes_of_codes
@@ -32,6 +31,7 @@ from ccwsim.engine.stages.similarity import (
     score_places,
 )
 from ccwsim.engine.tiles import patch_box
+from ccwsim.model.arrays import Ints
 from ccwsim.model.bounds import MIN_TEMPLATE
 from ccwsim.model.study import Study
 
@@ -40,7 +40,7 @@ class Published(NamedTuple):
     """Rules and workspace of a published variant."""
 
     rules: Rules
-    misses: NDArray[np.int64]  # shape (1, ny, nx) of locations: see `count_misses`
+    misses: Ints  # shape (1, ny, nx) of locations: see `count_misses`
 
 
 def rules_of(study: Study, oriented: OrientedImage) -> Rules:
@@ -136,12 +136,12 @@ def place_near(first, last, rules, inputs, placing, simulated):
 @part_of_kernel
 def cut_and_paste_as_published(number, box, place, image, data, rules, cut, simulated):
     """Paste a patch along the cut of the paper or of the authors' code; record its location."""
-    grid, sources, counts, locations = simulated
+    grid, locations = simulated.grid, simulated.locations
     if rules.is_code:
         keep_as_in_code(grid, image, place, box, rules.codes, cut)
     else:
         keep_old(grid, data.required, image, place, box, cut)
-    paste(image, place, box, cut.keep_mask, counts, grid, sources)
+    paste(image, place, box, cut.keep_mask, simulated.counts, grid, simulated.sources)
     locations[number, 0], locations[number, 1], locations[number, 2] = place
 
 

@@ -9,7 +9,6 @@ from math import prod
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.engine import tiles
 from ccwsim.engine.copies import Copies
@@ -42,6 +41,7 @@ from ccwsim.engine.stages.path import (
 )
 from ccwsim.engine.stages.pyramid import upgrid_data
 from ccwsim.engine.stages.similarity import summed_up
+from ccwsim.model.arrays import Array, Bytes, Int32s, Ints, Shape, window_at
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
 from ccwsim.model.watch import Watch
@@ -72,6 +72,9 @@ SOFT_SPREAD = 0.5
 """Spread of the target proportions with probabilities, divided by the spread without them."""
 WEIGHT_OF_MORE_FACIES = 2
 """Factor of the weights of data if there are over two facies; fewer locations then honour data."""
+WEIGHT_OF_VALUES = 0.3
+"""Factor of the weights of data of a continuous variable, whose residuals are kriged; with less
+weight, seams around data are smoother."""
 DATUM_FACTOR = 25
 """Factor of the weights of data if data are not honoured exactly, as in the authors' code."""
 MAX_STORED_CELLS = 2**20
@@ -124,14 +127,13 @@ def make_plan(prepared: PreparedImage, template: Triple, rng: np.random.Generato
         orientation ^= orientation.bit_count() & 1
     template, oriented = prepared.fitting(orientation, template)
     lengths = lengths_of(p, study.grid.shape, template, orientation)
-    offset = _offset(p, lengths, rng)
     path = make_path(
         in_layers(study.grid.shape),
         orientation,
         template=lengths[0].template,
         overlap=lengths[0].overlap,
         order=order,
-        offset=offset,
+        offset=_offset(p, lengths, rng),
     )
     data = tuple(_data_at(prepared, path, lengths, k) for k in range(p.scale + 1))
     search = _search(prepared, lengths, n_places=int(oriented.n_places.min()))
@@ -184,6 +186,7 @@ def empty_grid(
         np.zeros(shape if keep_sources and scale == 0 else (0, 0, 0), np.int32),
         np.zeros(prepared.study.training_image.n_facies if counted else 0, np.int64),
         np.zeros((len(inputs.patches), 3), np.int32),
+        np.full(shape if inputs.oriented.ranks.size else (0, 0, 0), UNKNOWN, np.uint8),
     )
 
 
@@ -215,15 +218,15 @@ def _patches(
     lengths: tuple[ScaledLengths, ...],
     oriented: OrientedImage,
     data: conditioning.PlacedData,
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+) -> tuple[Ints, Ints]:
     """Return the patches in the order of the path, and the earlier neighbours of each patch."""
     p, splits = prepared.study.parameters, oriented.splits
     fine, coarse, active = lengths[0], lengths[-1], prepared.study.active
 
-    def make(split_of: NDArray[np.int64]) -> NDArray[np.int64]:
+    def make(split_of: Ints) -> Ints:
         return make_patches(path, coarse.step, coarse.overlap, splits, split_of)
 
-    def find_before() -> NDArray[np.int64]:
+    def find_before() -> Ints:
         few = oriented.n_places.min() < FEW_LOCATIONS + 4 * p.n_candidates
         if p.published_draw or few or fine.volume:
             return np.zeros((len(patches), 0), np.int64)
@@ -237,9 +240,8 @@ def _patches(
         if active is None:
             before = prepared.part(("before", *key), find_before)
     else:
-        legal = [(z, y, x) for z, y, x in splits.tolist()]
         split_of = conditioning.split_tiles(
-            legal,
+            [(z, y, x) for z, y, x in splits.tolist()],
             data,
             path,
             template=fine.template,
@@ -264,9 +266,9 @@ def _kinds(
     copies: Copies | None,
     path: RasterPath,
     coarse: ScaledLengths,
-    patches: NDArray[np.int64],
+    patches: Ints,
     rng: np.random.Generator,
-) -> NDArray[np.int64]:
+) -> Ints:
     """Return the kind of copies in which each patch is searched, shape (n,); or one for all."""
     if copies is None:
         return np.zeros(1, np.int64)
@@ -292,8 +294,8 @@ def _steering(
     path: RasterPath,
     coarse: ScaledLengths,
     oriented: OrientedImage,
-    patches: NDArray[np.int64],
-    kinds: NDArray[np.int64],
+    patches: Ints,
+    kinds: Ints,
     rng: np.random.Generator,
 ) -> Steering:
     """Return random target proportions of a realization; `kinds` come from `_kinds`."""
@@ -344,7 +346,8 @@ def totals_of(prepared: PreparedImage) -> type[np.signedinteger]:
     )
     overlap = prod(search.template) * prod(search.block)
     overlap += score_bound(study, prepared.lengths[-1], n_planes(study))
-    bound = 2 * overlap + missed * search.datum_cost
+    largest = conditioning.N_RANKS / conditioning.MISSED_RANKS if study.ranks_of_data.size else 1
+    bound = 2 * overlap + missed * search.datum_cost * largest
     return conditioning.total_type(bound * (1 + p.template_variation) ** 4)
 
 
@@ -379,12 +382,18 @@ def _data_at(
     z, y, x = np.multiply(block, lengths[scale].cell_size).tolist()
     largest = p.variant == "code"
     blocks, facies = upgrid_data(cells, study.facies_of_data, (z, y, x), largest)
-    return conditioning.place_data(blocks * np.array(block), facies, shape, keep=p.exact_data)
+    return conditioning.place_data(
+        blocks * np.array(block),
+        facies,
+        shape,
+        keep=p.exact_data,
+        ranks=study.ranks_of_data if study.training_image.values else None,
+    )
 
 
 def to_grid(
     prepared: PreparedImage, simulated: tiles.Simulated, path: RasterPath
-) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
+) -> tuple[Bytes, Int32s]:
     """Return facies and sources in grid coordinates.
 
     Sources are flat indices in the searched image, which has the shape `prepared.shape`.
@@ -392,12 +401,10 @@ def to_grid(
     grid, sources, shape = simulated.grid, simulated.sources, prepared.shape
     if sources.size:
         numbers = np.arange(prod(shape), dtype=np.int32).reshape(shape)
-        oriented = np.ascontiguousarray(to_path(numbers, path.orientation))
-        sources = oriented.ravel()[sources]
+        sources = np.ascontiguousarray(to_path(numbers, path.orientation)).ravel()[sources]
 
-    def turned(array: NDArray) -> NDArray:
-        part = tuple(slice(k, k + n) for k, n in zip(path.offset, path.shape, strict=True))
-        volume = from_path(array[part], path.orientation)
+    def turned(array: Array) -> Array:
+        volume = from_path(array[window_at(path.offset, path.shape)], path.orientation)
         return np.ascontiguousarray(volume if len(prepared.study.grid.shape) == 3 else volume[0])
 
     return turned(grid), turned(sources) if sources.size else np.zeros((0, 0), np.int32)
@@ -416,6 +423,10 @@ def _search(
     weight_of_data = coarse.weight_of_data
     if planes > 1 and not p.published_draw:
         weight_of_data *= WEIGHT_OF_MORE_FACIES
+    continuous = bool(prepared.study.training_image.values)
+    factor = WEIGHT_OF_VALUES if continuous else 1
+    missed = round(conditioning.SPARSE.missed * weight_of_data * factor)
+    factor = factor if p.exact_data else DATUM_FACTOR
     # In a volume, continuations are not excluded, because few locations continue neighbouring
     # patches. The slack is smaller instead.
     n_templates = n_places * prod(coarse.block) / prod(coarse.template)
@@ -424,7 +435,7 @@ def _search(
         wider = 1.0
     slack = CANDIDATE_SLACK * coarse.weight_of_data * (0.75 if coarse.volume else wider)
     draws_once = p.published_draw or p.match_proportions
-    may_try = not (draws_once or coarse.volume or p.scale)
+    may_try = not (draws_once or coarse.volume or p.scale or continuous)
     by_unseen = may_try and max(coarse.template) >= LARGE_TEMPLATE and prepared.has_thin_facies
     reach = [max(1, REACH >> n) for n in lengths[0].level]
     return tiles.Search(
@@ -437,9 +448,9 @@ def _search(
         refine=p.refine,
         match=p.match_proportions,
         cell_cost=cell_cost,
-        datum_cost=cell_cost * weight_of_data * (1 if p.exact_data else DATUM_FACTOR),
+        datum_cost=cell_cost * weight_of_data * factor,
         slack_cost=cell_cost * weight_of_data * wider,
-        missed=round(conditioning.SPARSE.missed * weight_of_data),
+        missed=missed,
         exact=p.exact_data,
         slack=-1 if p.published_draw else round(slack * cell_cost),
         n_drawn=1 if draws_once else N_DRAWN_THIN if by_unseen else N_DRAWN,
@@ -448,7 +459,7 @@ def _search(
     )
 
 
-def draw_template(p: Parameters, shape: tuple[int, ...], rng: np.random.Generator) -> Triple:
+def draw_template(p: Parameters, shape: Shape, rng: np.random.Generator) -> Triple:
     """Return T along z, y and x; if `template_variation` is positive, T is random."""
     if p.template_variation == 0:
         return p.along(shape).template

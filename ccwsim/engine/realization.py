@@ -1,16 +1,16 @@
 """Simulate one realization of a study by Algorithm 1, then apply corrections."""
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from math import prod
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.engine import raster
 from ccwsim.engine.compilation import SOON, ask_for, await_all
 from ccwsim.engine.corrections.cell_repair import repair_cells
+from ccwsim.engine.corrections.residuals import correct
 from ccwsim.engine.corrections.resimulation import OnWindow, Target, resimulate
 from ccwsim.engine.corrections.seam_repair import WINDOWS_A_TILE, WINDOWS_A_TILE_DATA, repair_seams
 from ccwsim.engine.multiscale import place_at_finer_scales
@@ -19,6 +19,7 @@ from ccwsim.engine.stages.conditioning import data_grid
 from ccwsim.engine.stages.path import UNKNOWN, Triple, in_layers, in_three
 from ccwsim.engine.stages.pyramid import block_sum_type
 from ccwsim.engine.stages.similarity import score_type
+from ccwsim.model.arrays import Bytes, Floats, Int16s, Int32s
 from ccwsim.model.ensemble import FORCED, WRONG
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
@@ -39,10 +40,12 @@ more."""
 class Realization:
     """One realization of a study."""
 
-    indices: NDArray[np.uint8]  # facies indices, shape of the grid; UNKNOWN in inactive cells
-    sources: NDArray[np.int32]  # shape of the grid, or empty: see `Ensemble.sources`
-    data_status: NDArray[np.int16]  # shape (n_data,): see `Ensemble.data_status`
+    indices: Bytes  # facies indices, shape of the grid; UNKNOWN in inactive cells
+    sources: Int32s  # shape of the grid, or empty: see `Ensemble.sources`
+    data_status: Int16s  # shape (n_data,): see `Ensemble.data_status`
     cpu_seconds: float = 0.0  # CPU time of the simulating thread
+    values: Floats = field(default_factory=partial(np.empty, (0, 0)))
+    """Values of a continuous variable, shape of the grid; empty for facies."""
 
 
 def simulate_realization(
@@ -53,19 +56,32 @@ def simulate_realization(
     The random numbers depend only on the seed of the study and on `number`.
     """
     before, study = time.thread_time(), prepared.study
+    continuous = bool(study.training_image.values)
     rng = random_numbers(study.seed, number)
     template = raster.draw_template(study.parameters, study.training_image.shape, rng)
-    indices, sources = simulate_raster(prepared, template, keep_sources, rng, watch)
+    keeps = keep_sources or continuous  # values are copied from sources
+    indices, sources = simulate_raster(prepared, template, keeps, rng, watch)
     data_status = honour_data(prepared, template, indices, sources, rng, watch=watch)
     repair(prepared, template, indices, sources, rng, data_status=data_status, watch=watch)
     sources = finish(prepared, indices, sources)
+    values = values_of(prepared, indices, sources) if continuous else np.empty((0, 0))
     watch.tell(1.0)
-    return Realization(indices, sources, data_status, time.thread_time() - before)
+    sources = sources if keep_sources else np.empty((0, 0), np.int32)
+    return Realization(indices, sources, data_status, time.thread_time() - before, values)
 
 
-def finish(
-    prepared: PreparedImage, indices: NDArray[np.uint8], sources: NDArray[np.int32]
-) -> NDArray[np.int32]:
+def values_of(prepared: PreparedImage, indices: Bytes, sources: Int32s) -> Floats:
+    """Return the values of a finished realization, which honour data; update their classes."""
+    image = prepared.study.training_image
+    values = image.values[image.variable].ravel()[sources]
+    values[sources < 0] = np.nan
+    if prepared.study.hard_data.n:
+        correct(values, prepared.residuals())
+        indices[...] = image.class_indices(values)
+    return values
+
+
+def finish(prepared: PreparedImage, indices: Bytes, sources: Int32s) -> Int32s:
     """Make inactive cells unknown, in place; return sources as cells of the training images.
 
     `sources` are cells of the image or stack of copies that was searched; negative values stay.
@@ -86,7 +102,7 @@ def simulate_raster(
     keep_sources: bool,
     rng: np.random.Generator,
     watch: Watch,
-) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
+) -> tuple[Bytes, Int32s]:
     """Return a realization after the raster pass, and the sources of its cells."""
     plan = raster.make_plan(prepared, template, rng)
     simulated = raster.simulate_tiles(prepared, plan, keep_sources, rng, watch)
@@ -97,17 +113,19 @@ def simulate_raster(
 def honour_data(
     prepared: PreparedImage,
     template: Triple,
-    indices: NDArray[np.uint8],
-    sources: NDArray[np.int32],
+    indices: Bytes,
+    sources: Int32s,
     rng: np.random.Generator,
     watch: Watch = UNWATCHED,
     on_window: OnWindow | None = None,
-) -> NDArray[np.int16]:
+) -> Int16s:
     """Re-simulate around data that a realization does not honour, in place; return the data status.
 
     If `exact_data` is off, wrong data are only marked. `resimulate` calls `on_window`.
     """
     study, cells = prepared.study, prepared.study.hard_data.cells
+    if study.training_image.values:
+        return np.zeros(len(cells), np.int16)  # `values_of` corrects them
     if not (study.parameters.exact_data and study.hard_data.n):
         missed = indices[tuple(cells.T)] != study.facies_of_data
         return np.where(missed, WRONG, 0).astype(np.int16)
@@ -126,16 +144,17 @@ def repairs(study: Study) -> bool:
     """Return whether seams are repaired in the realizations of a study."""
     p = study.parameters
     exact = p.exact_data or not study.hard_data.n
-    return p.repair_seams and exact and study.training_image.n_facies > 1
+    is_facies = study.training_image.n_facies > 1 and not study.training_image.values
+    return p.repair_seams and exact and is_facies
 
 
 def repair(
     prepared: PreparedImage,
     template: Triple,
-    indices: NDArray[np.uint8],
-    sources: NDArray[np.int32],
+    indices: Bytes,
+    sources: Int32s,
     rng: np.random.Generator,
-    data_status: NDArray[np.int16],
+    data_status: Int16s,
     watch: Watch = UNWATCHED,
 ) -> None:
     """If `repairs(study)`, repair the seams of a realization whose data are honoured, in place.
@@ -182,9 +201,7 @@ def repair(
     change_cells(walks=True, watch=whole.part(0.9, 1.0))
 
 
-def target_of(
-    prepared: PreparedImage, indices: NDArray[np.uint8], sources: NDArray[np.int32]
-) -> Target:
+def target_of(prepared: PreparedImage, indices: Bytes, sources: Int32s) -> Target:
     """Return the target of corrections, with views of a realization and its sources as volumes."""
     study, shape = prepared.study, in_layers(prepared.study.grid.shape)
     target = Target(

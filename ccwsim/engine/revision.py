@@ -5,14 +5,14 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ccwsim.engine.corrections.residuals import correct
 from ccwsim.engine.corrections.resimulation import resimulate
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.realization import finish, target_of
 from ccwsim.engine.stages.path import in_three
 from ccwsim.jobs.workers import run_all
-from ccwsim.model.arrays import check_int, readonly
+from ccwsim.model.arrays import Int16s, check_int, readonly
 from ccwsim.model.ensemble import FORCED, WRONG, Ensemble
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.watch import Watch
@@ -25,7 +25,8 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
     """Return an ensemble that honours edited data by local re-simulation around these data.
 
     Realizations change only in windows around data that they do not honour; a window is at most as
-    large as the template. Removing a datum changes no cell. Use `simulate` to condition
+    large as the template. Values of a continuous variable change around such data by kriging.
+    Removing a datum changes no cell. Use `simulate` to condition
     realizations on all data from the beginning. If `Parameters.exact_data` is off, no window is
     re-simulated; data that are not honoured are only marked as wrong. Raises `CCWSIMError` if data
     are outside the grid or of an unknown facies.
@@ -60,6 +61,7 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
     start = time.perf_counter()
     indices = ensemble.indices.copy()
     sources = None if ensemble.sources is None else ensemble.sources.copy()
+    values = {name: array.copy() for name, array in ensemble.values.items()}
     data_status = _status_before(ensemble, hard_data)
     seconds = np.zeros(ensemble.n)
     prepared = PreparedImage(study)
@@ -68,6 +70,10 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
 
     def task(number: int, watch: Watch) -> None:
         before = time.thread_time()
+        for of_variable in values.values():
+            if hard_data.n:
+                correct(of_variable[number], prepared.residuals())
+                indices[number] = study.training_image.class_indices(of_variable[number])
         key = int(ensemble.numbers[number]), 1
         rng = np.random.default_rng(np.random.SeedSequence(study.seed, spawn_key=key))
         wrong = indices[number][places] != study.facies_of_data
@@ -77,9 +83,8 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
         forced = data_status[number] == FORCED
         needs_changes = forced.any() or sources is not None
         changed = np.full(study.grid.shape if needs_changes else (0, 0), UNCHANGED, np.int32)
-        target = target_of(prepared, indices[number], changed)
         status = resimulate(
-            target,
+            target_of(prepared, indices[number], changed),
             cells[wrong],
             template,
             rng,
@@ -102,13 +107,14 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
         indices=readonly(indices),
         data_status=readonly(data_status),
         sources=sources,
+        values=values,
         revised=True,
         cpu_seconds=readonly(seconds),
         wall_seconds=time.perf_counter() - start,
     )
 
 
-def _status_before(ensemble: Ensemble, hard_data: HardData) -> NDArray[np.int16]:
+def _status_before(ensemble: Ensemble, hard_data: HardData) -> Int16s:
     """Return the status of each datum in the ensemble before the edit; 0 for new data."""
     before = {datum: k for k, datum in enumerate(ensemble.hard_data.triples)}
     data_status = np.zeros((ensemble.n, hard_data.n), np.int16)

@@ -5,14 +5,13 @@ proportions are not in the paper.
 """
 
 from math import prod
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.engine.corrections.guidance import Guide, guided_energies
 from ccwsim.engine.corrections.proportions import Steering, closest_to_target, draw_towards
-from ccwsim.engine.corrections.refinement import data_at_stake, refine_place
+from ccwsim.engine.corrections.refinement import NO_RANKS, data_at_stake, refine_place
 from ccwsim.engine.corrections.unseen_patterns import (
     PasteWorkspace,
     Patterns,
@@ -38,6 +37,7 @@ from ccwsim.engine.stages.conditioning import (
     Misses,
     PlacedData,
     add_missed,
+    add_off_ranks,
     data_ahead,
     make_misses,
     ruled_out,
@@ -53,6 +53,7 @@ from ccwsim.engine.stages.similarity import (
     overlap_terms,
     score_places,
 )
+from ccwsim.model.arrays import Array, Bytes, Floats, Int32s, Integers, Ints, UInt64s
 
 UNSEEN = 64
 """Misfit of an unseen pattern, in wrong cells of overlap, if several locations are compared."""
@@ -85,16 +86,16 @@ class Search(NamedTuple):
 class PatchInputs(NamedTuple):
     """Inputs of the simulation loop, shared by all patches of a realization."""
 
-    patches: NDArray[np.int64]  # shape (n, 10): made by `make_patches`
+    patches: Ints  # shape (n, 10): made by `make_patches`
     # shape (n, 4): made by `patches_before`; shape (n, 0) if continuations are not excluded
-    before: NDArray[np.int64]
+    before: Ints
     oriented: OrientedImage
     data: PlacedData
     search: Search
     steering: Steering
     patterns: Patterns  # patterns of the oriented image, for `by_unseen`
     # shape (1 or n, 2): first layer and number of layers of the locations that a patch may have
-    layers: NDArray[np.int64]
+    layers: Ints
     guide: Guide | None  # costs of locations; None to omit the code without secondary information
 
 
@@ -102,7 +103,7 @@ class PlacingWorkspace(NamedTuple):
     """Workspace to refine the location of a patch, cut the patch and paste it."""
 
     strips: Strips
-    at_stake: NDArray[np.int64]  # shape (n, 4): made by `data_at_stake`
+    at_stake: Ints  # shape (n, 4): made by `data_at_stake`
     cut: CutWorkspace
 
 
@@ -112,19 +113,19 @@ class PatchWorkspace(NamedTuple):
     Python code allocates this workspace, because kernels allocate no arrays.
     """
 
-    scores: NDArray[np.number[Any]]  # shape (nz, ny, nx) of the locations of a patch
-    totals: NDArray[np.signedinteger]  # shape of `scores`: scores plus costs of data and location
-    energies: NDArray[np.number[Any]]  # shape (nz, ny, nx) of all locations: ΣA² over the overlap
-    energies_of: NDArray[np.int64]  # shape (nz, 4): boxes of `energies`, see `similarity`
-    guided: NDArray[np.number[Any]]  # energies plus costs by the guide; empty without a guide
+    scores: Array  # shape (nz, ny, nx) of the locations of a patch
+    totals: Integers  # shape of `scores`: scores plus costs of data and location
+    energies: Array  # shape (nz, ny, nx) of all locations: ΣA² over the overlap
+    energies_of: Ints  # shape (nz, 4): boxes of `energies`, see `similarity`
+    guided: Array  # energies plus costs by the guide; empty without a guide
     terms: Terms
     ranking: Ranking  # ranking of the scores
     total_ranking: Ranking  # ranking of the totals; shares `places` with `ranking`
     # shape (3,): number of candidates, number of random locations, index of the used location
-    choice: NDArray[np.int64]
-    after: NDArray[np.int64]  # shape (n_facies,), for `closest_to_target`
-    tilt: NDArray[np.float64]  # shape (n_facies,), for `draw_towards`
-    chances: NDArray[np.float64]  # shape (K,), for `draw_towards`
+    choice: Ints
+    after: Ints  # shape (n_facies,), for `closest_to_target`
+    tilt: Floats  # shape (n_facies,), for `draw_towards`
+    chances: Floats  # shape (K,), for `draw_towards`
     misses: Misses
     placing: PlacingWorkspace
     trial: PasteWorkspace
@@ -134,10 +135,11 @@ class Simulated(NamedTuple):
     """Results of the simulation loop, in path coordinates."""
 
     # shape (nz, ny, nx), all tiles: facies indices, UNKNOWN in cells that are not simulated yet
-    grid: NDArray[np.uint8]
-    sources: NDArray[np.int32]  # shape of `grid`: flat index in the TI; empty if not recorded
-    counts: NDArray[np.int64]  # shape (n_facies,): cells of each facies; empty if not counted
-    locations: NDArray[np.int32]  # shape (n_patches, 3): locations in the oriented TI
+    grid: Bytes
+    sources: Int32s  # shape of `grid`: flat index in the TI; empty if not recorded
+    counts: Ints  # shape (n_facies,): cells of each facies; empty if not counted
+    locations: Int32s  # shape (n_patches, 3): locations in the oriented TI
+    ranks: Bytes  # shape of `grid`: ranks of a continuous variable; empty for facies
 
 
 def make_tile_workspace(inputs: PatchInputs, totals: type[np.signedinteger]) -> PatchWorkspace:
@@ -168,7 +170,7 @@ def make_tile_workspace(inputs: PatchInputs, totals: type[np.signedinteger]) -> 
 
 
 def make_placing(
-    square_bits: NDArray[np.uint64], template: Triple, overlap: Triple, data: PlacedData
+    square_bits: UInt64s, template: Triple, overlap: Triple, data: PlacedData
 ) -> PlacingWorkspace:
     """Return the workspace to place patches of at most `template` cells."""
     at_stake = np.zeros((min(len(data.columns), prod(template)), 4), np.int64)
@@ -191,6 +193,8 @@ def simulate_patches(first, last, inputs, work, simulated, rng):
     grid, block, placing = simulated.grid, search.block, work.placing
     places, n_places = work.ranking.places, (oriented.places[1], oriented.places[2])
     coarse = block[0] > 1 or block[1] > 1 or block[2] > 1
+    ranks, grid_ranks = oriented.ranks, simulated.ranks
+    compared = grid_ranks if grid_ranks.size else grid
     for number in range(first, last):  # line 4: patches in the order of the path
         box = patch_box(patches[number], search.overlap)
         # Lines 5, 6: the first patch has no overlap, so all scores are 0. Ties are broken at
@@ -219,7 +223,7 @@ def simulate_patches(first, last, inputs, work, simulated, rng):
         if has_data:
             is_split, totals = patches[number, 7] > 0, work.totals[:n_layers]
             n = conditional_candidates(
-                box, layer, is_split, grid, inputs, work, scores, totals, rng
+                box, layer, is_split, simulated, inputs, work, scores, totals, rng
             )
         else:
             slack = search.slack if is_free else np.int64(-1)
@@ -231,7 +235,7 @@ def simulate_patches(first, last, inputs, work, simulated, rng):
         at_stake = placing.at_stake[:0]
         if refine:
             take_strips(grid, box, square_bits, placing.strips)
-            at_stake = placing.at_stake[: data_at_stake(grid, data, box, placing.at_stake)]
+            at_stake = placing.at_stake[: data_at_stake(compared, data, box, placing.at_stake)]
         least, place = np.int64(1 << 60), (np.int64(0), np.int64(0), np.int64(0))
         by_unseen = search.by_unseen and is_free and n > 1
         n_drawn = search.n_drawn if by_unseen or (is_free and refine) else 1
@@ -241,7 +245,16 @@ def simulate_patches(first, last, inputs, work, simulated, rng):
             if refine:
                 strips, missed = placing.strips, search.missed
                 misfit, z, y, x = refine_place(
-                    image, square_bits, box, block, near, strips, at_stake, missed
+                    image,
+                    square_bits,
+                    box,
+                    block,
+                    near,
+                    strips,
+                    at_stake,
+                    missed,
+                    ranks,
+                    grid_ranks,
                 )
                 near = z, y, x
             if by_unseen:
@@ -256,7 +269,7 @@ def simulate_patches(first, last, inputs, work, simulated, rng):
                 work.choice[0], work.choice[1], work.choice[2] = n, n_drawn, drawn
         # Line 13: the inverse DWT of Haar coefficients is the slice of the image at the location
         # Line 14: paste, along the cut
-        cut_and_paste(number, box, place, image, data, placing.cut, simulated)
+        cut_and_paste(number, box, place, image, data, placing.cut, simulated, ranks)
 
 
 @inlined_part_of_kernel  # without inlining, simulation takes 10 % longer at level 1
@@ -272,11 +285,11 @@ def unconditional_candidates(scores, slack, ranking, rng):
 
 
 @inlined_part_of_kernel
-def conditional_candidates(box, layer, is_split, grid, inputs, work, scores, totals, rng):
+def conditional_candidates(box, layer, is_split, simulated, inputs, work, scores, totals, rng):
     """Fill `total_ranking.places` by scores plus costs of data (section 4.4); return their number.
 
-    `is_split` is true if the patch is a part of a split tile. `grid` has the shape (nz, ny, nx).
-    `scores` and `totals` begin with layer `layer` of locations.
+    `is_split` is true if the patch is a part of a split tile. `scores` and `totals` begin with
+    layer `layer` of locations.
     """
     oriented, data, search = inputs.oriented, inputs.data, inputs.search
     weights = DENSE_WEIGHTS if is_split else SPARSE
@@ -286,8 +299,15 @@ def conditional_candidates(box, layer, is_split, grid, inputs, work, scores, tot
     exclude_illegal(oriented.illegal, layer, totals, ruled_out(totals))
     layers = layer, len(totals) + search.template[0] // search.block[0] - 1
     phases, proportions, times = oriented.pyramid.phases, oriented.proportions, search.co_template
-    cost, misses = search.datum_cost, work.misses
-    add_missed(phases, layers, grid, data, box, times, proportions, weights, cost, misses, totals)
+    cost, misses, grid, grid_ranks = search.datum_cost, work.misses, simulated.grid, simulated.ranks
+    if grid_ranks.size:
+        add_off_ranks(
+            oriented.rank_phases, layers, grid_ranks, data, box, times, weights, cost, totals
+        )
+    else:
+        add_missed(
+            phases, layers, grid, data, box, times, proportions, weights, cost, misses, totals
+        )
     best_places(flat, rng, work.total_ranking)
     return keep_within(flat, places, np.int64(weights.slack * search.slack_cost))
 
@@ -312,9 +332,13 @@ def draw(n, number, box, inputs, counts, work, rng):
 
 
 @part_of_kernel
-def cut_and_paste(number, box, place, image, data, cut, simulated):
+def cut_and_paste(number, box, place, image, data, cut, simulated, ranks=NO_RANKS):
     """Paste a patch of `image`, shape (mz, my, mx), along the cut and record its location."""
-    grid, sources, counts, locations = simulated
-    keep_old(grid, data.required, image, place, box, cut)
+    grid, sources, counts, locations, grid_ranks = simulated
+    if grid_ranks.size:
+        keep_old(grid_ranks, data.required, ranks, place, box, cut, True)
+        paste(ranks, place, box, cut.keep_mask, counts[:0], grid_ranks, sources[:0])
+    else:
+        keep_old(grid, data.required, image, place, box, cut)
     paste(image, place, box, cut.keep_mask, counts, grid, sources)
     locations[number, 0], locations[number, 1], locations[number, 2] = place

@@ -2,13 +2,21 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from hashlib import blake2b
-from typing import Any, TypeAlias, TypeGuard
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeGuard
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.missing import UNKNOWN
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike as ArrayLike
+else:
+
+    class ArrayLike:
+        """An object that `numpy.asarray` converts; `help` shows this name, not NumPy's union."""
+
 
 Shape: TypeAlias = tuple[int, ...]
 """Shape of a map or a volume."""
@@ -17,6 +25,15 @@ Ints: TypeAlias = NDArray[np.int64]
 Bytes: TypeAlias = NDArray[np.uint8]
 Mask: TypeAlias = NDArray[np.bool_]
 """Arrays of real numbers, of integers, of indices of facies, and of True and False."""
+Array: TypeAlias = NDArray[Any]
+Integers: TypeAlias = NDArray[np.integer]
+"""Arrays of any type, and of integers of any size, such as facies codes."""
+Float32s: TypeAlias = NDArray[np.float32]
+Int16s: TypeAlias = NDArray[np.int16]
+Int32s: TypeAlias = NDArray[np.int32]
+UInt32s: TypeAlias = NDArray[np.uint32]
+UInt64s: TypeAlias = NDArray[np.uint64]
+"""Arrays of numbers of a smaller or unsigned type."""
 MIN_INT, MAX_INT = -(2**63), 2**63 - 1  # smallest and largest 64-bit integer
 CELL_AXES = ("layer", "row", "column")
 """Names of the axes of volumes; maps have no layers."""
@@ -27,6 +44,17 @@ WORLD_AXES = "x", "y", "z"
 def describe_shape(shape: Sequence[int]) -> str:
     """Return the numbers of cells along x, y and, for a volume, z as text."""
     return " × ".join(str(n) for n in reversed(shape))
+
+
+def window_at(first: Iterable[int], lengths: Iterable[int]) -> tuple[slice, ...]:
+    """Return the slices of a window with these first cells and lengths along the axes.
+
+    Examples
+    --------
+    >>> window_at((2, 5), (4, 4))
+    (slice(2, 6, None), slice(5, 9, None))
+    """
+    return tuple(slice(start, start + n) for start, n in zip(first, lengths, strict=True))
 
 
 def listing(words: Iterable[str]) -> str:
@@ -55,6 +83,19 @@ def as_floats(values: ArrayLike, what: str) -> NDArray[np.float64]:
     if array.dtype.kind not in "buif":
         raise CCWSIMError(f"{what}: {shown(values)} is not an array of real numbers")
     return array.astype(np.float64)
+
+
+def refuse_array(name: str, other: object) -> None:
+    """Raise an error if an object, not its cells, is compared with a number or an array."""
+    if isinstance(other, (int, float, np.generic, np.ndarray)):
+        raise TypeError(f"the {name} is no array; compare its cells: np.asarray({name[0]}) == 1")
+
+
+def as_seed(seed: object, high: int | None = None) -> int:
+    """Return a seed from 0 to `high`; one integer is drawn from a Generator or SeedSequence."""
+    if isinstance(seed, (np.random.Generator, np.random.SeedSequence)):
+        seed = np.random.default_rng(seed).integers(2**31)
+    return check_int("seed", seed, 0, high)
 
 
 def is_table(data: Any) -> bool:
@@ -107,8 +148,8 @@ def check_type(name: str, value: object, *types: Any) -> None:
 
 
 def check_callable(name: str, value: object) -> None:
-    """Raise `CCWSIMError` for an argument that is neither callable nor None."""
-    if value is not None and not callable(value):
+    """Raise `CCWSIMError` for an argument that is neither callable nor None; True is a bar."""
+    if value is not None and not callable(value) and not (name == "progress" and value is True):
         raise CCWSIMError(f"{name} = {shown(value)} must be a function, or None")
 
 
@@ -184,8 +225,9 @@ class ReadOnly:
 
     def __setstate__(self, state: dict[str, object]) -> None:
         for value in state.values():
-            if isinstance(value, np.ndarray):
-                value.setflags(write=False)
+            for array in value.values() if isinstance(value, dict) else (value,):
+                if isinstance(array, np.ndarray):
+                    array.setflags(write=False)
         vars(self).update(state)
 
 
@@ -247,11 +289,13 @@ class LazyStack:
 
 
 AXIS_NAMES = {
-    "x": ("x", "easting", "east", "lon", "longitude", "i", "column", "col", "xc", "x1"),
-    "y": ("y", "northing", "north", "lat", "latitude", "j", "row", "yc", "y1"),
-    "z": ("z", "elevation", "height", "altitude", "layer", "k", "level", "lev", "zc", "band"),
+    "x": "x easting east lon longitude i column col xc x1",
+    "y": "y northing north lat latitude j row yc y1",
+    "z": "z elevation height altitude level lev zc band depth dept tvd layer layers lay ilay k",
 }
 """Usual names of axes along x, y and z, in lower case."""
+DOWNWARD = "depth dept tvd tvdss tiefe teufe layer layers lay ilay k"
+"""Names of axes that count from the top, in lower case."""
 
 
 def oriented_values(array: Any) -> NDArray:
@@ -261,10 +305,19 @@ def oriented_values(array: Any) -> NDArray:
     order = list(reversed(_axes(array)))
     values = np.transpose(array.values, [array.dims.index(name) for name in order])
     for axis, name in enumerate(order):
-        coordinates = _coordinates(array, name)
-        if coordinates is not None and len(coordinates) > 1 and coordinates[0] > coordinates[-1]:
+        if _is_descending(array, name):
             values = np.flip(values, axis)
     return values
+
+
+def _is_descending(array: Any, name: Any) -> bool:
+    coordinates = _coordinates(array, name)
+    return coordinates is not None and len(coordinates) > 1 and coordinates[0] > coordinates[-1]
+
+
+def is_top_first(array: Any) -> bool:
+    """Return whether the first layer of a DataArray with three axes is the top."""
+    return any(_is_descending(array, name) for name in _axes(array)[2:3])
 
 
 def labelled_axes(array: Any) -> list[tuple[float, float]]:
@@ -280,7 +333,8 @@ def _axes(array: Any) -> list[Any]:
     for name in array.dims:
         attributes = array.coords[name].attrs if name in array.coords else {}
         stated = str(attributes.get("axis", "")).lower()
-        axis = next((a for a, words in AXIS_NAMES.items() if str(name).lower() in words), stated)
+        word = str(name).lower()
+        axis = next((a for a, words in AXIS_NAMES.items() if word in words.split()), stated)
         if axis in AXIS_NAMES and axis not in name_of:
             name_of[axis] = name
     unnamed = [name for name in reversed(array.dims) if name not in name_of.values()]
@@ -291,11 +345,20 @@ def _axes(array: Any) -> list[Any]:
 
 
 def _coordinates(array: Any, name: Any) -> NDArray[np.float64] | None:
-    """Return the coordinates along an axis; depths, by the attribute `positive`, are negative."""
-    if name not in array.coords or array.coords[name].dtype.kind not in "iuf":
+    """Return the coordinates along an axis; depths and layers from the top are negative.
+
+    The attribute `positive` decides; without it, the names of the axis.
+    """
+    is_listed = name in array.coords and array.coords[name].dtype.kind in "iuf"
+    attributes = array.coords[name].attrs if is_listed else {}
+    names = f"{name} {attributes.get('standard_name')} {attributes.get('long_name')}"
+    counts_down = not {*names.lower().split()}.isdisjoint(DOWNWARD.split())
+    if not is_listed and not counts_down:
         return None
-    values = np.asarray(array.coords[name].values, np.float64)
-    return -values if array.coords[name].attrs.get("positive") == "down" else values
+    n = array.sizes[name]
+    values = np.asarray(array.coords[name].values if is_listed else np.arange(n) + 0.5, np.float64)
+    usual = "down" if counts_down and not (values < 0).any() else "up"
+    return -values if str(attributes.get("positive", usual)).lower() == "down" else values
 
 
 def _cells_along(array: Any, name: Any) -> tuple[float, float]:

@@ -55,8 +55,8 @@ MAX_REALIZATIONS = 1000
 """Maximum number of realizations on a page or in a link, all stored in memory and plotted."""
 MAX_REALIZATIONS_OF_PROJECT = 1_000_000
 """Maximum number of realizations in a project file, for scripts."""
-MAX_LARGE_ENSEMBLE = 100_000
-"""Maximum number of realizations of a large ensemble, which stores only statistics."""
+MIN_SETTINGS, MAX_SETTINGS = 2, 4
+"""Smallest and largest number of compared settings."""
 MAX_REALIZATIONS_COMPARED = 100
 """Maximum number of realizations of each setting on the page Compare."""
 MAX_REALIZATIONS_TIMED = 100

@@ -4,9 +4,19 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.model.arrays import as_array, as_floats, as_integers, check_int, codes_of, is_integer
+from ccwsim.model.arrays import (
+    Array,
+    ArrayLike,
+    Floats,
+    Ints,
+    as_array,
+    as_floats,
+    as_integers,
+    check_int,
+    codes_of,
+    is_integer,
+)
 from ccwsim.model.bounds import MAX_FACIES
 from ccwsim.model.errors import CCWSIMError, refused, shown
 
@@ -22,7 +32,7 @@ Merge = Mapping[int, int | None] | Iterable[tuple[int, int | None]]
 
 def classify(
     values: ArrayLike, *, threshold: float | None = None, classes: Classes = None, what: str = ""
-) -> NDArray[np.int64]:
+) -> Ints:
     """Return the facies codes of values; the values must not contain NaN.
 
     Raises `CCWSIMError` for continuous values without classes, and for invalid edges.
@@ -66,7 +76,7 @@ def classify(
     return np.searchsorted(edges, array, side="right").astype(np.int64)
 
 
-def merge_facies(codes: NDArray[np.int64], merge: Merge) -> NDArray[np.int64]:
+def merge_facies(codes: Ints, merge: Merge) -> Ints:
     """Return facies codes with some facies merged; None takes the nearest cell of a kept facies."""
     try:
         changed = {int(code): None if to is None else int(to) for code, to in dict(merge).items()}
@@ -95,7 +105,7 @@ def asks_for_codes(classes: Classes) -> bool:
     return classes is None or (isinstance(classes, str) and classes == "codes")
 
 
-def class_edges(values: ArrayLike, n: int) -> NDArray[np.float64]:
+def class_edges(values: ArrayLike, n: int) -> Floats:
     """Return the n − 1 ascending inner edges of n classes with equal counts of values.
 
     Raises `CCWSIMError` if n is outside 2 to 254, or if equal values prevent n distinct edges.
@@ -115,7 +125,7 @@ def class_edges(values: ArrayLike, n: int) -> NDArray[np.float64]:
     return edges.astype(np.float64)
 
 
-def are_codes(values: NDArray) -> bool:
+def are_codes(values: Array) -> bool:
     """Return whether values are integers with at most `MAX_CODES` distinct values."""
     seen = np.empty(0, np.int64)
     flat = values.ravel()
@@ -130,7 +140,7 @@ def are_codes(values: NDArray) -> bool:
     return True
 
 
-def _edges(classes: object) -> NDArray[np.float64]:
+def _edges(classes: object) -> Floats:
     try:
         edges = np.asarray(classes, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):

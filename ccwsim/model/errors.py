@@ -1,10 +1,12 @@
 """Errors with messages that name the value and the remedy."""
 
-import tomllib
+import sys
+import warnings
 from functools import cache
-from pathlib import Path
 from reprlib import Repr
 from typing import Any
+
+from ccwsim.model.assets import read_toml
 
 
 class CCWSIMError(ValueError):
@@ -13,7 +15,7 @@ class CCWSIMError(ValueError):
 
 @cache
 def _messages() -> dict[str, str]:
-    return tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
+    return read_toml("model/errors.toml")
 
 
 def refused(key: str, /, **values: object) -> CCWSIMError:
@@ -27,6 +29,14 @@ class Cancelled(CCWSIMError):
     def __init__(self, message: str, ensemble: Any = None) -> None:
         super().__init__(message)
         self.ensemble = ensemble  # an `Ensemble`, whose import here would be circular
+
+
+def warn(message: str) -> None:
+    """Warn at the line of the user's code that led here."""
+    frame, level = sys._getframe(), 1
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith("ccwsim."):
+        frame, level = frame.f_back, level + 1
+    warnings.warn(message, stacklevel=level)
 
 
 _SHORT = Repr()

@@ -11,7 +11,10 @@ OPTIONAL = {
     "streamlit": ("dashboard", "the dashboard needs"),
     "plotly": ("plot", "charts need"),
     "jinja2": ("plot", "reports need"),
-    "rasterio": ("files", "GeoTIFF, Surfer, ZMap and GRASS files need"),
+    "rasterio": (
+        "files",
+        "GeoTIFF, Surfer, ZMap and GRASS files, and other coordinate systems, need",
+    ),
     "xarray": ("files", "NetCDF files and labelled arrays need"),
     "h5py": ("files", "HDF5, MATLAB 7.3 and NetCDF-4 files need"),
     "h5netcdf": ("files", "NetCDF-4 files need"),
@@ -46,7 +49,7 @@ def needs(package: str) -> Any:
 
 
 def _missing(package: str) -> CCWSIMError:
-    extra, purpose = OPTIONAL[package]
+    extra, purpose = OPTIONAL[package.partition(".")[0]]
     return refused(
         "missing_package",
         purpose=purpose,

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ccwsim.model import arrays
-from ccwsim.model.arrays import Floats, Ints, Mask
+from ccwsim.model.arrays import Array, Floats, Integers, Ints, Mask
 from ccwsim.model.bounds import MAX_CRS_LETTERS, MAX_GRID_SIDE
 from ccwsim.model.errors import CCWSIMError, refused, shown
+from ccwsim.model.numbers import coordinate
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,7 @@ class Grid:
         return f"Grid({', '.join(f'{name}={getattr(self, name)!r}' for name in names)})"
 
     @classmethod
-    def of(cls, shape: Grid | Sequence[int] | NDArray[np.integer]) -> Grid:
+    def of(cls, shape: Grid | Sequence[int] | Integers) -> Grid:
         """Return a grid unchanged, or make a grid of unit cells from (layers,) rows and columns.
 
         Raises `CCWSIMError` for a shape that is not two or three whole numbers.
@@ -142,7 +143,7 @@ class Grid:
         if not grid.holds(grid.cells_of(*points.T)).all():
             raise CCWSIMError(
                 f"{arrays.describe_shape(grid.shape)} cells of "
-                f"{' × '.join(f'{size:g}' for size in grid.cell_size)} do not "
+                f"{' × '.join(map(coordinate, grid.cell_size))} do not "
                 f"cover points from {low.tolist()} to {high.tolist()}; give more or larger cells"
             )
         return grid
@@ -158,12 +159,33 @@ class Grid:
         return 2 if self.nz is None else 3
 
     @property
+    def is_volume(self) -> bool:
+        """Whether the grid has layers."""
+        return self.nz is not None
+
+    @property
     def n_cells(self) -> int:
         """Number of cells."""
         return self.ny * self.nx * (self.nz or 1)
 
+    def describe(self, unit: str = "", crs: str | None = None) -> str:
+        """Describe the grid: its cells, their size and unit, the south-west corner, and the CRS.
+
+        `crs` is a name of the coordinate system, by default `Grid.crs`.
+
+        Examples
+        --------
+        >>> Grid(120, 160, (50.0, 50.0), (844000.0, 6521500.0), crs="EPSG:2154").describe()
+        '160 × 120 cells of 50 × 50 from (844000, 6521500), EPSG:2154'
+        """
+        size = " × ".join(map(coordinate, self.cell_size))
+        corner = ", ".join(map(coordinate, self.origin))
+        cells = f"{arrays.describe_shape(self.shape)} cells of {size}{unit and ' '}{unit}"
+        name = self.crs if crs is None else crs
+        return f"{cells} from ({corner}){name and ', '}{name}"
+
     @property
-    def axes(self) -> tuple[NDArray[np.floating], ...]:
+    def axes(self) -> tuple[Array, ...]:
         """Centres of cells along each axis: x of columns, y of rows, and z of layers in volumes."""
         sides = zip(self.origin, self.cell_size, reversed(self.shape), strict=True)
         return tuple(corner + (np.arange(n) + 0.5) * width for corner, width, n in sides)
@@ -197,18 +219,33 @@ class Grid:
         places = np.where(places == sides, sides - 1, np.floor(places))
         return places[:, ::-1].astype(np.int64, order="C")
 
-    def centers_of(self, cells: NDArray[np.integer]) -> Floats:
+    def centers_of(self, cells: Integers) -> Floats:
         """Return x, y (and z) of the centres of cells in world units, shape (n, 2) or (n, 3)."""
         middles = self._checked(cells).astype(float)[:, ::-1] + 0.5
         return middles * np.array(self.cell_size) + np.array(self.origin)
 
-    def holds(self, cells: NDArray[np.integer]) -> Mask:
+    def holds(self, cells: Integers) -> Mask:
         """Return the mask of the cells ((layer,) row and column) that are in the grid."""
         places = self._checked(cells)
         sides = zip(places.T, self.shape, strict=True)
         return np.logical_and.reduce([(place >= 0) & (place < n) for place, n in sides])
 
-    def _checked(self, cells: NDArray[np.integer]) -> Ints:
+    def enlarged(self, cells: Integers) -> Grid:
+        """Return the grid with whole rows, columns and layers added, so that it holds cells.
+
+        Examples
+        --------
+        >>> Grid(100, 200, (10.0, 10.0)).enlarged(np.array([[5, -3], [120, 7]]))
+        Grid(ny=121, nx=203, cell_size=(10.0, 10.0), origin=(-30.0, 0.0))
+        """
+        places = np.vstack([self._checked(cells), np.array(self.shape) - 1])
+        first = np.minimum(places.min(axis=0), 0)
+        *layers, ny, nx = (places.max(axis=0) + 1 - first).tolist()
+        corner = np.array(self.origin) + first[::-1] * np.array(self.cell_size)
+        nz = layers[0] if layers else None
+        return replace(self, ny=ny, nx=nx, nz=nz, origin=tuple(corner.tolist()))
+
+    def _checked(self, cells: Integers) -> Ints:
         """Return cells as an array, or raise `CCWSIMError` for a wrong number of dimensions."""
         places = arrays.as_integers(cells, "cells")
         if places.ndim == 2 and places.shape[1] == self.n_dimensions:
@@ -221,7 +258,7 @@ class Grid:
         )
 
 
-def describe_cell(cell: Sequence[int] | NDArray[np.integer]) -> str:
+def describe_cell(cell: Sequence[int] | Integers) -> str:
     """Return the (layer,) row and column of a cell as text."""
     names = ("layer", "row", "column")[-len(cell) :]
     return ", ".join(f"{name} {place}" for name, place in zip(names, cell, strict=True))

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ccwsim.model.arrays import (
+    Array,
+    Integers,
     ReadOnly,
     as_array,
     as_floats,
@@ -21,8 +23,9 @@ from ccwsim.model.arrays import (
     is_table,
 )
 from ccwsim.model.backends import notebook, reader
-from ccwsim.model.errors import CCWSIMError, refused, shown
+from ccwsim.model.errors import CCWSIMError, refused, shown, warn
 from ccwsim.model.extras import is_installed
+from ccwsim.model.facies_match import FaciesNames, facies_label, match_facies
 from ccwsim.model.grid import Grid, describe_cell
 from ccwsim.model.missing import known_values
 from ccwsim.model.training_image import TrainingImage
@@ -46,36 +49,64 @@ class HardData(ReadOnly):
         comes first.
     facies : array_like, shape (n,)
         Facies code of each datum.
+    values : mapping of str to array_like, optional
+        Measured value of each datum by the name of a continuous variable, NaN where it was not
+        measured. `facies` are then classes, which a `Study` sets.
 
     Examples
     --------
     >>> data = HardData([[3, 4], [0, 2]], [1, 0])
     >>> data.n, data.cells.tolist()
     (2, [[0, 2], [3, 4]])
+    >>> HardData([[3, 4], [0, 2]], values={"porosity": [0.25, 0.1]}).values
+    {'porosity': array([0.1 , 0.25])}
     """
 
-    def __init__(self, cells: ArrayLike = (), facies: ArrayLike = ()) -> None:
+    def __init__(
+        self,
+        cells: ArrayLike = (),
+        facies: ArrayLike = (),
+        *,
+        values: Mapping[str, ArrayLike] | None = None,
+    ) -> None:
         places = as_array(cells, "cells of hard data")
+        measured = {key: as_floats(each, key) for key, each in (values or {}).items()}
+        if measured and not np.size(facies):
+            facies = np.zeros(len(places), np.int64)
         codes = as_array(facies, "facies of hard data")
         none = np.empty((0, 3 if places.shape == (0, 3) else 2))
         places = as_integers(places, "cells of hard data") if places.size else none
         codes = as_integers(codes, "facies of hard data") if codes.size else np.empty(0)
         if places.ndim != 2 or places.shape[1] not in (2, 3) or codes.shape != (len(places),):
             raise refused("cells_and_facies", cells=np.shape(cells), facies=np.shape(facies))
-        unique = np.unique(np.column_stack([places, codes]).astype(np.int64), axis=0)
-        clashing = np.flatnonzero((np.diff(unique[:, :-1], axis=0) == 0).all(axis=1))
+        if wrong := [key for key, each in measured.items() if each.shape != codes.shape]:
+            raise refused("values_of_data", name=wrong[0], n=len(places))
+        table = np.column_stack([places, codes]).astype(np.int64)
+        unique = np.unique(np.column_stack([table, *measured.values()]), axis=0)
+        clashing = np.flatnonzero((np.diff(unique[:, : places.shape[1]], axis=0) == 0).all(axis=1))
         if len(clashing):
-            raise CCWSIMError(_clash(places, codes, unique[clashing[0], :-1]))
-        self.cells = frozen(unique[:, :-1])
-        self.facies = frozen(unique[:, -1])
+            said = next(iter(measured.values()), codes)
+            raise CCWSIMError(_clash(places, said, unique[clashing[0], : places.shape[1]]))
+        *of_cells, of_facies = unique[:, : table.shape[1]].T.astype(np.int64)
+        self.cells = frozen(np.column_stack(of_cells))
+        self.facies = frozen(of_facies)
+        columns = unique[:, table.shape[1] :].T
+        self.values = {key: frozen(each) for key, each in zip(measured, columns, strict=True)}
+        self.numbering = "codes"  # or `TrainingImage.numbering_of_data`
 
     @classmethod
     def of(
-        cls, data: Any, grid: Grid | Sequence[int], training_image: TrainingImage | None = None
+        cls,
+        data: Any,
+        grid: Grid | Sequence[int],
+        training_image: TrainingImage | None = None,
+        facies: FaciesNames | None = None,
     ) -> HardData:
-        """Return hard data unchanged, or make hard data from another object.
+        """Return hard data with facies of a training image, from hard data or another object.
 
-        Raises `CCWSIMError` for unsuitable objects, unknown names, and invalid data (`HardData`).
+        A warning names facies that are matched by number although the image has no codes of its
+        own. Raises `CCWSIMError` for unsuitable objects, unknown names, and invalid data
+        (`HardData`).
 
         Parameters
         ----------
@@ -91,6 +122,8 @@ class HardData(ReadOnly):
             Grid of the data, or its (layers,) rows and columns.
         training_image : TrainingImage, optional
             Training image whose facies names, in upper or lower case, may replace codes.
+        facies : mapping or pairs, optional
+            Facies of the training image, by code or name, for codes or names in the data.
 
         Examples
         --------
@@ -101,31 +134,58 @@ class HardData(ReadOnly):
         >>> HardData.of(([[1, 2]], ["Sand"]), grid, image).triples
         ((1, 2, 1),)
         """
+        continuous = training_image is not None and bool(training_image.values)
         if isinstance(data, HardData):
-            return data
+            if data.values or continuous:
+                return data if training_image is None else data.of_image(training_image)
+            return _with_facies(data.cells, data.facies, training_image, facies, data.numbering)
         if data is None:
             return cls()
         if isinstance(data, (str, PathLike)):
             raise refused("data_are_a_name", said=shown(str(data)))
         grid = Grid.of(grid)
         if is_table(data):
-            report = reader().import_hard_data(data, grid, training_image)
+            report = reader().import_hard_data(data, grid, training_image, facies_names=facies)
             for note in report.notes:  # assumptions about columns, and rows that are left out
-                warnings.warn(f"hard data: {note}", stacklevel=2)
+                warn(f"hard data: {note}")
             return report.hard_data
         if isinstance(data, tuple) and len(data) == 2:
-            return cls(data[0], _codes(data[1], training_image))
+            return _with_facies(*data, training_image, facies)
         if isinstance(data, np.ma.MaskedArray):
             data = np.ma.filled(data.astype(float), np.nan)
         values = as_floats(data, "hard data")
         if values.shape != grid.shape:
-            world = "x, y" if grid.nz is None else "x, y, z"
+            world = "x, y, z" if grid.is_volume else "x, y"
             raise refused("data_not_of_grid", shape=values.shape, grid=grid.shape, world=world)
-        has_datum = known_values(values, stated=[-1.0])
-        if training_image is not None:
+        has_datum = known_values(values, stated=() if continuous else [-1.0])
+        if training_image is not None and not continuous:
             has_datum |= np.isin(values, training_image.codes)
         cells = np.argwhere(has_datum)
-        return cls(cells, values[tuple(cells.T)])
+        return _with_facies(cells, values[has_datum], training_image, facies)
+
+    def of_image(self, image: TrainingImage) -> HardData:
+        """Return data with the classes of an image of a continuous variable.
+
+        Cells in which its variable was not measured are left out. Raises `CCWSIMError` if data have
+        no values and the image has, or the reverse.
+        """
+        if self.n and [*self.values] != [*image.values]:
+            has, needs = (", ".join(each.values) or "facies" for each in (self, image))
+            raise refused("variables_of_data", has=has, needs=needs)
+        if not self.n or not image.values:
+            return self
+        data = self.part(np.isfinite(self.values[image.variable]))
+        classes = image.codes[image.class_indices(data.values[image.variable])]
+        return HardData(data.cells, classes, values=data.values)
+
+    def part(self, which: Any, cells: ArrayLike | None = None) -> HardData:
+        """Return some of the data, by mask or indices; `cells` replaces their cells."""
+        values = {key: each[which] for key, each in self.values.items()}
+        data = HardData(
+            self.cells[which] if cells is None else cells, self.facies[which], values=values
+        )
+        data.numbering = self.numbering
+        return data
 
     @property
     def n(self) -> int:
@@ -140,7 +200,9 @@ class HardData(ReadOnly):
     @cached_property
     def digest(self) -> str:
         """Hash of the content, equal for equal data in any order."""
-        return digest(self.cells if self.n else np.empty((0, 2), np.int64), self.facies)
+        measured = [part for item in self.values.items() for part in item if self.n]
+        cells = self.cells if self.n else np.empty((0, 2), np.int64)
+        return digest(cells, self.facies, *measured)
 
     @cached_property
     def triples(self) -> tuple[tuple[int, ...], ...]:
@@ -176,7 +238,7 @@ class HardData(ReadOnly):
                 "them"
             )
 
-    def n_mismatched(self, realization: NDArray[np.integer]) -> int:
+    def n_mismatched(self, realization: Integers) -> int:
         """Return the number of data that a realization (facies codes) does not honour."""
         if not self.n:
             return 0
@@ -199,24 +261,39 @@ class HardData(ReadOnly):
         return f"HardData(n={self.n})"
 
 
-def _codes(facies: Any, training_image: TrainingImage | None) -> Any:
-    """Return facies codes; names of facies are replaced by codes."""
+def _with_facies(
+    cells: ArrayLike,
+    facies: Any,
+    image: TrainingImage | None,
+    stated: FaciesNames | None,
+    numbering: str = "codes",
+) -> HardData:
+    """Return hard data with the codes of an image, by facies or values; other codes are kept."""
+    if image is not None and image.values:
+        return HardData(cells, values={image.variable: facies}).of_image(image)
     values = facies.tolist() if isinstance(facies, np.ndarray) else facies
     if not isinstance(values, (list, tuple)) or not any(isinstance(v, str) for v in values):
-        return facies
-    code_of: dict[str, int] = {}
-    if training_image is not None:
-        names = (name.casefold() for name in training_image.facies_names)
-        code_of = dict(zip(names, training_image.codes.tolist(), strict=True))
-    codes = [code_of.get(v.strip().casefold()) if isinstance(v, str) else v for v in values]
-    unknown = [v for v, code in zip(values, codes, strict=True) if code is None]
-    if unknown:
-        names = training_image.facies_names if training_image is not None else ("none",)
-        raise refused("unknown_facies_name", unknown=shown(unknown[0]), there=", ".join(names))
-    return codes
+        data = HardData(cells, facies)
+        if image is None or (stated is None and numbering == image.numbering_of_data):
+            return data
+        cells, values = data.cells, data.facies.tolist()
+    counts = Counter(map(facies_label, values))
+    shares = np.array([*counts.values()]) / max(len(values), 1)
+    match = image and match_facies(
+        counts, image, numbering=numbering, facies=stated, shares=shares.tolist()
+    )
+    codes = [match.codes[facies_label(value)] if match else value for value in values]
+    if unknown := [code for code in codes if isinstance(code, str)]:
+        there = ", ".join(image.facies_names) if image else "none"
+        raise refused("unknown_facies_name", unknown=shown(unknown[0]), there=there)
+    data = HardData(cells, codes)
+    if match:
+        match.warn("hard data")
+        data.numbering = match.image.numbering_of_data
+    return data
 
 
-def _examples(data: HardData, which: NDArray[np.integer]) -> str:
+def _examples(data: HardData, which: Integers) -> str:
     """Return the first three data of `which` as text."""
     examples = [
         f"{describe_cell(cell)}, facies {code}"
@@ -225,7 +302,7 @@ def _examples(data: HardData, which: NDArray[np.integer]) -> str:
     return "; ".join(examples) + (" …" if len(which) > 3 else "")
 
 
-def _clash(places: NDArray, codes: NDArray, cell: NDArray) -> str:
+def _clash(places: Array, codes: Array, cell: Array) -> str:
     numbers = np.flatnonzero((places == cell).all(axis=1))
     clashing = ", ".join(f"no. {k + 1} says {codes[k]}" for k in numbers[:6])
     where = describe_cell(cell)

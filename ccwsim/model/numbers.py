@@ -33,6 +33,11 @@ def three_digits(value: float) -> str:
     return f"{value:.3g}" if 1e-4 <= abs(value) < THREE_DIGITS else f"{value:.0f}"
 
 
+def coordinate(value: float) -> str:
+    """Return a coordinate or length with all of its digits, such as "6522175"."""
+    return f"{value:.12g}"
+
+
 def with_power(value: float, digits: int = 3) -> str:
     """Return a number with some significant digits, and with a power of ten if it is very small."""
     factor, _, power = f"{value:.{digits}g}".partition("e")

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from pathlib import Path
 from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
@@ -19,6 +17,7 @@ from ccwsim.model.arrays import (
     digest,
     listing,
 )
+from ccwsim.model.assets import read_toml
 from ccwsim.model.bounds import PARAMETER_BOUNDS
 from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.published import VARIANT_SETTINGS, VARIANTS, Variant
@@ -34,8 +33,7 @@ PARAMETER_CHOICES = {"method": METHODS, "similarity": SIMILARITIES, "variant": V
 PER_AXIS = ("template_size", "overlap_size", "wavelet_level")
 """Parameters with one integer for all axes or, in a volume, three integers along z, y and x.
 `location_weight`, which is not an integer, can also have three numbers."""
-_FILE = Path(__file__).parents[1] / "assets" / "parameters.toml"
-_ABOUT = tomllib.loads(_FILE.read_text("utf-8"))
+_ABOUT = read_toml("assets/parameters.toml")
 """Symbol in the paper, name in the authors' code, range and meaning of each parameter."""
 
 

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from math import isclose
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ccwsim.model import arrays, bounds
-from ccwsim.model.arrays import Floats, Mask
+from ccwsim.model.arrays import Array, Floats, Mask, Shape
 from ccwsim.model.errors import CCWSIMError, refused, shown
+from ccwsim.model.facies_match import FaciesMatch, FaciesNames, describe_codes, match_facies
 from ccwsim.model.grid import Grid, describe_cell
 from ccwsim.model.missing import UNKNOWN, known_values
 from ccwsim.model.numbers import plural
@@ -54,8 +57,6 @@ class Auxiliary(arrays.ReadOnly):
         object.__setattr__(self, "weight", weight)
         for name in ("image", "grid"):
             values = arrays.as_floats(getattr(self, name), f"auxiliary variable of the {name}")
-            if not np.isfinite(values).all():
-                raise refused("auxiliary_gaps", name=name)
             object.__setattr__(self, name, arrays.frozen(values))
 
 
@@ -69,13 +70,15 @@ class Secondary(arrays.ReadOnly):
     Parameters
     ----------
     active : array_like, optional
-        Cells that are simulated: an array of the shape of the grid with True (or a number other
-        than 0) in active cells, or with NaN in inactive cells; or the corners of a polygon in world
-        coordinates, shape (n, 2), or a list of polygons. Inactive cells are in no statistic.
+        Cells that are simulated: an array of the shape of the grid with True (or one number other
+        than 0) in active cells and False (or 0) in the others, or with NaN in inactive cells; or
+        the corners of a polygon in world coordinates, shape (n, 2), or a list of polygons. Values
+        of other maps in inactive cells are not used, and inactive cells are in no statistic.
     probabilities : mapping, optional
         Probability of each facies, by name or code: an array of the shape of the grid, in a volume
-        also a vertical curve of shape (nz,), or a number. NaN means that nothing is known. One
-        facies may be left out; its probability is 1 minus the sum of the others.
+        also a vertical curve of shape (nz,), or a number. NaN means that nothing is known. If
+        facies are left out, they share 1 minus the sum of the others in proportion to the training
+        image.
     auxiliary : sequence of Auxiliary, optional
     soft_weight : float
         Strength of the probabilities, 0 … 5. With 1, facies occur about as often as the
@@ -101,6 +104,10 @@ class Secondary(arrays.ReadOnly):
     angle_tolerance : float
         Maximum difference of an angle from the map in degrees, if at most 16 turned or scaled
         copies of each image suffice; 0.5 … 45.
+    facies : mapping or pairs, optional
+        Facies of the training image, by code or name, for codes or names in `probabilities` and
+        `images`. Without it, a warning names the facies that are matched by number although one of
+        the images has no codes of its own.
 
     Examples
     --------
@@ -121,6 +128,7 @@ class Secondary(arrays.ReadOnly):
     dip: Any = None
     mirrored: Sequence[str] = ()
     angle_tolerance: float = 2.0
+    facies: FaciesNames | None = None
     is_fitted: bool = field(default=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -186,7 +194,8 @@ class Secondary(arrays.ReadOnly):
             parts.append(f"probabilities with weight {self.soft_weight:g}")
         parts += [f"auxiliary variable with weight {each.weight:g}" for each in self.auxiliary]
         if self.active is not None:
-            parts.append("active cells")
+            n = f"{np.sum(self.active)} of {self.active.size} cells are" if self.is_fitted else ""
+            parts.append(f"{n} active" if n else "active cells")
         if self.images:
             choices = {"by zone": self.zones, "with weights": self.weights}
             choice = (text for text, values in choices.items() if values is not None)
@@ -211,41 +220,54 @@ class Secondary(arrays.ReadOnly):
         if self.is_fitted:
             self.check(grid.shape, image)
             return self
+        active = None if self.active is None else arrays.frozen(_active(self.active, grid))
+        inside = np.ones(grid.shape, bool) if active is None else active
         probabilities = self.probabilities
         if probabilities is not None:
-            probabilities = arrays.frozen(_probabilities(probabilities, grid, image))
+            match = match_of_probabilities(probabilities, grid, image, self.facies)
+            match.warn("probabilities")
+            by_code = maps_by_code(match, probabilities)
+            probabilities = arrays.frozen(_probabilities(by_code, grid, image, inside))
         if self.soft_weight == 0:
             probabilities = None
         fitted = replace(
             self,
-            active=None if self.active is None else arrays.frozen(_active(self.active, grid)),
+            active=active,
             probabilities=probabilities,
-            auxiliary=[each for each in self.auxiliary if each.weight],
-            **self._fitted_copies(grid, image),
+            auxiliary=[
+                replace(
+                    each,
+                    image=_filled("image", each.image, image.indices != UNKNOWN),
+                    grid=_filled("grid", each.grid, inside),
+                )
+                for each in self.auxiliary
+                if each.weight
+            ],
+            **self._fitted_copies(grid, image, inside),
             is_fitted=True,
         )
         fitted.check(grid.shape, image)
         return fitted
 
-    def _fitted_copies(self, grid: Grid, image: TrainingImage) -> dict[str, Any]:
-        """Return the checked fields from `images` to `mirrored`; angles are in 0 … 360."""
-        n, volume = len(self.images) + 1, grid.nz is not None
+    def _fitted_copies(self, grid: Grid, image: TrainingImage, inside: Mask) -> dict[str, Any]:
+        """Return the fields from `images` to `mirrored`, checked inside; angles are in 0 … 360."""
+        n, volume = len(self.images) + 1, grid.is_volume
         if not volume and (self.dip is not None or "z" in self.mirrored):
             name = "dip" if self.dip is not None else "mirrored"
             raise CCWSIMError(f"{name}: a map has no z axis; leave it out, or simulate a volume")
-        images = [_recoded(further, image, k) for k, further in enumerate(self.images, 1)]
+        images = [recoded_image(k, image, n, self.facies) for n, k in enumerate(self.images, 1)]
         zones, weights = self.zones, self.weights
         if (zones is not None or weights is not None) and n == 1:
-            raise CCWSIMError("zones or weights: give the further training images as `images`")
+            raise refused("zones_without_images")
         if zones is not None:
             if weights is not None:
                 raise CCWSIMError("zones and weights: give one of them")
-            zones = arrays.as_integers(arrays.as_array(zones, "zones"), "zones")
+            zones = arrays.as_floats(zones, "zones")
             _check_shape("zones", zones, grid.shape, "the grid")
-            if zones.min() < 0 or zones.max() >= n:
-                wrong = zones.min() if zones.min() < 0 else zones.max()
-                raise refused("zone_number", zone=wrong, last=n - 1)
-            zones = arrays.frozen(zones.astype(np.uint8))
+            is_number = np.isin(zones, np.arange(n))
+            if (wrong := zones[inside & ~is_number]).size:
+                raise refused("zone_number", zone=wrong[0], last=n - 1)
+            zones = arrays.frozen(np.where(is_number, zones, 0).astype(np.uint8))
         if weights is not None:
             weights = arrays.as_floats(weights, "weights")
             in_range = ((weights >= 0) & (weights <= 1e300)).all()  # so that their sum is finite
@@ -254,16 +276,19 @@ class Secondary(arrays.ReadOnly):
             if not isclose(weights.sum(), 1, rel_tol=1e-12):  # otherwise the last digit changes
                 weights = weights / weights.sum()
             weights = tuple(weights.tolist())
-        angle = _field("angle", self.angle, grid, (-bounds.MAX_DEGREES, bounds.MAX_DEGREES), 0.0)
+        field = partial(_field, grid=grid, inside=inside)
+        angle = field("angle", self.angle, (-bounds.MAX_DEGREES, bounds.MAX_DEGREES), usual=0.0)
+        if angle is not None and (note := note_on_radians(angle)):
+            warnings.warn(note, stacklevel=4)
         angle = None if angle is None else angle % 360  # a full turn turns nothing
-        dip = _field("dip", self.dip, grid, (-bounds.MAX_DIP, bounds.MAX_DIP), 0.0)
+        dip = field("dip", self.dip, (-bounds.MAX_DIP, bounds.MAX_DIP), usual=0.0)
         scale = self.scale
         if scale is not None:
             along = scale if isinstance(scale, (tuple, list)) else (scale, scale)
             if len(along) not in (2, grid.n_dimensions):
                 raise CCWSIMError("scale: give one value, or a tuple of values along each axis")
             limits = bounds.MIN_SCALE, bounds.MAX_SCALE
-            along = tuple(_field("scale", each, grid, limits, 1.0) for each in along)
+            along = tuple(field("scale", each, limits, usual=1.0) for each in along)
             scale = None if all(np.all(each == 1) for each in along) else along
         return {
             **{"images": images, "zones": zones, "weights": weights, "scale": scale},
@@ -290,7 +315,7 @@ class Secondary(arrays.ReadOnly):
         parts, n = ndimage.label(active)  # type: ignore[misc]
         return [replace(self, active=arrays.frozen(parts == k)) for k in range(1, n + 1)]
 
-    def resized(self, shape: tuple[int, ...], image: TrainingImage) -> Secondary:
+    def resized(self, shape: Shape, image: TrainingImage) -> Secondary:
         """Return information of the same kinds for a small grid and image, to compile kernels."""
         soft = None if self.probabilities is None else np.zeros((image.n_facies, *shape))
         of_image, of_grid = np.zeros(image.shape), np.zeros(shape)
@@ -315,13 +340,13 @@ class Secondary(arrays.ReadOnly):
             scale=self.scale and tuple(_part_of(each, part) for each in self.scale),
         )
 
-    def check(self, shape: tuple[int, ...], image: TrainingImage) -> None:
+    def check(self, shape: Shape, image: TrainingImage) -> None:
         """Raise `CCWSIMError` if fitted arrays do not have the shapes of grid and image."""
         for each in self.auxiliary:
             _check_shape("auxiliary variable of the image", each.image, image.shape, "the image")
             _check_shape("auxiliary variable of the grid", each.grid, shape, "the grid")
         if self.active is not None:
-            _check_shape("active", self.active, shape, "the grid")
+            _check_shape("active cells", self.active, shape, "the grid")
         if self.probabilities is not None:
             _check_shape("probabilities", self.probabilities[0], shape, "the grid")
         for name in ("zones", "angle", "dip"):
@@ -338,7 +363,7 @@ def _as_tuple(name: str, values: Any, what: str) -> tuple[Any, ...]:
     return tuple(values)
 
 
-def _check_shape(what: str, array: NDArray, shape: tuple[int, ...], of: str) -> None:
+def _check_shape(what: str, array: Array, shape: Shape, of: str) -> None:
     if array.shape != shape:
         raise CCWSIMError(
             f"{what}: {arrays.describe_shape(array.shape)} cells, but {of} has "
@@ -346,10 +371,33 @@ def _check_shape(what: str, array: NDArray, shape: tuple[int, ...], of: str) -> 
         )
 
 
+def note_on_radians(angles: Floats) -> str:
+    """Return a sentence about a map whose angles are within a turn in radians, and not whole."""
+    if not angles.ndim or (np.abs(angles) > 2 * np.pi).any() or not (angles % 1).any():
+        return ""
+    ends = f"{angles.min():.3g} to {angles.max():.3g}"
+    return f"angles from {ends} look like radians; convert them to degrees"
+
+
+def _filled(name: str, values: Floats, used: Mask) -> Floats:
+    """Return an auxiliary variable with values in gaps of cells that are not used."""
+    if values.shape != used.shape:
+        return values  # a later check names both shapes
+    if not np.isfinite(values[used]).all():
+        raise refused("auxiliary_gaps", name=name)
+    return np.where(np.isfinite(values), values, values[used].min())
+
+
 def _field(
-    name: str, field_or_number: Any, grid: Grid, limits: tuple[float, float], usual: float
+    name: str,
+    field_or_number: Any,
+    limits: tuple[float, float],
+    *,
+    grid: Grid,
+    inside: Mask,
+    usual: float,
 ) -> Floats | None:
-    """Return a number, shape (), or a map of the shape of the grid; NaN becomes `usual`."""
+    """Return a number, shape (), or a map of the grid; NaN and wrong values outside are `usual`."""
     if field_or_number is None:
         return None
     values = arrays.as_floats(field_or_number, name)
@@ -357,32 +405,71 @@ def _field(
         _check_shape(name, values, grid.shape, "the grid")
     values = np.where(np.isnan(values), usual, values)
     wrong = (values < limits[0]) | (values > limits[1])
+    if values.ndim:
+        values, wrong = np.where(wrong & ~inside, usual, values), wrong & inside
     if wrong.any():
         raise CCWSIMError(
             f"{name} = {values[wrong].flat[0]:g} is not between {limits[0]:g} and {limits[1]:g}"
+            + ("; mark cells without a value with NaN" if values.ndim else "")
         )
     return arrays.frozen(values)
 
 
-def _part_of(values: NDArray | None, part: tuple[slice, ...]) -> NDArray | None:
+def _part_of(values: Array | None, part: tuple[slice, ...]) -> Array | None:
     return arrays.frozen(values[part]) if values is not None and values.ndim else values
 
 
-def _recoded(other: TrainingImage, image: TrainingImage, number: int) -> TrainingImage:
+def match_of_probabilities(
+    by_facies: Mapping[Any, ArrayLike],
+    grid: Grid,
+    image: TrainingImage,
+    facies: FaciesNames | None,
+) -> FaciesMatch:
+    """Return the facies of a training image for the facies of probabilities."""
+    maps = [_map_of(key, values, grid, False) for key, values in by_facies.items()]
+    shares = [float(np.nansum(p) / max(np.isfinite(p).sum(), 1)) for p in maps]
+    return match_facies(by_facies, image, facies=facies, shares=shares)
+
+
+def maps_by_code(match: FaciesMatch, maps: Mapping[Any, ArrayLike]) -> dict[Any, ArrayLike]:
+    """Return maps, in the order of the labels of `match`, by the code of their facies."""
+    by_code = dict(zip(match.codes.values(), maps.values(), strict=False))
+    if len(by_code) < len(maps):
+        raise refused("two_maps_of_facies", maps=describe_codes(match.codes, match.image))
+    return by_code
+
+
+def match_of_image(
+    other: TrainingImage, image: TrainingImage, facies: FaciesNames | None
+) -> FaciesMatch:
+    """Return the match of the names or, unless all names match, of the codes of another image."""
+    names, stated = [*other.codes_by_name], {str(k).casefold() for k in dict(facies or {})}
+    is_named = len(names) == other.n_facies and names != [*map(str, other.codes)]
+    is_named = is_named and {*names} <= image.codes_by_name.keys() | stated
+    return match_facies(
+        names if is_named else other.codes.tolist(),
+        image,
+        numbering=other.numbering,
+        facies=facies,
+        shares=other.proportions.tolist(),
+    )
+
+
+def recoded_image(
+    other: TrainingImage, image: TrainingImage, number: int, facies: FaciesNames | None
+) -> TrainingImage:
     """Return another image with the codes of the training image, matched by name or code."""
-    named = any(n != str(c) for n, c in zip(other.facies_names, other.codes, strict=True))
-    what = f"images: image {number}"
+    what = f"further image {number}"
     if other.n_dimensions != image.n_dimensions:
         kinds = {2: "a map", 3: "a volume"}
         raise CCWSIMError(
             f"{what} is {kinds[other.n_dimensions]}, but the training image is "
             f"{kinds[image.n_dimensions]}; give images of one kind"
         )
-    names = [name.casefold() for name in image.facies_names]
-    by_name = named and all(name.casefold() in names for name in other.facies_names)
+    match = match_of_image(other, image, facies)
+    match.warn(what)
     try:
-        keys = other.facies_names if by_name else other.codes.tolist()
-        codes = image.codes[[image.index_of(key) for key in keys]]
+        codes = image.codes[[image.index_of(code) for code in match.codes.values()]]
     except CCWSIMError as error:
         raise refused("facies_of_images", what=what, error=error) from None
     if np.array_equal(codes, other.codes):
@@ -390,7 +477,7 @@ def _recoded(other: TrainingImage, image: TrainingImage, number: int) -> Trainin
     cells = np.where(
         other.indices == UNKNOWN, np.nan, codes[np.minimum(other.indices, len(codes) - 1)]
     )
-    return TrainingImage(cells, name=other.name)
+    return TrainingImage(cells, name=other.name, numbering=image.numbering_of_data)
 
 
 def _active(source: ArrayLike, grid: Grid) -> Mask:
@@ -404,16 +491,38 @@ def _active(source: ArrayLike, grid: Grid) -> Mask:
         active = np.logical_or.reduce(inside)
         outside = "the polygon contains no centre of a cell of the grid: check its coordinates"
     else:
-        _check_shape("active", first, grid.shape, "the grid")
+        _check_shape("active cells", first, grid.shape, "the grid")
         if first.dtype.kind not in "buif":
-            raise CCWSIMError(f"active: {shown(source)} is not an array of True and False")
-        has_value = known_values(first)
-        is_binary = np.isin(first[has_value], (0, 1)).all()  # then 0 means inactive
-        active = has_value & (first != 0) if is_binary else has_value
-        outside = "no cell of the grid is active"
+            raise CCWSIMError(f"active cells: {shown(source)} is not an array of True and False")
+        active = active_codes(first)
+        outside = "no cell of the grid is active; give a number other than 0 in active cells"
     if not active.any():
-        raise CCWSIMError(f"active: {outside}")
+        raise CCWSIMError(f"active cells: {outside}")
     return active
+
+
+def active_codes(values: Array) -> Mask:
+    """Return the active cells of an array of numbers: 0 is inactive beside one other code.
+
+    It is also inactive beside −1 and 1 if cells of −1 are connected with cells of 1, as the fixed
+    heads of IBOUND. A negative code is inactive beside a positive one. Other codes do not say which
+    of them is inactive, unless some cells have no value.
+    """
+    has_value = known_values(values)
+    codes = np.unique(values[has_value]).tolist()
+    is_ibound = codes == [-1, 0, 1]
+    if is_ibound:
+        from scipy.ndimage import label  # slow to import
+
+        parts = np.asarray(label(has_value & (values != 0))[0])  # type: ignore[index]
+        is_decided = np.isin(parts[values == -1], parts[values == 1]).all()
+    else:
+        is_decided = len(codes) < 3 and (0 in codes or min(codes, default=0) < 0 < max(codes))
+    if is_decided:
+        return has_value & (values != (0 if 0 in codes else codes[0]))
+    if is_ibound or (len(codes) > 1 and has_value.all()):
+        raise refused("codes_of_active", codes=", ".join(f"{code:g}" for code in codes[:9]))
+    return has_value
 
 
 @np.errstate(over="ignore", invalid="ignore")  # corners may be far from all cells
@@ -431,20 +540,22 @@ def cells_in_polygon(corners: Floats, grid: Grid) -> Mask:
     return np.broadcast_to(inside, grid.shape).copy()
 
 
-def _probabilities(by_facies: Mapping[Any, ArrayLike], grid: Grid, image: TrainingImage) -> Floats:
+def _probabilities(
+    by_facies: Mapping[Any, ArrayLike], grid: Grid, image: TrainingImage, inside: Mask
+) -> Floats:
     """Return the probability of each facies in each cell, shape (n_facies, *shape of the grid)."""
-    maps = {image.index_of(key): _map_of(key, values, grid) for key, values in by_facies.items()}
-    names = image.facies_names
+    maps = {image.index_of(key): _map_of(key, p, grid, inside) for key, p in by_facies.items()}
     missing = [k for k in range(image.n_facies) if k not in maps]
-    if len(missing) > 1 or not maps:
-        raise refused("probabilities_missing", facies=arrays.listing(names[k] for k in missing))
+    if not maps:
+        raise CCWSIMError("probabilities: there is no map; give the map of at least one facies")
     soft = np.stack([maps.get(k, np.zeros(grid.shape)) for k in range(image.n_facies)])
     total = soft.sum(axis=0)
     has_all = ~np.isnan(total)
-    if missing:
-        soft[missing[0]] = 1 - total
+    if missing:  # the rest is shared as in the training image
+        shares = image.proportions[missing]
+        soft[missing] = np.multiply.outer(shares / shares.sum(), 1 - total)
         total = np.where(has_all & (total <= 1 + SUM_TOLERANCE), 1.0, total)
-    wrong = has_all & (np.abs(total - 1) > SUM_TOLERANCE)
+    wrong = has_all & inside & (np.abs(total - 1) > SUM_TOLERANCE)
     if wrong.any():
         cell = tuple(np.argwhere(wrong)[0])
         where = describe_cell(cell)
@@ -455,8 +566,8 @@ def _probabilities(by_facies: Mapping[Any, ArrayLike], grid: Grid, image: Traini
     return soft / np.where(has_all, soft.sum(axis=0), np.nan)
 
 
-def _map_of(key: Any, values: ArrayLike, grid: Grid) -> Floats:
-    """Return the map of a facies, of the shape of the grid, NaN where nothing is known."""
+def _map_of(key: Any, values: ArrayLike, grid: Grid, inside: Mask | bool) -> Floats:
+    """Return the map of a facies, NaN where nothing is known; the values `inside` are checked."""
     what = f"probability of {shown(key)}"
     values = arrays.as_floats(values, what)
     values = np.where(known_values(values), values, np.nan)
@@ -466,7 +577,9 @@ def _map_of(key: Any, values: ArrayLike, grid: Grid) -> Floats:
         values = np.broadcast_to(values, grid.shape)
     _check_shape(what, values, grid.shape, "the grid")
     wrong = (values < 0) | (values > 1)
-    if wrong.any():
-        cell = tuple(np.argwhere(wrong)[0])
-        raise refused("probability", what=what, value=values[cell], at=describe_cell(cell))
-    return values
+    if (wrong & inside).any():
+        cell = tuple(np.argwhere(wrong & inside)[0])
+        cure = "divide percent by 100" if values[cell] > 1 else "mark unknown cells with NaN"
+        at = describe_cell(cell)
+        raise refused("probability", what=what, value=values[cell], at=at, cure=cure)
+    return np.where(wrong, np.nan, values)

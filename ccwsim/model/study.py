@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Self
@@ -10,17 +10,26 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ccwsim.model.active_cells import (
+    Window,
+    count_in_windows,
+    smallest_box,
+    widest_window,
+    window_shape,
+)
 from ccwsim.model.arrays import (
     WORLD_AXES,
     Bytes,
+    Integers,
     Mask,
     Shape,
-    check_int,
+    as_seed,
     check_type,
     describe_shape,
 )
 from ccwsim.model.bounds import MIN_TEMPLATE
 from ccwsim.model.errors import refused
+from ccwsim.model.facies_match import FaciesNames
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
 from ccwsim.model.parameters import PER_AXIS, Lengths, Parameters
@@ -51,7 +60,7 @@ class Study:
     inactive_data: HardData = field(init=False, default_factory=HardData)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "seed", check_int("seed", self.seed, 0))
+        object.__setattr__(self, "seed", as_seed(self.seed))
         names = "training_image", "grid", "parameters", "hard_data"
         kinds = TrainingImage, Grid, Parameters, HardData
         for name, kind in zip(names, kinds, strict=True):
@@ -63,6 +72,7 @@ class Study:
         if not self.checked:
             return
         _check_dimensions(self.training_image, self.grid)
+        object.__setattr__(self, "hard_data", self.hard_data.of_image(self.training_image))
         self.hard_data.check(self.grid, self.training_image)
         _check_template(self.training_image, self.parameters)
         _check_gaps(self.training_image, self.parameters)
@@ -71,23 +81,26 @@ class Study:
             secondary = self.secondary.fitted(self.grid, self.training_image)
             object.__setattr__(self, "secondary", None if secondary.is_empty else secondary)
         _check_variant(self)
+        _check_values(self)
         if self.active is not None and self.hard_data.n:
             data, inside = self.hard_data, self.active[tuple(self.hard_data.cells.T)]
             for name, mask in (("inactive_data", ~inside), ("hard_data", inside)):
-                object.__setattr__(self, name, HardData(data.cells[mask], data.facies[mask]))
+                object.__setattr__(self, name, data.part(mask))
 
     @classmethod
     def of(
         cls,
         training_image: TrainingImage | ArrayLike,
-        grid_shape: Shape | Grid,
+        grid_shape: Grid | Sequence[int] | Integers,
         parameters: Parameters | None = None,
         hard_data: Any = None,
+        *,
+        facies: FaciesNames | None = None,
         **others: Any,
     ) -> Self:
         """Return a study of inputs in any of the forms that `simulate` accepts."""
         grid, image = Grid.of(grid_shape), TrainingImage.of(training_image)
-        data = HardData.of(hard_data, grid, image)
+        data = HardData.of(hard_data, grid, image, facies)
         return cls(image, grid, Parameters() if parameters is None else parameters, data, **others)
 
     def fitting(self) -> Self:
@@ -122,6 +135,21 @@ class Study:
         """The active cells, shape of the grid; None if all cells are active."""
         return self.secondary.active if self.secondary else None
 
+    @cached_property
+    def active_mask(self) -> Mask:
+        """The active cells, shape of the grid, also if all cells are active."""
+        return np.broadcast_to(True if self.active is None else self.active, self.grid.shape)
+
+    @cached_property
+    def whole_window(self) -> Window:
+        """A large window without inactive cells, in which whole realizations are judged."""
+        return widest_window(self.active_mask)
+
+    @property
+    def whole_shape(self) -> Shape:
+        """Shape of `whole_window`; the shape of the grid if all cells are active."""
+        return window_shape(self.whole_window)
+
     @property
     def is_guided(self) -> bool:
         """Whether a location weight, probabilities or auxiliary variables guide the search."""
@@ -133,19 +161,14 @@ class Study:
 
         With a `location_weight`, the whole grid is needed.
         """
-        everything = tuple(slice(None) for _ in self.grid.shape)
         if self.active is None or self.secondary is None or max(self.parameters.location_weights):
-            return self, everything
-        used = [
-            np.flatnonzero(self.active.any(axis=tuple(np.delete(range(self.active.ndim), a))))
-            for a in range(self.active.ndim)
-        ]
-        part = tuple(slice(int(k[0]), int(k[-1]) + 1) for k in used)
+            return self, tuple(slice(None) for _ in self.grid.shape)
+        part = smallest_box(self.active)
         cells = self.hard_data.cells - np.array([k.start for k in part])
         return replace(
             self,
-            grid=Grid.of(tuple(k.stop - k.start for k in part)),
-            hard_data=HardData(cells, self.hard_data.facies),
+            grid=Grid.of(window_shape(part)),
+            hard_data=self.hard_data.part(..., cells),
             secondary=self.secondary.cropped(part),
         ), part
 
@@ -154,12 +177,20 @@ class Study:
         """Index of the facies of each datum in the codes of the training image, shape (n,)."""
         return np.searchsorted(self.training_image.codes, self.hard_data.facies).astype(np.uint8)
 
+    @cached_property
+    def ranks_of_data(self) -> Bytes:
+        """Rank of each datum among the values of the image, shape (n,); empty for facies."""
+        image = self.training_image
+        if not image.values or not self.hard_data.n:
+            return np.empty(0, np.uint8)
+        return image.ranks_of(self.hard_data.values[image.variable])
+
 
 def _check_dimensions(training_image: TrainingImage, grid: Grid) -> None:
     if training_image.n_dimensions == grid.n_dimensions:
         return
     image, cells = describe_shape(training_image.shape), describe_shape(grid.shape)
-    if grid.nz is None:
+    if not grid.is_volume:
         raise refused("volume_for_map", image=image, cells=cells)
     raise refused("map_for_volume", image=image, cells=cells)
 
@@ -188,7 +219,7 @@ def _check_variant(study: Study) -> None:
     variant, secondary = study.parameters.variant, study.secondary
     if variant == "ours":
         return
-    if study.grid.nz is not None or (secondary and (secondary.guides or secondary.has_copies)):
+    if study.grid.is_volume or (secondary and (secondary.guides or secondary.has_copies)):
         raise refused("variant_of_map", variant=variant)
     codes, largest = study.training_image.codes, LARGEST_CODES[variant]
     if codes[0] < 0 or codes[-1] > largest:
@@ -196,24 +227,39 @@ def _check_variant(study: Study) -> None:
         raise refused("variant_codes", variant=variant, largest=largest, codes=listed)
 
 
+def _check_values(study: Study) -> None:
+    """Raise an error if a study of a continuous variable has what only facies can have."""
+    p, secondary = study.parameters, study.secondary
+    if not study.training_image.values:
+        if secondary and any(image.values for image in secondary.images):
+            raise refused("values_with", what="further images with values", remedy="omit them")
+        return
+    unsuitable = {
+        "volumes": (study.grid.is_volume, "simulate a map"),
+        f"the variant {p.variant!r}": (p.variant != "ours", "use variant='ours'"),
+        "exact_data=False": (not p.exact_data, "use exact_data=True"),
+        f"method={p.method!r}": (p.scale > 0, "use method='ccwsim'"),
+        "probabilities of facies": (secondary and secondary.probabilities is not None, "omit them"),
+        "further images": (secondary and bool(secondary.images), "omit them"),
+    }
+    for what, (is_there, remedy) in unsuitable.items():
+        if is_there:
+            raise refused("values_with", what=what, remedy=remedy)
+
+
 def _check_gaps(training_image: TrainingImage, p: Parameters) -> None:
     """Raise an error if each patch of the image contains unknown cells."""
     if training_image.known is None:
         return
-    unknown, lengths = (~training_image.known).astype(np.int32), p.along(training_image.shape)
-    for axis, (t, j) in enumerate(
-        [*zip(lengths.template, lengths.level, strict=True)][-unknown.ndim :]
-    ):
-        wide = min(t + 2 * (2**j - 1), unknown.shape[axis])  # refinement shifts a patch
-        total = np.cumsum(np.insert(unknown, 0, 0, axis), axis)
-        n = total.shape[axis] - wide
-        unknown = np.take(total, range(wide, wide + n), axis) - np.take(total, range(n), axis)
-    if (unknown > 0).all():
+    unknown, lengths = ~training_image.known, p.along(training_image.shape)
+    reached = zip(lengths.template, lengths.level, strict=True)  # refinement shifts a patch
+    sides = [t + 2 * (2**j - 1) for t, j in reached][-unknown.ndim :]
+    if count_in_windows(unknown, np.minimum(sides, unknown.shape).tolist()).all():
         size = describe_shape(lengths.template[-training_image.n_dimensions :])
         raise refused("no_whole_piece", size=size)
 
 
-def _smaller(p: Parameters, lengths: Lengths, shape: tuple[int, ...]) -> str:
+def _smaller(p: Parameters, lengths: Lengths, shape: Shape) -> str:
     """Return the `Parameters` arguments, as text, that make the template fit into a volume."""
     fitting = []
     for template, overlap, level, n in zip(

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from os import PathLike
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, DTypeLike, NDArray
+from numpy.typing import ArrayLike, DTypeLike
 
 from ccwsim.model import arrays
+from ccwsim.model.arrays import Array, Bytes, Floats, Ints, Mask
 from ccwsim.model.backends import notebook
 from ccwsim.model.bounds import MAX_FACIES
-from ccwsim.model.classes import Classes, classify
+from ccwsim.model.classes import Classes, asks_for_codes, classify
 from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.extras import is_installed
 from ccwsim.model.missing import UNKNOWN, known_values
@@ -21,8 +22,13 @@ from ccwsim.model.missing import UNKNOWN, known_values
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
+MIN_SHARE_OF_INTEREST = 0.02  # minimum share of the cells of a facies that is shown first
+N_CLASSES_OF_VALUES = 8
+"""Number of classes, with equal numbers of cells, into which values are put for the search."""
+N_RANKS = 255  # ranks of values are 0 … 254
 
-_CONTINUOUS = "for continuous values use TrainingImage.from_array with a threshold or classes"
+
+_CONTINUOUS = "for continuous values use TrainingImage.from_array (continuous=True or classes)"
 
 
 class TrainingImage(arrays.ReadOnly):
@@ -43,6 +49,15 @@ class TrainingImage(arrays.ReadOnly):
         Name on screen and in files.
     facies_names : sequence of str, optional
         Name of each facies, in the order of the sorted codes.
+    numbering : str
+        What the codes are: "codes" that also other files use, or only numbers of "colours" from
+        dark to light, of "names", or of classes of continuous "values" from low to high. It
+        decides whether facies of data match by code, and is no part of the digest.
+    values : mapping of str to array_like, optional
+        Values of a continuous variable by its name, in the shape of `array`, which has their
+        classes; see `from_array`.
+    units : str
+        Units of the values.
 
     Attributes
     ----------
@@ -52,6 +67,8 @@ class TrainingImage(arrays.ReadOnly):
         Index in `codes` of each cell's code; 255 in unknown cells.
     known : ndarray of bool, shape of `array`, or None
         Cells whose facies is known; None if all cells are known.
+    values : dict of str to ndarray of float
+        Values of the continuous variable, with NaN in unknown cells; empty for facies.
 
     Examples
     --------
@@ -63,21 +80,24 @@ class TrainingImage(arrays.ReadOnly):
     """
 
     def __init__(
-        self, array: ArrayLike, *, name: str = "", facies_names: Sequence[str] | None = None
+        self,
+        array: ArrayLike,
+        *,
+        name: str = "",
+        facies_names: Sequence[str] | None = None,
+        numbering: str = "codes",
+        values: Mapping[str, ArrayLike] | None = None,
+        units: str = "",
     ) -> None:
         raw, known_mask = _values_and_known(array)
         if raw.ndim not in (2, 3) or raw.size == 0:
             raise refused("image_shape", shape=raw.shape)
-        if known_mask is None:
-            integers = arrays.as_integers(raw, "training image", remedy=_CONTINUOUS)
-            codes = arrays.codes_of(integers)
-        else:
-            of_known = arrays.as_integers(raw[known_mask], "training image", remedy=_CONTINUOUS)
-            codes = arrays.codes_of(of_known)
-            integers = np.full(raw.shape, of_known[0])
-            integers[known_mask] = of_known
+        of_known = raw if known_mask is None else raw[known_mask]
+        of_known = arrays.as_integers(of_known, "training image", remedy=_CONTINUOUS)
+        codes = arrays.codes_of(of_known)
         if len(codes) > MAX_FACIES:
             raise refused("image_looks_continuous", n=len(codes), advice=_CONTINUOUS)
+        integers = _in_cells(of_known, known_mask, otherwise=codes[0])
         array, indices = arrays.smallest_integers(integers), _indices_in(codes, integers)
         self.codes = arrays.frozen(codes.astype(array.dtype))
         if known_mask is not None:
@@ -87,7 +107,14 @@ class TrainingImage(arrays.ReadOnly):
         self.known = known_mask
         if not isinstance(name, str):
             raise CCWSIMError(f"name = {shown(name)} must be a text")
-        self.name = name
+        self.name, self.numbering, self.units = name, numbering, units
+        self.values = {
+            key: arrays.frozen(arrays.as_array(each, key).astype(np.float64))
+            for key, each in (values or {}).items()
+        }
+        for of_cells in self.values.values():
+            if not np.array_equal(self.class_indices(of_cells), self.indices):
+                raise refused("values_not_of_classes")
         self.facies_names = self._named(facies_names)
 
     @classmethod
@@ -112,6 +139,9 @@ class TrainingImage(arrays.ReadOnly):
         classes: Classes = None,
         name: str = "",
         facies_names: Sequence[str] | None = None,
+        continuous: bool = False,
+        variable: str = "value",
+        units: str = "",
     ) -> TrainingImage:
         """Make a training image from facies codes, or from values of a continuous variable.
 
@@ -130,10 +160,18 @@ class TrainingImage(arrays.ReadOnly):
             "codes" to keep integers as codes, even if there are many.
         name, facies_names : optional
             As in `TrainingImage`.
+        continuous : bool
+            Keep the values: realizations of this image have values too (`Ensemble.values`). Its
+            facies are then at most 8 classes with equal numbers of cells, for the search.
+        variable, units : str
+            Name and units of a continuous variable, such as "porosity" and "%".
 
         Examples
         --------
         >>> porosity = [[0.05, 0.21, 0.30], [0.11, 0.19, 0.25]]
+        >>> TrainingImage.from_array(porosity, continuous=True, variable="porosity").values
+        {'porosity': array([[0.05, 0.21, 0.3 ],
+               [0.11, 0.19, 0.25]])}
         >>> TrainingImage.from_array(porosity, threshold=0.2, name="sand").array
         array([[0, 1, 1],
                [0, 0, 1]], dtype=uint8)
@@ -143,17 +181,30 @@ class TrainingImage(arrays.ReadOnly):
             stated = known_values(array)
             mask = stated & mask if mask is not None else None if stated.all() else stated
         of_known = array if mask is None else array[mask]
-        codes = classify(of_known, threshold=threshold, classes=classes, what="training image")
-        if mask is not None:
-            full = np.full(array.shape, np.nan)
-            full[mask] = codes
-            codes = full
-        return cls(codes, name=name, facies_names=facies_names)
+        if continuous:
+            if threshold is not None or classes is not None:
+                raise CCWSIMError(
+                    "continuous=True keeps all values; leave out threshold and classes"
+                )
+            of_known = arrays.as_floats(of_known, "training image")
+            codes = np.searchsorted(_edges_of(of_known), of_known, side="right")
+        else:
+            codes = classify(of_known, threshold=threshold, classes=classes, what="training image")
+        has_codes = threshold is None and asks_for_codes(classes) and not continuous
+        return cls(
+            _in_cells(codes, mask),
+            name=name,
+            facies_names=facies_names,
+            numbering="codes" if has_codes else "values",
+            values={variable: _in_cells(of_known, mask)} if continuous else None,
+            units=units,
+        )
 
-    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray:
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> Array:
         return np.array(self.array, dtype, copy=copy)
 
     def __eq__(self, other: object) -> bool:
+        arrays.refuse_array("training image", other)
         if not isinstance(other, TrainingImage):
             return NotImplemented
         return (self.digest, self.facies_names) == (other.digest, other.facies_names)
@@ -189,10 +240,45 @@ class TrainingImage(arrays.ReadOnly):
         return len(self.codes)
 
     @cached_property
-    def proportions(self) -> NDArray[np.float64]:
+    def names_by_code(self) -> dict[int, str]:
+        """Facies names by code, in the order of `codes`."""
+        return dict(zip(self.codes.tolist(), self.facies_names, strict=True))
+
+    @cached_property
+    def codes_by_name(self) -> dict[str, int]:
+        """Codes by facies name in lower case; without usual names of a mere numbering.
+
+        Examples
+        --------
+        >>> TrainingImage([[0, 7]], facies_names=("Mud", "Sand")).codes_by_name
+        {'mud': 0, 'sand': 7}
+        """
+        names = [name.strip().casefold() for name in self.facies_names]
+        usual = () if self.numbering == "codes" else [f"facies {code}" for code in self.codes]
+        pairs = zip(names, self.codes.tolist(), strict=True)
+        return {n: code for n, code in pairs if names.count(n) == 1 and n not in usual}
+
+    @cached_property
+    def proportions(self) -> Floats:
         """Share of the cells of each facies, in the order of `codes`."""
         counts = np.bincount(self.indices.ravel(), minlength=self.n_facies)[: self.n_facies]
         return counts / counts.sum()
+
+    @property
+    def facies_of_interest(self) -> int:
+        """Index of the facies that is shown first.
+
+        This is the rarest facies with more than 2 % of the cells or, if only the most frequent
+        facies has so many cells, the second most frequent.
+
+        Examples
+        --------
+        >>> TrainingImage([[0, 0, 1, 1, 1, 2, 2, 2, 2]]).facies_of_interest
+        0
+        """
+        first, *others = np.argsort(-self.proportions, kind="stable").tolist()
+        frequent = [k for k in others if self.proportions[k] > MIN_SHARE_OF_INTEREST]
+        return [first, *others[:1], *frequent][-1]
 
     @cached_property
     def disorder(self) -> float:
@@ -214,25 +300,49 @@ class TrainingImage(arrays.ReadOnly):
     @cached_property
     def digest(self) -> str:
         """Hash of the content, equal for equal images."""
-        return arrays.digest(self.array.shape, self.codes.tolist(), self.indices)
+        parts = [part for item in self.values.items() for part in item]
+        return arrays.digest(self.array.shape, self.codes.tolist(), self.indices, *parts)
+
+    @property
+    def variable(self) -> str:
+        """Name of the continuous variable; empty for facies."""
+        return next(iter(self.values), "")
+
+    @cached_property
+    def sorted_values(self) -> Floats:
+        """All values of the continuous variable, sorted."""
+        values = self.values[self.variable]
+        return arrays.frozen(np.sort(values[np.isfinite(values)]))
+
+    def class_indices(self, values: Floats) -> Bytes:
+        """Return the index in `codes` of the class of each value; 255 for NaN."""
+        edges = _edges_of(self.values[self.variable])
+        classes = np.searchsorted(edges, values, side="right")
+        return np.where(np.isnan(values), UNKNOWN, classes).astype(np.uint8)
+
+    def ranks_of(self, values: Floats) -> Bytes:
+        """Return the ranks, 0 … 254, of values among those of the image; 0 for NaN."""
+        low, high = (
+            np.searchsorted(self.sorted_values, values, side) for side in ("left", "right")
+        )
+        ranks = (low + high) * (N_RANKS / (2 * len(self.sorted_values)))
+        return np.where(np.isnan(values), 0, np.minimum(ranks, N_RANKS - 1)).astype(np.uint8)
+
+    @property
+    def numbering_of_data(self) -> str:
+        """Numbering of data that have the codes of this image: "codes", or the image's digest."""
+        return "codes" if self.numbering == "codes" else self.digest
 
     def index_of(self, code: int | str) -> int:
         """Return the index in `codes` of a facies, given by code or name (in any case).
 
         Raises `CCWSIMError` for an unknown facies.
         """
-        if isinstance(code, str):
-            names = [name.casefold() for name in self.facies_names]
-            if names.count(code.casefold()) == 1:
-                return names.index(code.casefold())
-            raise refused("facies_of_image", code=shown(code), there=", ".join(self.facies_names))
-        indices = (
-            np.flatnonzero(self.codes == code) if arrays.is_integer(code) else np.empty(0, int)
-        )
-        if not len(indices):
-            codes = ", ".join(map(str, self.codes))
-            raise refused("facies_of_image", code=shown(code), there=codes)
-        return int(indices[0])
+        return index_of(self.codes, code, names=self.facies_names)
+
+    def code_of(self, facies: int | str) -> int:
+        """Return the code of a facies, given by code or name, or raise `CCWSIMError`."""
+        return int(self.codes[self.index_of(facies)])
 
     def plot(self) -> Figure:
         """Return the image, or the middle layer of a volume, as a plotly Figure."""
@@ -246,7 +356,23 @@ class TrainingImage(arrays.ReadOnly):
         return f"TrainingImage({name!r}, {size}, {self.n_facies} facies)"
 
 
-def _values_and_known(values: ArrayLike) -> tuple[NDArray, NDArray[np.bool_] | None]:
+def index_of(
+    codes: Array, facies: int | str, name: str = "facies", names: Sequence[str] = ()
+) -> int:
+    """Return the index of a facies, given by code or, in any case, by name; or raise an error."""
+    matches = []
+    if isinstance(facies, str):
+        matches = [k for k, each in enumerate(names) if each.casefold() == facies.casefold()]
+    elif arrays.is_integer(facies):
+        matches = np.flatnonzero(codes == facies).tolist()
+    if len(matches) == 1:
+        return matches[0]
+    there = names if isinstance(facies, str) and names else codes.tolist()
+    there = ", ".join(map(str, there[:10]))
+    raise refused("facies_of_image", name=name, code=shown(facies), there=there)
+
+
+def _values_and_known(values: ArrayLike) -> tuple[Array, Mask | None]:
     """Return values as an array, and the mask of known values; None if all are known.
 
     Raises `CCWSIMError` if no value is known.
@@ -264,7 +390,25 @@ def _values_and_known(values: ArrayLike) -> tuple[NDArray, NDArray[np.bool_] | N
     return array, arrays.frozen(~missing)
 
 
-def _indices_in(codes: NDArray[np.int64], integers: NDArray[np.int64]) -> NDArray[np.uint8]:
+def _in_cells(of_known: Array, mask: Mask | None, otherwise: float = np.nan) -> Array:
+    """Return the values of known cells as an array of all cells."""
+    if mask is None:
+        return of_known
+    array = np.full(mask.shape, otherwise)
+    array[mask] = of_known
+    return array
+
+
+def _edges_of(values: Floats) -> Floats:
+    """Return ascending inner edges of classes; many equal values leave fewer classes."""
+    known = values[np.isfinite(values)]
+    places = np.arange(1, N_CLASSES_OF_VALUES) * known.size // N_CLASSES_OF_VALUES
+    above = known[known > known.min()].min(initial=np.inf)
+    edges = np.unique(np.maximum(np.partition(known, places)[places], above))
+    return edges[np.isfinite(edges)]
+
+
+def _indices_in(codes: Ints, integers: Ints) -> Bytes:
     """Return the index of each cell's code in the sorted codes."""
     low, high = int(codes[0]), int(codes[-1])
     if high - low >= 2**16:

@@ -6,12 +6,20 @@ from collections.abc import Callable
 
 from ccwsim.model.errors import Cancelled
 
-Fraction = Callable[[float], None]
-"""A function called with the finished share of the work."""
+Fraction = Callable[[float], None] | bool
+"""A function called with the finished share of the work; True shows a bar."""
 Progress = Callable[[float, int], None]
 """A function called with the finished share of the work and the number of finished pieces."""
 Cancel = Callable[[], bool]
 """A function that returns True if the work should stop."""
+
+
+def progress_bar() -> Progress:
+    """Return a function that shows the progress as a bar, which ends with the work."""
+    from tqdm.auto import tqdm  # slow to import
+
+    bar = tqdm(total=1.0, bar_format="{percentage:3.0f} % {bar} {remaining} left")
+    return lambda share, n_done: bar.update(share - bar.n)  # type: ignore[return-value]
 
 
 class Watch:
@@ -27,14 +35,18 @@ class Watch:
     0.75 4
     """
 
-    def __init__(self, progress: Progress | None = None, cancel: Cancel | None = None) -> None:
+    def __init__(
+        self, progress: Progress | bool | None = None, cancel: Cancel | None = None
+    ) -> None:
+        progress = progress_bar() if progress is True else progress
         self.progress: Progress = progress or (lambda share, n_done: None)
         self.cancel: Cancel = cancel or (lambda: False)
 
     @classmethod
     def of_share(cls, progress: Fraction | None, cancel: Cancel | None = None) -> Watch:
         """Return the watch of a function that is called only with the finished share."""
-        return cls(progress and (lambda share, n_done: progress(share)), cancel)
+        each = (lambda share, n_done: progress(share)) if callable(progress) else progress
+        return cls(each, cancel)
 
     def check(self) -> None:
         """Raise `Cancelled` if the work should stop."""

@@ -39,22 +39,18 @@ MAPS_BYTES = 16
 FACIES_BYTES = 12
 
 
-def footprint(
-    study: Study, n: int, n_workers: int | None = None, keep_sources: bool = False
-) -> int:
+def footprint(study: Study, n: int, n_workers: int | None = None) -> int:
     """Return an estimate of the bytes that `simulate` needs, including the result."""
     n_cells, threads = study.grid.n_cells, min(n, n_workers or n_cores())
-    bytes_a_cell = 5 if keep_sources else 1
-    grids = GRIDS_AT_WORK * bytes_a_cell + (GRIDS_OF_DATA if study.hard_data.n else 0)
-    per_datum = BYTES_A_DATUM + 2 * n
+    grids = GRIDS_AT_WORK + (GRIDS_OF_DATA if study.hard_data.n else 0)
     kernels = 0 if is_compiled(PreparedImage(study)) else KERNELS
     return kernels + int(
         MEMORY_MARGIN
         * (
             _bytes_of_image(study, n, threads)
             + threads * (n_cells * grids + _bytes_of_search(study))
-            + n * n_cells * bytes_a_cell
-            + study.hard_data.n * per_datum
+            + n * n_cells * (9 if study.training_image.values else 1)
+            + study.hard_data.n * (BYTES_A_DATUM + 2 * n)
         )
     )
 
@@ -103,10 +99,9 @@ def _bytes_of_repair(study: Study) -> int:
 
 def _bytes_of_oriented(study: Study, lengths: ScaledLengths) -> int:
     """Return the bytes of the prepared image in one orientation."""
-    image = study.training_image
     n_cells = n_cells_of_copies(study) / prod(lengths.cell_size)
     blocks = _n_blocks(study, lengths)
-    bits = n_cells * max(image.n_facies - 1, 1).bit_length() / 8
+    bits = n_cells * max(study.training_image.n_facies - 1, 1).bit_length() / 8
     squares = blocks * _score_bytes(study, lengths)
     of_sums = block_sum_type(lengths.block).itemsize
     kind = sum_type(lengths.level, lengths.template, largest_code(study))

@@ -4,11 +4,10 @@ from collections.abc import Callable, Hashable
 from concurrent.futures import Future, wait
 from threading import Thread
 
+from ccwsim import Cancelled, Ensemble
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.memo import Memo
 from ccwsim.jobs.workers import WORKER_POLL_SECONDS, stoppable
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.errors import Cancelled
 
 MAX_SHARED = 16  # maximum number of kept ensembles
 MAX_SHARED_BYTES = 64 * 2**20  # maximum total size of kept ensembles; a larger ensemble is not kept

@@ -4,24 +4,21 @@ from __future__ import annotations
 
 import os
 import time
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from secrets import randbelow
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, SupportsIndex
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ccwsim import Cancelled, CCWSIMError, Ensemble, Grid, Parameters, Secondary, TrainingImage
 from ccwsim.engine.realization import Realization
-from ccwsim.model.arrays import MAX_INT, check_callable, check_int
+from ccwsim.model.arrays import MAX_INT, Array, Integers, Shape, check_callable, check_int
 from ccwsim.model.bounds import MAX_SEED
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.errors import Cancelled, CCWSIMError
-from ccwsim.model.grid import Grid
+from ccwsim.model.facies_match import FaciesNames
 from ccwsim.model.missing import UNKNOWN
-from ccwsim.model.parameters import Parameters
-from ccwsim.model.secondary import Secondary
 from ccwsim.model.study import Study
-from ccwsim.model.training_image import TrainingImage
 from ccwsim.model.watch import Cancel, Progress, Watch
 from ccwsim.run.executors import Work, runner_of
 from ccwsim.run.output import store_of
@@ -32,19 +29,20 @@ if TYPE_CHECKING:
 
 def simulate(
     training_image: TrainingImage | ArrayLike,
-    grid_shape: tuple[int, ...] | Grid = (256, 256),
+    grid_shape: Sequence[int] | Integers | Grid = (256, 256),
     parameters: Parameters | None = None,
     hard_data: Any = None,
-    n_realizations: int = 1,
-    seed: int | None = 0,
-    n_workers: int | None = None,
-    progress: Progress | None = None,
+    n_realizations: SupportsIndex = 1,
+    seed: SupportsIndex | np.random.Generator | np.random.SeedSequence | None = 0,
+    n_workers: SupportsIndex | None = None,
+    progress: Progress | bool | None = None,
     cancel: Cancel | None = None,
-    first_realization: int = 0,
+    first_realization: SupportsIndex = 0,
     keep_sources: bool = False,
     executor: Executor | Client | None = None,
     out: str | os.PathLike[str] | None = None,
     secondary: Secondary | None = None,
+    facies: FaciesNames | None = None,
 ) -> Ensemble:
     """Simulate realizations of a training image that honour hard data (Algorithm 1).
 
@@ -59,13 +57,14 @@ def simulate(
         Any form that `HardData.of` accepts: (cells, facies), a table with x, y and facies, or an
         array with the shape of the grid and NaN in cells without a datum.
     n_realizations : int
-    seed : int, optional
-        If None, a random seed is chosen and stored as `Ensemble.seed`. A seed gives the same
-        realizations for any number of workers; realization r does not depend on `n_realizations`.
+    seed : int, numpy.random.Generator or SeedSequence, optional
+        If None, a random seed is chosen; of a generator, one integer is drawn. `Ensemble.seed` is
+        the integer. A seed gives the same realizations for any number of workers; realization r
+        does not depend on `n_realizations`.
     n_workers : int, optional
         Number of threads; by default one per core.
-    progress : callable, optional
-        Called as progress(fraction, n_done) about 20 times a second.
+    progress : callable or True, optional
+        Called as progress(fraction, n_done) about 20 times a second; True shows a bar.
     cancel : callable, optional
         Called as cancel() about 20 times a second; returns True to stop the run.
     first_realization : int
@@ -83,6 +82,10 @@ def simulate(
     secondary : Secondary, optional
         Probabilities of facies, auxiliary variables, and active cells. Hard data in inactive cells
         are left out.
+    facies : mapping or pairs, optional
+        Facies of the training image, by code or name, for codes or names of the hard data, such as
+        {0: "sand", 1: "mud"}. Without it, a warning names the facies that are matched by number
+        although the image has no codes of its own, as in a picture.
 
     Returns
     -------
@@ -102,16 +105,16 @@ def simulate(
     >>> simulate(stripes, (40, 50), p, n_realizations=2).realizations.shape
     (2, 40, 50)
     """
-    study = Study.of(
-        training_image,
-        grid_shape,
-        parameters,
-        hard_data,
-        seed=randbelow(MAX_SEED + 1) if seed is None else seed,
-        secondary=secondary,
-    )
     return simulate_study(
-        study,
+        Study.of(
+            training_image,
+            grid_shape,
+            parameters,
+            hard_data,
+            seed=randbelow(MAX_SEED + 1) if seed is None else seed,
+            secondary=secondary,
+            facies=facies,
+        ),
         n_realizations=n_realizations,
         n_workers=n_workers,
         progress=progress,
@@ -125,11 +128,11 @@ def simulate(
 
 def simulate_study(
     study: Study,
-    n_realizations: int = 1,
-    n_workers: int | None = None,
-    progress: Progress | None = None,
+    n_realizations: SupportsIndex = 1,
+    n_workers: SupportsIndex | None = None,
+    progress: Progress | bool | None = None,
     cancel: Cancel | None = None,
-    first_realization: int = 0,
+    first_realization: SupportsIndex = 0,
     keep_sources: bool = False,
     executor: Executor | Client | None = None,
     out: str | os.PathLike[str] | None = None,
@@ -150,14 +153,14 @@ def simulate_study(
     with store_of(study, n, keep_sources, out) as store:
 
         def take(k: int, r: Realization) -> None:
-            indices, sources = expanded(study, part, r.indices, r.sources)
-            store.put(k, indices, sources)
+            filled = (r.indices, UNKNOWN), (r.sources, -1), (r.values, np.nan)
+            store.put(k, *(expanded(each, part, study.grid.shape, fill) for each, fill in filled))
             data_status[k], seconds[k] = r.data_status, r.cpu_seconds
 
         is_prepared = runner.prepare(watch)
         start = time.perf_counter()
         finished = runner.run(take, watch) if is_prepared else []
-        indices, sources = store.finish(finished)
+        indices, sources, values = store.finish(finished)
     ensemble = Ensemble(
         study=study,
         indices=indices,
@@ -166,6 +169,7 @@ def simulate_study(
         data_status=data_status[finished],
         numbers=first + np.array(finished, int),
         sources=sources,
+        values={} if values is None else {study.training_image.variable: values},
     )
     if len(finished) < n:
         raise Cancelled(
@@ -174,16 +178,10 @@ def simulate_study(
     return ensemble
 
 
-def expanded(
-    study: Study, part: tuple[slice, ...], indices: NDArray[np.uint8], sources: NDArray[np.int32]
-) -> tuple[NDArray[np.uint8], NDArray[np.int32]]:
-    """Return a realization of a part of the grid, and its sources, in the whole grid."""
-    shape = study.grid.shape
-    if indices.shape == shape:
-        return indices, sources
-    all_indices = np.full(shape, UNKNOWN, np.uint8)
-    all_indices[part] = indices
-    all_sources = np.full(shape if sources.size else (0, 0), -1, np.int32)
-    if sources.size:
-        all_sources[part] = sources
-    return all_indices, all_sources
+def expanded(array: Array, part: tuple[slice, ...], shape: Shape, fill: float) -> Array:
+    """Return an array of a part of the grid in the whole grid; an empty array stays empty."""
+    if array.shape == shape or not array.size:
+        return array
+    whole = np.full(shape, fill, array.dtype)
+    whole[part] = array
+    return whole

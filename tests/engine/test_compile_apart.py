@@ -131,9 +131,9 @@ def test_progress_counts_kernels_and_measures_their_pace(compilers, monkeypatch)
     a, b = (compilers.ask(Kernel(name, 10), (), SOON) for name in "ab")
     compilers.awaited, compilers.since = [a, b], 100.0
     monkeypatch.setattr(compilation.time, "monotonic", lambda: 130.0)
-    assert compilation.compilation() == (0, 2, None)
+    assert compilation.compilation() == (0, 2, None, ("tests", "tests"))
     a.ended.set()
-    assert compilation.compilation() == (1, 2, pytest.approx(30))
+    assert compilation.compilation() == (1, 2, pytest.approx(30), ("tests",))
     b.n_typed = 5
     assert compilation.compilation().seconds_left == pytest.approx(30 * (1 / (0.5 + 1 / 6) - 1))
     b.ended.set()

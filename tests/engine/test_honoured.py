@@ -6,8 +6,7 @@ import os
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 
 from ccwsim import Grid, HardData, Parameters, TrainingImage, revise, simulate
 

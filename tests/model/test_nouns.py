@@ -6,8 +6,7 @@ from contextlib import suppress
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as hnp
 
 from ccwsim import CCWSIMError, Ensemble, Grid, HardData, Parameters, TrainingImage, simulate
@@ -295,7 +294,7 @@ class TestEnsemble:
         np.testing.assert_allclose(total, 1.0)
 
     def test_probability_of_an_unknown_facies_is_refused(self, ensemble):
-        with pytest.raises(CCWSIMError, match="facies 3"):
+        with pytest.raises(CCWSIMError, match="facies = 3"):
             ensemble.probability(3)
 
     def test_proportions_are_counted_in_each_realization(self, ensemble):

@@ -4,11 +4,17 @@ from itertools import product
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
-from ccwsim import Auxiliary, CCWSIMError, Grid, HardData, Parameters, Secondary
-from ccwsim import TrainingImage as Image
+from ccwsim import (
+    Auxiliary,
+    CCWSIMError,
+    Grid,
+    HardData,
+    Parameters,
+    Secondary,
+    TrainingImage as Image,
+)
 from ccwsim.model.secondary import cells_in_polygon
 from ccwsim.model.study import Study
 from tests.small_images import blobs
@@ -88,8 +94,9 @@ BAD = {
     "another shape": (Secondary(active=np.ones((5, 6))), "6 × 5 cells, but the grid has 36 × 30"),
     "no active cell": (Secondary(active=FLAT), "no cell of the grid is active"),
     "a polygon elsewhere": (Secondary(active=[[90, 90], [95, 90], [95, 99]]), "no centre"),
-    "an unknown facies": (Secondary(probabilities={"salt": 0.5}), "'salt' is not in"),
-    "facies without a map": (Secondary(probabilities={"sand": 0.5}), "Mud and Clay have no map"),
+    "an unknown facies": (Secondary(probabilities={"salt": 0.5}), "must be one of Sand, Mud"),
+    "no map": (Secondary(probabilities={}), "there is no map"),
+    "two maps": (Secondary(probabilities={"sand": 0.5, 0: 0.5}), "two maps are of one facies"),
     "percent": (Secondary(probabilities={"sand": 40, "mud": 0.1}), "40 in .* divide percent"),
     "a large sum": (Secondary(probabilities={0: 0.5, 1: 0.9, 2: 0.1}), "sum to 1.5 instead of 1"),
     "a sum over 1": (Secondary(probabilities={0: 0.5, 1: 0.9}), "sum to 1.4 instead of 1"),
@@ -98,6 +105,10 @@ BAD = {
     "another image": (
         Secondary(auxiliary=[Auxiliary(np.ones((3, 4)), FLAT)]),
         "of the image: 4 × 3",
+    ),
+    "gaps": (
+        Secondary(auxiliary=[Auxiliary(np.ones(IMAGE.shape), FLAT * np.nan)]),
+        "of the grid: some cells have no finite value",
     ),
     "another grid": (
         Secondary(auxiliary=[Auxiliary(np.ones(IMAGE.shape), np.ones((3, 4)))]),
@@ -120,7 +131,6 @@ def test_bad_input_is_refused_in_one_sentence(kind):
         (lambda: Secondary(probabilities=FLAT), "a mapping of facies to arrays"),
         (lambda: Secondary(soft_weight=9), "soft_weight = 9 must be a number from 0, up to 5"),
         (lambda: Secondary(auxiliary=[FLAT]), "a list of ccwsim.Auxiliary"),
-        (lambda: Auxiliary(FLAT, FLAT * np.nan), "of the grid: some cells have no finite value"),
         (lambda: Auxiliary(FLAT, FLAT, weight=-1), "weight = -1 must be"),
         (lambda: Study(IMAGE, GRID, P, secondary={"active": 1}), "must be of type Secondary"),
     ],

@@ -56,7 +56,6 @@ def test_variograms_and_transiograms(step):
     pairs = [np.mean(b[(a == 1) & k] == 2) for a, b, k in zip(first, second, known, strict=True)]
     table = metrics.transiograms(GAPS, [0, 1, 2], step, [1]).probability
     np.testing.assert_allclose(table[:, 1, 2, 0], pairs)
-    np.testing.assert_allclose(metrics.transition_map(GAPS, 1, 2, 3)[:, 3 + dy, 3 + dx], pairs)
 
 
 def test_patterns_with_unknown_cells_are_left_out():

@@ -7,8 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from hypothesis.extra import numpy as hnp
 
 from ccwsim import CCWSIMError, Ensemble, Grid, HardData, Parameters, TrainingImage
@@ -268,6 +267,7 @@ class TestEnsemble:
         assert ensemble[1].shape == (5, 6, 7)
         assert ensemble[1:3].indices.shape == (2, 5, 6, 7)
         assert repr(ensemble) == "Ensemble(4 realizations of 7 × 6 × 5)"
+        assert repr(ensemble[:1]) == "Ensemble(1 realization of 7 × 6 × 5)"
 
     def test_shares_are_counted_in_each_realization_and_each_cell(self):
         ensemble = ensemble_of()

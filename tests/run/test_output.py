@@ -173,6 +173,6 @@ def test_arguments_that_cannot_be_used_are_said():
 
 def test_a_full_disk_is_said_in_a_unit_that_suits(monkeypatch, tmp_path):
     free = SimpleNamespace(free=12_000_000)
-    monkeypatch.setattr("ccwsim.run.output.shutil.disk_usage", lambda folder: free)
-    with pytest.raises(CCWSIMError, match=r"of 40 MB do not fit .* has 12 MB free"):
+    monkeypatch.setattr("shutil.disk_usage", lambda folder: free)
+    with pytest.raises(CCWSIMError, match=r": 40 MB do not fit .* has 12 MB free"):
         simulate(PLAIN, (2000, 2000), P, n_realizations=10, out=tmp_path / "out.npy")

@@ -12,7 +12,6 @@ from math import prod
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.engine.corrections.resimulation import Target
 from ccwsim.engine.corrections.seam_repair import has_data
@@ -20,6 +19,7 @@ from ccwsim.engine.corrections.unseen_patterns import Patterns, is_known, number
 from ccwsim.engine.kernels import kernel, part_of_kernel
 from ccwsim.engine.stages.candidates import draw_index, location_of_number
 from ccwsim.engine.stages.path import UNKNOWN, Box, Triple
+from ccwsim.model.arrays import Bytes, Integers, Ints, Mask, UInt32s, UInt64s
 from ccwsim.model.watch import UNWATCHED, Watch
 
 PART_SHAPE, PART_SHAPE_VOLUME = (1, 64, 512), (16, 32, 128)
@@ -49,24 +49,24 @@ class RepairedPart(NamedTuple):
     """
 
     shape: Triple  # shape including the margin
-    facies: NDArray[np.uint8]  # UNKNOWN beyond the grid
-    is_free: NDArray[np.bool_]  # True if a cell may change: no datum, not in the margin
-    is_inside: NDArray[np.uint8]  # 1 if all cells of a pattern are in the grid
-    rows: NDArray[np.uint32]  # numbers that identify rows of patterns
-    line: NDArray[np.uint32]  # workspace of `number_run`
-    numbers: NDArray[np.uint32]  # numbers that identify patterns
-    is_unseen: NDArray[np.uint8]  # 1 for an unseen pattern
-    unseen: NDArray[np.uint32]  # indices of the unseen patterns
-    n_unseen: NDArray[np.uint8]  # number of unseen patterns that contain a cell
-    was_tried: NDArray[np.bool_]  # True if no other facies of a cell helps
-    stays: NDArray[np.uint16]  # number of changes before which a cell must not change again
-    near: NDArray[np.uint64]  # shape (MAX_CHANGES,): patterns among which a tabu search chooses
-    changed: NDArray[np.uint64]  # shape (MAX_CHANGES,): cells that a tabu search changed, in order
-    before: NDArray[np.uint8]  # shape (MAX_CHANGES,): facies of these cells before the change
-    trials: NDArray[np.int64]  # shape (1,): number of changes that may still be tried
-    aside: NDArray[np.uint64]  # shape (n_neighbours,): index steps to neighbours, modulo 2⁶⁴
-    steps: NDArray[np.uint64]  # shape (n,): index steps from the first to each cell of a pattern
-    weights: NDArray[np.uint32]  # shape (n,): factors of these cells in a pattern's number
+    facies: Bytes  # UNKNOWN beyond the grid
+    is_free: Mask  # True if a cell may change: no datum, not in the margin
+    is_inside: Bytes  # 1 if all cells of a pattern are in the grid
+    rows: UInt32s  # numbers that identify rows of patterns
+    line: UInt32s  # workspace of `number_run`
+    numbers: UInt32s  # numbers that identify patterns
+    is_unseen: Bytes  # 1 for an unseen pattern
+    unseen: UInt32s  # indices of the unseen patterns
+    n_unseen: Bytes  # number of unseen patterns that contain a cell
+    was_tried: Mask  # True if no other facies of a cell helps
+    stays: Integers  # number of changes before which a cell must not change again
+    near: UInt64s  # shape (MAX_CHANGES,): patterns among which a tabu search chooses
+    changed: UInt64s  # shape (MAX_CHANGES,): cells that a tabu search changed, in order
+    before: Bytes  # shape (MAX_CHANGES,): facies of these cells before the change
+    trials: Ints  # shape (1,): number of changes that may still be tried
+    aside: UInt64s  # shape (n_neighbours,): index steps to neighbours, modulo 2⁶⁴
+    steps: UInt64s  # shape (n,): index steps from the first to each cell of a pattern
+    weights: UInt32s  # shape (n,): factors of these cells in a pattern's number
 
 
 def repair_cells(
@@ -76,7 +76,7 @@ def repair_cells(
     walks: bool,
     watch: Watch = UNWATCHED,
     trials_a_cell: int = 1 << 20,
-    active: NDArray[np.bool_] | None = None,
+    active: Mask | None = None,
 ) -> int:
     """Change single cells of a realization, in place; return the number of changes.
 
@@ -131,7 +131,6 @@ def make_part(patterns: Patterns, lengths: Triple) -> RepairedPart:
     n = nz * ny * nx
     steps = [(z * ny + y) * nx + x for z, y, x in np.ndindex(patterns.size)]
     strides = [s for s, r in zip((1, nx, ny * nx), patterns.reach[::-1], strict=True) if r > 0]
-    aside = np.array([step for s in strides for step in (-s, s)], np.int64)
     return RepairedPart(
         shape=(nz, ny, nx),
         facies=np.zeros(n, np.uint8),
@@ -149,13 +148,13 @@ def make_part(patterns: Patterns, lengths: Triple) -> RepairedPart:
         changed=np.zeros(MAX_CHANGES, np.uint64),
         before=np.zeros(MAX_CHANGES, np.uint8),
         trials=np.zeros(1, np.int64),
-        aside=aside.astype(np.uint64),
+        aside=np.array([step for s in strides for step in (-s, s)], np.int64).astype(np.uint64),
         steps=np.array(steps, np.uint64),
         weights=cell_weights(patterns),
     )
 
 
-def cell_weights(patterns: Patterns) -> NDArray[np.uint32]:
+def cell_weights(patterns: Patterns) -> UInt32s:
     """Return the factor of each cell's label in the number of a pattern, raveled."""
     (nz, ny, nx), size = patterns.size, 2**32
     of_rows = [pow(int(patterns.row_base), nz * ny - 1 - k, size) for k in range(nz * ny)]

@@ -24,10 +24,9 @@ or image, and 1 at the other end.
 """
 
 from math import prod
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.engine.corrections.proportions import patch_shares
 from ccwsim.engine.kernels import part_of_kernel
@@ -35,6 +34,7 @@ from ccwsim.engine.lengths import USUAL_OVERLAP, ScaledLengths
 from ccwsim.engine.stages.candidates import draw_index
 from ccwsim.engine.stages.path import Triple, overlap_cells
 from ccwsim.engine.stages.similarity import TERMS_AT_ONCE, exclude_illegal, excluded_from
+from ccwsim.model.arrays import Bytes, Float32s, Floats, Integers, Ints
 from ccwsim.model.study import Study
 
 NAT = 10.0
@@ -66,14 +66,14 @@ class Guide(NamedTuple):
     """
 
     # shape (n_planes, nz, ny, nx) of blocks: mean of a map over the part that begins at a block
-    values: NDArray[np.float32]
+    values: Float32s
     # shape (n_tables, sz, sy, sx): made by `summed_up` from maps of the grid, a view in path
     # coordinates; a single layer has no layer of zeros before it
-    tables: NDArray[np.float64]
+    tables: Floats
     # shape (n_planes,): number of the table whose means over parts are factors; or WHOLE_PATCHES,
     # SMALLER_PATCHES, EVERY_PATCH or a value of `POSITION`
-    tables_of: NDArray[np.int64]
-    weights: NDArray[np.float64]  # shape (n_planes,): weight of the means, or the constant
+    tables_of: Ints
+    weights: Floats  # shape (n_planes,): weight of the means, or the constant
     n_soft: int  # number of planes of probabilities, which are the first
     counts: Triple  # number of parts of a patch along z, y and x
     part: Triple  # number of blocks of a part
@@ -82,13 +82,13 @@ class Guide(NamedTuple):
     cell_size: Triple  # number of cells of the grid in a cell of the path
     offset: Triple  # number of cells of the grid from the beginning of the path to the grid
     # workspace, shapes (3,) and (3, 2): first block, and first and last cell, of a part of a patch
-    start: NDArray[np.int64]
-    ends: NDArray[np.int64]
+    start: Ints
+    ends: Ints
     # workspace: offsets and factors of the terms of a patch, and the costs of a layer of locations
-    offsets: NDArray[np.int64]
-    terms: NDArray[np.float32]
-    costs: NDArray[np.float32]
-    random: NDArray[np.float32]  # minus Gumbel numbers, for a layer of locations and all shifts
+    offsets: Ints
+    terms: Float32s
+    costs: Float32s
+    random: Float32s  # minus Gumbel numbers, for a layer of locations and all shifts
     spread: float  # maximum factor of `random`; the factor is smaller if all other costs are small
 
 
@@ -105,23 +105,22 @@ def score_bound(study: Study, lengths: ScaledLengths, planes: int) -> float:
 
 def mismatch_cost(lengths: ScaledLengths, planes: int) -> float:
     """Return the score of a mismatch in every cell of the overlap."""
-    overlap = overlap_cells(lengths.template, lengths.overlap)
-    return overlap * prod(lengths.block) * min(planes, 2)
+    return overlap_cells(lengths.template, lengths.overlap) * prod(lengths.block) * min(planes, 2)
 
 
-def random_costs(n: int) -> NDArray[np.float32]:
+def random_costs(n: int) -> Float32s:
     """Return random costs of `n` locations and all shifts, the same numbers at each call."""
     numbers = np.random.default_rng(0).gumbel(size=n + N_SHIFTS)
     return np.clip(-numbers, -MAX_RANDOM, MAX_RANDOM).astype(np.float32)
 
 
 def tilts_of(
-    soft: NDArray[np.float64],
-    proportions: NDArray[np.float64],
-    sums: NDArray[np.integer[Any]],
-    illegal: NDArray[np.uint8],
+    soft: Floats,
+    proportions: Floats,
+    sums: Integers,
+    illegal: Bytes,
     lengths: ScaledLengths,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return λ of facies 1 … n − 1 in each cell of the grid, shape (n − 1, *shape of the grid).
 
     `soft` are the probabilities, shape (n, *shape of the grid), `proportions` those of the image,
@@ -129,8 +128,7 @@ def tilts_of(
     count.
     """
     size = tuple(t // b for t, b in zip(lengths.template, lengths.block, strict=True))
-    n_cells = prod(lengths.template)
-    shares = patch_shares(sums, size, n_cells, illegal)  # type: ignore[arg-type]
+    shares = patch_shares(sums, size, prod(lengths.template), illegal)  # type: ignore[arg-type]
     p, n = np.clip(soft, MIN_PROBABILITY, 1 - MIN_PROBABILITY), len(proportions)
     if n <= 2:
         return np.nan_to_num(_tilt_of(shares[:, -1], p[-1:] if n == 2 else p[:0]))
@@ -141,14 +139,13 @@ def tilts_of(
     return np.nan_to_num(np.clip(tilts[1:] - tilts[:1], -MAX_TILT, MAX_TILT))
 
 
-def _tilt_of(shares: NDArray[np.float64], p: NDArray[np.float64]) -> NDArray[np.float64]:
+def _tilt_of(shares: Floats, p: Floats) -> Floats:
     """Return λ for which patches drawn with weights exp(λ·share) have a mean share of p."""
     shares = shares[:: -(-len(shares) // N_SHARES)]
     tilts = np.linspace(-MAX_TILT, MAX_TILT, N_TILTS)
     extremes = np.where(tilts > 0, shares.max(), shares.min())
     weights = np.exp(tilts[:, None] * (shares - extremes[:, None]))
-    means = weights @ shares / weights.sum(axis=1)
-    return np.interp(p, means, tilts)
+    return np.interp(p, weights @ shares / weights.sum(axis=1), tilts)
 
 
 @part_of_kernel

@@ -13,7 +13,6 @@ so large that the cheapest cut honours all data that do not conflict.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.stages.conditioning import KEEP_OLD, forced_side
@@ -28,6 +27,7 @@ from ccwsim.engine.stages.path import (
     Triple,
     inside_overlap,
 )
+from ccwsim.model.arrays import Bytes, Int32s, Mask, UInt32s
 
 SAME_FACIES, DIFFERENT_FACIES, ALL_NEW, ALL_OLD, MISSING_CELL = 0, 1, 2, 3, 4
 """States of cells. SAME_FACIES and DIFFERENT_FACIES are cells in the overlap whose old and new
@@ -47,19 +47,19 @@ UNREACHED = 1 << 30
 class FlowWorkspace(NamedTuple):
     """Workspace to cut a box of n cells, which include a margin of one cell on each side."""
 
-    state: NDArray[np.uint8]  # shape (n,)
-    beside: NDArray[np.uint8]  # shape (n,): number of neighbours that DIFFER
-    capacity: NDArray[np.uint8]  # shape (8 * n,): capacity of each link, see `_link`
+    state: Bytes  # shape (n,)
+    beside: Bytes  # shape (n,): number of neighbours that DIFFER
+    capacity: Bytes  # shape (8 * n,): capacity of each link, see `_link`
     # shape (n,): remaining capacity, from the old cells if positive, to the new cells if negative
-    remaining: NDArray[np.int32]
-    tree: NDArray[np.uint8]  # shape (n,)
-    parent: NDArray[np.uint8]  # shape (n,): direction of the parent
-    distance: NDArray[np.int32]  # shape (n,): number of steps to the root of the tree
-    time: NDArray[np.int32]  # shape (n,): time when `distance` was computed
-    cells: NDArray[np.uint32]  # shape (n,): cells that are not omitted
-    queue: NDArray[np.uint32]  # shape (n,), circular: cells whose neighbours are to be visited
-    is_queued: NDArray[np.bool_]  # shape (n,)
-    orphans: NDArray[np.uint32]  # shape (n,): cells that were cut off from their tree
+    remaining: Int32s
+    tree: Bytes  # shape (n,)
+    parent: Bytes  # shape (n,): direction of the parent
+    distance: Int32s  # shape (n,): number of steps to the root of the tree
+    time: Int32s  # shape (n,): time when `distance` was computed
+    cells: UInt32s  # shape (n,): cells that are not omitted
+    queue: UInt32s  # shape (n,), circular: cells whose neighbours are to be visited
+    is_queued: Mask  # shape (n,)
+    orphans: UInt32s  # shape (n,): cells that were cut off from their tree
 
 
 def make_flow(template: Triple) -> FlowWorkspace:

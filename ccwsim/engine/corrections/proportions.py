@@ -6,16 +6,15 @@ as large as the grid. Hard data reduce this variation.
 """
 
 from math import prod
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.stages.candidates import draw_index, location_of_number
 from ccwsim.engine.stages.path import Triple
 from ccwsim.engine.stages.similarity import box_sums, summed_up
-from ccwsim.model.arrays import Bytes, Floats, Ints
+from ccwsim.model.arrays import Bytes, Floats, Integers, Ints, Shape
 
 N_COMPARED_CANDIDATES = 3
 """Number of candidates compared by proportions. With more candidates, proportions match sooner, but
@@ -61,9 +60,7 @@ class Steering(NamedTuple):
     is_on: bool
 
 
-def patch_shares(
-    sums: NDArray[np.integer[Any]], size: Triple, n_cells: int, illegal: Bytes
-) -> Floats:
+def patch_shares(sums: Integers, size: Triple, n_cells: int, illegal: Bytes) -> Floats:
     """Return the proportions in patches at many locations, shape (n_locations, n_planes).
 
     Patches have `size` blocks, or `n_cells` cells. `sums` are block sums, one plane for two facies.
@@ -112,7 +109,7 @@ def gain_factors(shares: Floats, proportions: Floats) -> Floats:
 
 
 def draw_target(
-    image: Bytes, proportions: Floats, grid_shape: tuple[int, ...], rng: np.random.Generator
+    image: Bytes, proportions: Floats, grid_shape: Shape, rng: np.random.Generator
 ) -> Floats:
     """Return random target proportions, shape (n_facies,); they vary as in pieces of the image.
 

@@ -10,20 +10,38 @@ from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.stages.bits import n_different
 from ccwsim.engine.stages.path import UNKNOWN, inside_overlap
 
+NO_RANKS = np.zeros((0, 0, 0), np.uint8)  # of images of facies
+
 
 @part_of_kernel
-def refine_place(image, square_bits, box, block, place, strips, at_stake, missed):
+def refine_place(
+    image,
+    square_bits,
+    box,
+    block,
+    place,
+    strips,
+    at_stake,
+    missed,
+    ranks=NO_RANKS,
+    grid_ranks=NO_RANKS,
+):
     """Return the misfit, layer, row and column of the best location near `place`.
 
     The misfit is the number of wrong cells in the overlap, plus `missed` for each datum in
     `at_stake` that the patch does not honour. `strips` come from `take_strips`; `at_stake`, shape
     (n, 4), comes from `data_at_stake`. `image` has the shape (mz, my, mx), `square_bits` (n_planes,
     mz, my, n_words). `place` and `block` are (z, y, x); `place` is a multiple of `block`. Shifts of
-    half a block are tried first, then shorter shifts, halved each time, down to 1 cell.
+    half a block are tried first, then shorter shifts, halved each time, down to 1 cell. With
+    `ranks` of the image, the misfit is the difference from `grid_ranks`, those of the grid, summed
+    over the overlap and, times `missed`, over data.
     """
     best_z, best_y, best_x = place
     words, shape = square_bits.reshape(-1), square_bits.shape
-    best = _misfit(image, words, shape, at_stake, missed, place, strips, np.int64(1 << 60))
+    if ranks.size:
+        best = _misfit_of_ranks(ranks, grid_ranks, box, place, at_stake, missed)
+    else:
+        best = _misfit(image, words, shape, at_stake, missed, place, strips, np.int64(1 << 60))
     last_z, last_y = image.shape[0] - box.nz, image.shape[1] - box.ny
     last_x = image.shape[2] - box.nx
     stride = max(block[0], block[1], block[2]) // 2
@@ -38,7 +56,10 @@ def refine_place(image, square_bits, box, block, place, strips, at_stake, missed
                     if z == middle_z and y == middle_y and x == middle_x:
                         continue
                     near = z, y, x
-                    misfit = _misfit(image, words, shape, at_stake, missed, near, strips, best)
+                    if ranks.size:
+                        misfit = _misfit_of_ranks(ranks, grid_ranks, box, near, at_stake, missed)
+                    else:
+                        misfit = _misfit(image, words, shape, at_stake, missed, near, strips, best)
                     if misfit < best:
                         best, best_z, best_y, best_x = misfit, z, y, x
         stride //= 2
@@ -82,3 +103,27 @@ def _misfit(image, words, shape, at_stake, missed, place, strips, limit):
     if wrong >= limit:
         return wrong
     return wrong + n_different(words, shape, place, strips, limit - wrong)
+
+
+@part_of_kernel
+def _misfit_of_ranks(ranks, grid_ranks, box, place, at_stake, missed):
+    """Return the misfit of a location of a map by ranks (see `refine_place`)."""
+    _, ty, tx = place
+    inside, misfit = inside_overlap(box), np.int64(0)
+    of_image, of_grid = ranks.reshape(-1), grid_ranks.reshape(-1)
+    for y in range(box.ny):
+        new = np.uint64((ty + y) * ranks.shape[2] + tx)
+        old = np.uint64((box.y0 + y) * grid_ranks.shape[2] + box.x0)
+        across = y < inside.low_y or y >= inside.high_y
+        for part in range(1 if across else 2):
+            first = inside.high_x if part else 0
+            last = box.nx if across or part else inside.low_x
+            off = np.int32(0)
+            for x in range(np.uint64(first), np.uint64(last)):
+                off += abs(np.int32(of_image[new + x]) - np.int32(of_grid[old + x]))
+            misfit += off
+    for i in range(len(at_stake)):
+        y, x, datum = at_stake[i, 1], at_stake[i, 2], at_stake[i, 3]
+        off, old = abs(ranks[0, ty + y, tx + x] - datum), grid_ranks[0, box.y0 + y, box.x0 + x]
+        misfit += missed * (off if old == UNKNOWN else min(off, abs(old - datum)))
+    return misfit

@@ -10,7 +10,6 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.engine.corrections.unseen_patterns import (
     NO_PATTERNS,
@@ -34,6 +33,7 @@ from ccwsim.engine.stages.path import (
     Triple,
     inside_overlap,
 )
+from ccwsim.model.arrays import Bytes, Floats, Int16s, Int32s, Ints, Mask, Shape, UInt64s
 from ccwsim.model.ensemble import FORCED
 from ccwsim.model.watch import UNWATCHED, Watch
 
@@ -74,34 +74,34 @@ class Target(NamedTuple):
     All arrays have three axes, z, y and x; in a map the first axis has length 1.
     """
 
-    image: NDArray[np.uint8]  # shape (mz, my, mx): training image, facies indices
-    bits: NDArray[np.uint64]  # shape (n_planes, mz, my, n_words): made by `to_bits`
-    square_bits: NDArray[np.uint64]  # shape of `bits`: made by `to_square_bits`
-    data: NDArray[np.uint8]  # shape (nz, ny, nx): all data, from `data_grid`
-    grid: NDArray[np.uint8]  # shape (nz, ny, nx): the realization
+    image: Bytes  # shape (mz, my, mx): training image, facies indices
+    bits: UInt64s  # shape (n_planes, mz, my, n_words): made by `to_bits`
+    square_bits: UInt64s  # shape of `bits`: made by `to_square_bits`
+    data: Bytes  # shape (nz, ny, nx): all data, from `data_grid`
+    grid: Bytes  # shape (nz, ny, nx): the realization
     # shape (nz, ny, nx) or empty: flat index in the TI for each cell; −1 for a single changed cell
-    sources: NDArray[np.int32]
+    sources: Int32s
     # shape (n_facies,): cells of each facies that seam repair has added so far
-    balance: NDArray[np.int64]
+    balance: Ints
     # if True, each location is compared with a fixed probability (as in the published draw); if
     # False, one location out of each group of a few is compared
     by_chance: bool = False
     # shape (mz + 1, my + 1, mx + 1): running numbers of unknown cells of the image; empty if all
     # cells are known
-    unknown: NDArray[np.int32] = np.zeros((0, 0, 0), np.int32)
+    unknown: Int32s = np.zeros((0, 0, 0), np.int32)
     # shape (n_kinds, 2): first layer and number of layers of each kind of copies (see `Copies`)
-    layers: NDArray[np.int64] = np.zeros((0, 2), np.int64)
+    layers: Ints = np.zeros((0, 2), np.int64)
     # shape of the grid, or empty without copies
-    kinds: NDArray[np.uint8] = np.zeros((0, 0, 0), np.uint8)
+    kinds: Bytes = np.zeros((0, 0, 0), np.uint8)
     volume: bool = False  # whether layers of the image are layers of a volume
 
 
 class Honouring(NamedTuple):
     """The locations that honour all data of a window."""
 
-    mask: NDArray[np.uint64]  # shape (mz, my, n_words), with one bit for each location
+    mask: UInt64s  # shape (mz, my, n_words), with one bit for each location
     # shape (64 * mask.size,): numbers of the locations to compare, from `sample_locations`
-    numbers: NDArray[np.int32]
+    numbers: Int32s
 
 
 class WindowWorkspace(NamedTuple):
@@ -109,23 +109,21 @@ class WindowWorkspace(NamedTuple):
 
     honouring: Honouring
     patterns: Patterns  # patterns of adjacent cells, or NO_PATTERNS if data are not dense
-    best: NDArray[
-        np.int64
-    ]  # shape (N_BEST_LOCATIONS, 4): misfit, layer, row and column of a location
+    best: Ints  # shape (N_BEST_LOCATIONS, 4): misfit, layer, row and column of a location
     strips: Strips
     cut: CutWorkspace
-    counts: NDArray[np.int64]
+    counts: Ints
 
 
 def resimulate(
     target: Target,
-    cells: NDArray[np.int64],
+    cells: Ints,
     template: Triple,
     rng: np.random.Generator,
-    isolated_below: NDArray[np.float64] | None = None,
+    isolated_below: Floats | None = None,
     watch: Watch = UNWATCHED,
     on_window: OnWindow | None = None,
-) -> NDArray[np.int16]:
+) -> Int16s:
     """Honour the data of a realization, in place; return the data status, shape (n,).
 
     First, windows around data that are not honoured are re-simulated; window sizes decrease from
@@ -156,7 +154,7 @@ def resimulate(
     n_steps = len(sizes) + (0 if isolated_below is None else len(larger))
 
     def resimulate_marked(
-        step: int, marked: NDArray[np.bool_], size: Triple, tolerance: float, anyway: bool
+        step: int, marked: Mask, size: Triple, tolerance: float, anyway: bool
     ) -> None:
         chosen = rng.permutation(np.flatnonzero(marked))
         at_once = 1 if on_window else max(LOCATIONS_PER_CALL // image.size, 1)
@@ -189,15 +187,13 @@ def resimulate(
     return data_status
 
 
-def make_honouring(bits: NDArray[np.uint64]) -> Honouring:
+def make_honouring(bits: UInt64s) -> Honouring:
     """Return uninitialized arrays for all locations of an image."""
     mask = np.empty(bits.shape[1:], np.uint64)
     return Honouring(mask, np.empty(64 * mask.size, np.int32))
 
 
-def largest_window(
-    template: Triple, image_shape: tuple[int, ...], grid_shape: tuple[int, ...]
-) -> Triple:
+def largest_window(template: Triple, image_shape: Shape, grid_shape: Shape) -> Triple:
     """Return the lengths of the first window: a square template that fits into image and grid."""
     side = min((*template[1:], *image_shape[1:], *grid_shape[1:]))
     return min(template[0], image_shape[0], grid_shape[0]), side, side
@@ -219,7 +215,7 @@ def _halved(size: Triple, smallest: int) -> list[Triple]:
     return sizes + [(nz, smallest, smallest)] * (bool(sizes) or side == smallest)
 
 
-def isolated_datum_thresholds(image: NDArray[np.uint8]) -> NDArray[np.float64]:
+def isolated_datum_thresholds(image: Bytes) -> Floats:
     """Return, by facies index, the thresholds of `own_counts` below which data are isolated."""
     thresholds = np.zeros(256)
     for index in range(int(image.max()) + 1):
@@ -230,7 +226,7 @@ def isolated_datum_thresholds(image: NDArray[np.uint8]) -> NDArray[np.float64]:
     return thresholds
 
 
-def _counts_around(marked: NDArray[np.bool_], layers: int) -> NDArray[np.uint8]:
+def _counts_around(marked: Mask, layers: int) -> Bytes:
     """Return `own_counts` for all cells of one facies by summing along each axis in turn."""
     counts = marked.astype(np.uint8)
     for axis, reach in enumerate((layers, 2, 2)):

@@ -7,10 +7,9 @@ all sides. If the grid honours a datum in the window, the patch also honours the
 """
 
 from math import prod
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.engine.corrections.refinement import refine_place
 from ccwsim.engine.corrections.resimulation import (
@@ -55,7 +54,7 @@ from ccwsim.engine.stages.similarity import (
     score_type,
     summed_squares,
 )
-from ccwsim.model.arrays import Bytes, Floats, Ints, Mask
+from ccwsim.model.arrays import Array, Bytes, Floats, Integers, Ints, Mask
 from ccwsim.model.watch import UNWATCHED, Watch
 
 N_BEST_TRIED = 2  # number of best locations that are tried for a window
@@ -83,8 +82,8 @@ class Repair(NamedTuple):
     ring: Triple  # width of the overlap of a window, along each axis
     block: Triple
     shift_block: Triple  # block for refinement of locations: equal lengths along y and x
-    running: NDArray[np.unsignedinteger[Any]]  # made by `running_sums`
-    energy: NDArray[np.number[Any]]  # shape (nz, ny, nx) of locations: ΣA² of the ring
+    running: Integers  # made by `running_sums`
+    energy: Array  # shape (nz, ny, nx) of locations: ΣA² of the ring
     spans: Ints  # made by `legal_spans`
     least: int  # minimum number of unseen patterns in a window
     weights: Floats  # shape (n_facies,): made by `facies_weights`
@@ -93,7 +92,7 @@ class Repair(NamedTuple):
 class RepairWorkspace(NamedTuple):
     """Workspace for seam repair, which all windows share."""
 
-    scores: NDArray[np.number[Any]]  # shape (nz, ny, nx) of the compared locations
+    scores: Array  # shape (nz, ny, nx) of the compared locations
     terms: Terms
     ranking: Ranking
     best: Ints  # shape (n, 4): misfit, layer, row and column of locations to try
@@ -129,7 +128,7 @@ def window_lengths(template: Triple, room: Triple) -> tuple[Triple, Triple, Trip
 
 
 def prepare_repair(
-    image: Bytes, template: Triple, room: Triple, n_facies: int, volume: bool, unknown: NDArray
+    image: Bytes, template: Triple, room: Triple, n_facies: int, volume: bool, unknown: Array
 ) -> Repair:
     """Return the inputs of seam repair; `image`, shape (nz, ny, nx), is in grid coordinates.
 
@@ -157,7 +156,6 @@ def prepare_repair(
     least = MIN_UNSEEN_VOLUME if volume else MIN_UNSEEN
     patterns = known_patterns(image, None, volume, unknown)
     near = patterns if patterns.spacing == 1 else known_patterns(image, 1, volume, unknown)
-    counts = np.bincount(image.ravel(), minlength=n_facies)[:n_facies]
     return Repair(
         patterns=patterns,
         side_by_side=near,
@@ -169,7 +167,7 @@ def prepare_repair(
         energy=energy.astype(kind),
         spans=spans,
         least=least,
-        weights=facies_weights(counts),
+        weights=facies_weights(np.bincount(image.ravel(), minlength=n_facies)[:n_facies]),
     )
 
 

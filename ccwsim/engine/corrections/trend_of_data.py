@@ -9,10 +9,10 @@ simulated.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.engine.corrections.proportions import DataProportions
 from ccwsim.engine.stages.path import RasterPath, Triple
+from ccwsim.model.arrays import Floats, Ints
 
 N_PIXELS = 64  # number of pixels of the map along the longer side of the grid
 N_PIXELS_GIVEN = 32  # number of pixels for given probabilities; the resolution of the targets
@@ -30,7 +30,7 @@ N_RAKINGS = 3  # number of steps that bring the mean of the map to the target of
 class Trend(NamedTuple):
     """Expected proportions of facies at each location, estimated from hard data."""
 
-    proportions: NDArray[np.float64]  # shape (n_rows, n_columns, n_facies): one value per pixel
+    proportions: Floats  # shape (n_rows, n_columns, n_facies): one value per pixel
     pixel: float  # side of a pixel in cells
     residual: float  # variance of data around the map / variance around their mean
     between: float  # variance of the map; 0 if the locations of data may depend on the facies
@@ -90,7 +90,7 @@ def is_representative(data: DataProportions) -> bool:
     return len(unequal) >= MANY_COLUMNS and bool(off <= PREFERENTIAL * error)
 
 
-def trend_of_map(probabilities: NDArray[np.float64], proportions: NDArray[np.float64]) -> Trend:
+def trend_of_map(probabilities: Floats, proportions: Floats) -> Trend:
     """Return the trend of given probabilities, shape (n_facies, (nz,) ny, nx).
 
     Cells without probabilities have `proportions`, shape (n_facies,) or (*shape, n_facies).
@@ -106,7 +106,7 @@ def trend_of_map(probabilities: NDArray[np.float64], proportions: NDArray[np.flo
     return Trend(plane, float(pixel), 0.0, 0.0)
 
 
-def rake(proportions: NDArray[np.float64], target: NDArray[np.float64]) -> NDArray[np.float64]:
+def rake(proportions: Floats, target: Floats) -> Floats:
     """Return a map of proportions, shape (…, n_facies), whose mean is about `target`."""
     axes = tuple(range(proportions.ndim - 1))
     for _ in range(N_RAKINGS):
@@ -116,13 +116,13 @@ def rake(proportions: NDArray[np.float64], target: NDArray[np.float64]) -> NDArr
 
 
 def expected_before(
-    proportions: NDArray[np.float64],
+    proportions: Floats,
     pixel: float,
-    patches: NDArray[np.int64],
+    patches: Ints,
     overlap: Triple,
     cell_size: Triple,
     path: RasterPath,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return the mean proportions of all tiles before each patch, shape (n_patches, n_facies).
 
     `proportions`, shape (n_rows, n_columns, n_facies), are in path coordinates. `patches` come from

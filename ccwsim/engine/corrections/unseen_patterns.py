@@ -8,12 +8,12 @@ from math import prod
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import kernel, part_of_kernel
 from ccwsim.engine.stages.cut import paste
 from ccwsim.engine.stages.path import LEFT, TOP, Box, Triple
 from ccwsim.engine.stages.similarity import box_sums
+from ccwsim.model.arrays import Bytes, Floats, Int32s, Ints, Mask, Shape, UInt32s
 from ccwsim.model.watch import UNWATCHED, Watch
 
 UNSEEN_SIDE, UNSEEN_SPACING = (
@@ -35,11 +35,11 @@ STRIPS_PER_CALL = 64
 class Patterns(NamedTuple):
     """The patterns of the training image, and the factors that give a pattern its number."""
 
-    known_bits: NDArray[np.uint8]  # bit n % 8 of byte n // 8 is set if the image has pattern n
+    known_bits: Bytes  # bit n % 8 of byte n // 8 is set if the image has pattern n
     size: Triple  # number of cells of a pattern along each axis
     spacing: int  # distance from cell to cell
     reach: Triple  # distance from the first cell to the last cell along each axis
-    labels: NDArray[np.uint32]  # shape (256,): labels of facies, in order of first occurrence
+    labels: UInt32s  # shape (256,): labels of facies, in order of first occurrence
     base: np.uint32  # base of the number whose digits are the cells of a row
     row_base: np.uint32  # base of a pattern's number, whose digits are rows
     shift: int  # right shift of the number of a pattern
@@ -62,11 +62,11 @@ NO_PATTERNS = Patterns(
 class PasteWorkspace(NamedTuple):
     """Workspace to paste patches beside the grid and count the unseen patterns that they leave."""
 
-    facies: NDArray[np.uint8]  # facies of a patch and of the cells within reach of its patterns
-    rows: NDArray[np.uint32]  # shape of `facies`: numbers of rows of patterns
-    numbers: NDArray[np.uint32]  # numbers of the patterns of a layer
-    counts: NDArray[np.int64]  # shape (n_facies,): cells of each facies that a patch adds
-    no_sources: NDArray[np.int32]  # empty
+    facies: Bytes  # facies of a patch and of the cells within reach of its patterns
+    rows: UInt32s  # shape of `facies`: numbers of rows of patterns
+    numbers: UInt32s  # numbers of the patterns of a layer
+    counts: Ints  # shape (n_facies,): cells of each facies that a patch adds
+    no_sources: Int32s  # empty
 
 
 def make_trial(patch: Triple, patterns: Patterns, n_facies: int) -> PasteWorkspace:
@@ -80,10 +80,10 @@ def make_trial(patch: Triple, patterns: Patterns, n_facies: int) -> PasteWorkspa
 
 
 def known_patterns(
-    image: NDArray[np.uint8],
+    image: Bytes,
     spacing: int | None = None,
     volume: bool | None = None,
-    unknown: NDArray[np.int32] = NO_UNKNOWN,
+    unknown: Int32s = NO_UNKNOWN,
 ) -> Patterns:
     """Return the patterns of an image of shape (nz, ny, nx).
 
@@ -125,7 +125,7 @@ def known_patterns(
     return patterns
 
 
-def mean_thickness(image: NDArray[np.uint8]) -> NDArray[np.float64]:
+def mean_thickness(image: Bytes) -> Floats:
     """Return the mean thickness of each facies in cells, shape (n_facies,).
 
     The thickness of a straight band is its number of cells divided by half of its boundary edges.
@@ -139,22 +139,20 @@ def mean_thickness(image: NDArray[np.uint8]) -> NDArray[np.float64]:
     return 2 * np.bincount(image.ravel(), minlength=n) / np.maximum(edges, 1)
 
 
-def _pattern_buffers(
-    patterns: Patterns, shape: tuple[int, ...]
-) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
+def _pattern_buffers(patterns: Patterns, shape: Shape) -> tuple[UInt32s, UInt32s]:
     """Return workspace for the numbers of all rows and patterns that begin in a box of `shape`."""
     wide = [n + r for n, r in zip(shape, patterns.reach, strict=True)]
     return np.zeros(wide, np.uint32), np.zeros(wide[2], np.uint32)
 
 
 def unseen_places(
-    grid: NDArray[np.uint8],
+    grid: Bytes,
     patterns: Patterns,
     window: Triple,
     least: int,
     watch: Watch = UNWATCHED,
-    active: NDArray[np.bool_] | None = None,
-) -> NDArray[np.int64]:
+    active: Mask | None = None,
+) -> Ints:
     """Return the mean position of the unseen patterns in each part of a grid, shape (n, 3).
 
     Parts are half as long as a window. Parts with `least` or more unseen patterns are returned,

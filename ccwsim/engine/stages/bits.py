@@ -8,10 +8,10 @@ locations. A word with a square of 8 × 8 cells is used to compare the square wi
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import inlined_part_of_kernel, part_of_kernel
 from ccwsim.engine.stages.path import Triple, inside_overlap
+from ccwsim.model.arrays import Bytes, Ints, UInt64s
 
 SQUARE_SIDE = 8  # side, in cells, of a square whose bits fill a word
 FIRST_ROW = 0x0101010101010101  # word in which the bits of the first row of a square are set
@@ -21,14 +21,14 @@ class Strips(NamedTuple):
     """The overlap of a box in squares of cells, to compare the overlap with locations."""
 
     # shape (n,): index of the first word of each square, relative to the first word of a location
-    offsets: NDArray[np.uint64]
+    offsets: UInt64s
     # shape (n * n_planes,): facies of the cells, all planes of one square after another
-    words: NDArray[np.uint64]
-    mask: NDArray[np.uint64]  # shape (n,): bits of the cells in the overlap
-    n: NDArray[np.int64]  # shape (1,): number of squares
+    words: UInt64s
+    mask: UInt64s  # shape (n,): bits of the cells in the overlap
+    n: Ints  # shape (1,): number of squares
 
 
-def to_bits(image: NDArray[np.uint8]) -> NDArray[np.uint64]:
+def to_bits(image: Bytes) -> UInt64s:
     """Return the bits of facies indices by rows, shape (n_planes, nz, ny, n_words).
 
     A row has one extra word, so that 64 bits can be read starting at any cell.
@@ -41,7 +41,7 @@ def to_bits(image: NDArray[np.uint8]) -> NDArray[np.uint64]:
     return np.packbits(bits, axis=3, bitorder="little").view("<u8").astype(np.uint64)
 
 
-def to_square_bits(image: NDArray[np.uint8], n_facies: int = 0) -> NDArray[np.uint64]:
+def to_square_bits(image: Bytes, n_facies: int = 0) -> UInt64s:
     """Return the bits of facies indices by squares, shape (n_planes, nz, ny, n_words).
 
     Byte x of row y contains the cells (y, x) to (y + 7, x). The eight bytes from byte x on contain
@@ -63,12 +63,12 @@ def to_square_bits(image: NDArray[np.uint8], n_facies: int = 0) -> NDArray[np.ui
     return np.ascontiguousarray(words[:, :, :ny])
 
 
-def _n_planes(image: NDArray[np.uint8], n_facies: int = 0) -> int:
+def _n_planes(image: Bytes, n_facies: int = 0) -> int:
     """Return the number of binary digits of the facies indices of an image, or below `n_facies`."""
     return max((n_facies - 1 if n_facies else int(image.max())).bit_length(), 1)
 
 
-def make_strips(square_bits: NDArray[np.uint64], size: Triple) -> Strips:
+def make_strips(square_bits: UInt64s, size: Triple) -> Strips:
     """Return uninitialized `Strips` for boxes of at most `size` cells."""
     nz, ny, nx = size
     n = nz * -(-ny // SQUARE_SIDE) * -(-nx // SQUARE_SIDE)

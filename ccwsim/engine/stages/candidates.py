@@ -8,9 +8,9 @@ neighbouring patch. Locations are numbered by layer, row and column.
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import part_of_kernel
+from ccwsim.model.arrays import Array, Ints
 
 SEGMENT = 32
 """Number of scores in a segment. Segment minima are stored, so most scores are read only once. Each
@@ -22,11 +22,11 @@ COUNTED = 2**14
 class Ranking(NamedTuple):
     """Workspace to select the K best of at most n scores."""
 
-    minima: NDArray[np.number[Any]]  # shape (n_segments,), in the type of the scores
-    segments: NDArray[np.int64]  # shape (n_segments,): segments with good scores
-    good: NDArray[np.int64]  # shape (n,): numbers of the locations with good scores
-    values: NDArray[np.number[Any]]  # shape (n,): scores of these locations
-    places: NDArray[np.int64]  # shape (K,): numbers of the K best locations
+    minima: Array  # shape (n_segments,), in the type of the scores
+    segments: Ints  # shape (n_segments,): segments with good scores
+    good: Ints  # shape (n,): numbers of the locations with good scores
+    values: Array  # shape (n,): scores of these locations
+    places: Ints  # shape (K,): numbers of the K best locations
 
 
 def make_ranking(n: int, k: int, kind: Any) -> Ranking:

@@ -17,7 +17,8 @@ from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.stages.candidates import n_up_to
 from ccwsim.engine.stages.path import UNKNOWN, RasterPath, Triple
 from ccwsim.engine.stages.similarity import excluded_from
-from ccwsim.model.arrays import Bytes, Ints, Mask
+from ccwsim.model.arrays import Bytes, Ints, Mask, Shape
+from ccwsim.model.training_image import N_RANKS
 
 
 class Weights(NamedTuple):
@@ -42,6 +43,8 @@ of `ScaledLengths.max_data` is higher for maps with a large overlap."""
 MAX_DATA_AT_ONCE = 1024  # maximum number of data that are compared with locations in one pass
 MAX_BYTE = 255  # maximum number that a byte can count
 N_CLASSES = 256
+MISSED_RANKS = 64  # difference of ranks that costs as much as a datum of another facies
+CLOSE_RANKS = 8  # largest difference of ranks for which the overlap honours a datum
 
 
 class PlacedData(NamedTuple):
@@ -50,22 +53,25 @@ class PlacedData(NamedTuple):
     facies: Bytes  # shape (nz, ny, nx): made by `data_grid`
     columns: Ints  # shape (n,): column of each datum, sorted by layer and row
     first: Ints  # shape (nz * ny + 1,): index in `columns` of the first datum of a row
-    # shape (nz, ny, nx): data that refinement and cut must honour, equal to `facies`; UNKNOWN
-    # everywhere if data only condition the search
+    # shape (nz, ny, nx): data that refinement and cut must honour, equal to `facies`, or ranks of
+    # values; UNKNOWN everywhere if data only condition the search
     required: Bytes
 
 
-def data_grid(cells: Ints, facies: Bytes, shape: tuple[int, ...]) -> Bytes:
+def data_grid(cells: Ints, facies: Bytes, shape: Shape) -> Bytes:
     """Return a grid of `shape` with the facies index of each datum; other cells are UNKNOWN."""
     data = np.full(shape, UNKNOWN, np.uint8)
     data[tuple(cells.T)] = facies
     return data
 
 
-def place_data(cells: Ints, facies: Bytes, shape: Triple, keep: bool = True) -> PlacedData:
+def place_data(
+    cells: Ints, facies: Bytes, shape: Triple, keep: bool = True, ranks: Bytes | None = None
+) -> PlacedData:
     """Return data on a grid of `shape`; `cells` has shape (n, 3), `facies` (indices) shape (n,).
 
-    If `keep` is false, the data only condition the search.
+    If `keep` is false, the data only condition the search. Of a continuous variable, refinement
+    and cut honour the `ranks`, shape (n,).
     """
     grid = data_grid(cells, facies, shape)
     layers, rows, columns = cells.T
@@ -73,6 +79,7 @@ def place_data(cells: Ints, facies: Bytes, shape: Triple, keep: bool = True) -> 
     row_of_datum = layers * shape[1] + rows
     first = np.searchsorted(row_of_datum[order], np.arange(shape[0] * shape[1] + 1))
     required = grid if keep else np.full(shape, UNKNOWN, np.uint8)
+    required = required if ranks is None else data_grid(cells, ranks, shape)
     return PlacedData(grid, np.ascontiguousarray(columns[order]), first, required)
 
 
@@ -259,6 +266,42 @@ def add_missed(
     _count_misses(of_image, my, mx, terms, n, work, totals)
     if beyond:
         _add_beyond(work, totals)
+
+
+@part_of_kernel
+def add_off_ranks(phases, layers, grid_ranks, data, box, times, weights, datum_cost, totals):
+    """Add the cost of the ranks of data that patches of a map would miss, like `add_missed`.
+
+    `phases` has the ranks of the image. Beyond its end, the cost is the mean cost of all ranks,
+    which are equally common.
+    """
+    _, uy, ux, _, my, mx = phases.shape
+    (_, ny, nx), flat, of_image = totals.shape, totals.reshape(-1), phases.reshape(-1)
+    (layer, _), kind, (_, high, wide) = layers, totals.dtype.type, data.facies.shape
+    for y in range(box.y0, min(box.y0 + times * box.ny, high)):
+        for i in range(data.first[y], data.first[y + 1]):
+            x = data.columns[i]
+            if x < box.x0 or x >= min(box.x0 + times * box.nx, wide):
+                continue
+            rank = np.int32(data.required[0, y, x])
+            weight = weights.ahead
+            if y < box.y0 + box.ny and x < box.x0 + box.nx:
+                is_close = abs(np.int32(grid_ranks[0, y, x]) - rank) <= CLOSE_RANKS
+                weight = weights.held if is_close else weights.missed
+            each = weight * datum_cost / MISSED_RANKS
+            mean = kind(each * (rank**2 + (N_RANKS - rank) ** 2) / (2 * N_RANKS))
+            (dy, down), (dx, along) = divmod(y - box.y0, uy), divmod(x - box.x0, ux)
+            n_columns = max(min(nx, mx - dx), 0)
+            for place in range(len(totals) * ny):
+                pz, py = divmod(place, ny)
+                n, to = np.uint64(n_columns if py + dy < my else 0), np.uint64(place * nx)
+                first = (((down * ux + along) * phases.shape[3] + layer + pz) * my + py + dy) * mx
+                at = np.uint64(first + dx)
+                for px in range(n):
+                    off = abs(np.int32(of_image[at + px]) - rank)
+                    flat[to + px] += kind(np.float32(each) * np.float32(off))
+                for px in range(n, np.uint64(nx)):
+                    flat[to + px] += mean
 
 
 @part_of_kernel

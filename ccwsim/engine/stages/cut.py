@@ -7,17 +7,18 @@ steps between slices; volumes therefore use the exact minimum cut (see `minimum_
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.engine.corrections.minimum_cut import FlowWorkspace, make_flow, minimum_cut
 from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.stages.bits import n_bits
 from ccwsim.engine.stages.conditioning import KEEP_OLD, TAKE_NEW, forced_side
 from ccwsim.engine.stages.path import BOTTOM, LEFT, RIGHT, TOP, UNKNOWN, Triple
+from ccwsim.model.arrays import Ints, Mask, UInt64s
 
 MISSED_DATUM_COST = (
     1 << 16
 )  # cost of a datum that the cut does not honour; it exceeds any cost without data
+RANK_DATUM_COST = 8  # cost of a datum of a continuous variable, per rank, relative to a cell
 MAX_BIT_COST = 32
 """Cost of a boundary below which bits represent all boundaries of a line at once in the search."""
 
@@ -25,16 +26,19 @@ MAX_BIT_COST = 32
 class CutWorkspace(NamedTuple):
     """Workspace to cut a patch, large enough for the overlap on each side."""
 
-    keep_mask: NDArray[np.bool_]  # shape (nz, ny, nx): cells of the grid that stay old
+    keep_mask: Mask  # shape (nz, ny, nx): cells of the grid that stay old
     # shape (n_words, size): cells that differ between old and new, for each line of cells across
     # the boundary; bit c % 64 of word c // 64 is the cell at a distance of c cells from the side
-    error: NDArray[np.uint64]
-    demand: NDArray[np.uint8]  # shape (size, overlap): `forced_side` of each cell
-    cost: NDArray[np.int64]  # shape (size, overlap + 1): minimum cost up to each boundary
+    error: UInt64s
+    # shape (size, overlap): cost of a boundary beside each cell, where old and new differ
+    off: Ints
+    # shape (size, overlap): by how much the new cell honours a datum worse than the old one
+    loss: Ints
+    cost: Ints  # shape (size, overlap + 1): minimum cost up to each boundary
     # shape (MAX_BIT_COST + 2, size + 1): bit c of row k is set if boundary c of a line can be
     # reached with a cost of k − 2
-    reached: NDArray[np.uint64]
-    path: NDArray[np.int64]  # shape (size,): the chosen boundary of each line
+    reached: UInt64s
+    path: Ints  # shape (size,): the chosen boundary of each line
     flow: FlowWorkspace | None  # None for maps, to omit the code for volumes
 
 
@@ -44,7 +48,8 @@ def make_cut(template: Triple, overlap: Triple) -> CutWorkspace:
     return CutWorkspace(
         keep_mask=np.zeros(template, np.bool_),
         error=np.zeros(((width + 63) // 64, size), np.uint64),
-        demand=np.zeros((size, width), np.uint8),
+        off=np.zeros((size, width), np.int64),
+        loss=np.zeros((size, width), np.int64),
         cost=np.zeros((size, width + 1), np.int64),
         reached=np.zeros((MAX_BIT_COST + 2, size + 1), np.uint64),
         path=np.zeros(size, np.int64),
@@ -57,20 +62,17 @@ def boundary(cut, n, m):
     """Fill `cut.path` with the boundary of minimum cost through n lines of m cells.
 
     With boundary c of a line, 0 … m, cells before c stay old and cells from c on become new. The
-    cost of a boundary is the error in the two cells next to the boundary. Boundaries of
-    neighbouring lines differ by at most one cell. The method is dynamic programming.
+    cost of a boundary is `cut.off` of the two cells next to the boundary, plus the loss of all new
+    cells, except for a constant. Boundaries of neighbouring lines differ by at most one cell. The
+    method is dynamic programming.
     """
-    demand, cost, path = cut.demand, cut.cost, cut.path
+    off, cost, path = cut.off, cut.cost, cut.path
     for i in range(n):
-        broken, error = 0, cut.error[:, i]
-        for x in range(m):
-            broken += demand[i, x] == KEEP_OLD
+        kept = np.int64(0)
         for c in range(m + 1):
             if c > 0:
-                broken += demand[i, c - 1] == TAKE_NEW
-                broken -= demand[i, c - 1] == KEEP_OLD
-            total = _bit(error, max(c - 1, 0)) + _bit(error, min(c, m - 1))
-            total += MISSED_DATUM_COST * broken
+                kept -= cut.loss[i, c - 1]
+            total = off[i, max(c - 1, 0)] + off[i, min(c, m - 1)] + kept
             if i > 0:
                 best = cost[i - 1, c]
                 if c > 0:
@@ -148,17 +150,17 @@ def _next(boundaries):
 
 
 @part_of_kernel
-def keep_old(grid, data, image, place, box, cut):
+def keep_old(grid, data, image, place, box, cut, by_rank=False):
     """Mark in `cut.keep_mask` the cells of a box that stay old.
 
     `data` comes from `data_grid`. `grid` and `data` have the shape (nz, ny, nx), `image` has the
-    shape (mz, my, mx).
+    shape (mz, my, mx). If `by_rank`, all are maps of ranks of values, whose differences count.
     """
-    _keep_old(grid, data, image, place, box, cut, cut.flow)
+    _keep_old(grid, data, image, place, box, cut, cut.flow, by_rank)
 
 
 @part_of_kernel
-def _keep_old(grid, data, image, place, box, cut, flow):
+def _keep_old(grid, data, image, place, box, cut, flow, by_rank):
     """Implement `keep_old`; Numba omits a branch for None only if the argument itself is None."""
     keep_mask = cut.keep_mask
     if flow is not None:
@@ -167,11 +169,12 @@ def _keep_old(grid, data, image, place, box, cut, flow):
         for y in range(box.ny):
             for x in range(box.nx):
                 keep_mask[0, y, x] = False
-        _cut_strips(grid[box.z0], data[box.z0], image[place[0]], place, box, cut, keep_mask[0])
+        of_grid, of_data, of_image = grid[box.z0], data[box.z0], image[place[0]]
+        _cut_strips(of_grid, of_data, of_image, place, box, cut, keep_mask[0], by_rank)
 
 
 @part_of_kernel
-def _cut_strips(grid, data, image, place, box, cut, keep_mask):
+def _cut_strips(grid, data, image, place, box, cut, keep_mask, by_rank):
     """Cut a layer strip by strip; cells that stay old in a strip count as old in later strips.
 
     The cuts of two strips thus join in corners. `grid`, `data`, `image` and `keep_mask` are single
@@ -182,12 +185,16 @@ def _cut_strips(grid, data, image, place, box, cut, keep_mask):
             continue
         upright, far = side & (LEFT | RIGHT) != 0, side & (RIGHT | BOTTOM) != 0
         n, m = (box.ny, box.ox) if upright else (box.nx, box.oy)
-        differ, has_data = _compare(grid, data, image, place, box, upright, far, cut, keep_mask)
-        if not differ:
-            continue
-        if has_data or m > 63 or not bit_boundary(cut, n, m):
-            _demand(grid, data, image, place, box, upright, far, cut)
+        if by_rank:
+            _compare_ranks(grid, data, image, place, box, upright, far, cut, keep_mask)
             boundary(cut, n, m)
+        else:
+            differ, has_data = _compare(grid, data, image, place, box, upright, far, cut, keep_mask)
+            if not differ:
+                continue
+            if has_data or m > 63 or not bit_boundary(cut, n, m):
+                _demand(grid, data, image, place, box, upright, far, cut)
+                boundary(cut, n, m)
         for i in range(n):
             for c in range(cut.path[i]):
                 y, x = _cell_of(i, c, box, upright, far)
@@ -245,7 +252,7 @@ def _compare(grid, data, image, place, box, upright, far, cut, keep_mask):
 
 @part_of_kernel
 def _demand(grid, data, image, place, box, upright, far, cut):
-    """Fill `cut.demand` for a strip for which `cut.error` is filled."""
+    """Fill `cut.off` and `cut.loss` for a strip for which `cut.error` is filled."""
     _, ty, tx = place
     n, m = (box.ny, box.ox) if upright else (box.nx, box.oy)
     for i in range(n):
@@ -253,7 +260,26 @@ def _demand(grid, data, image, place, box, upright, far, cut):
             y, x = _cell_of(i, c, box, upright, far)
             old, new = grid[box.y0 + y, box.x0 + x], image[ty + y, tx + x]
             side = forced_side(old, new, data[box.y0 + y, box.x0 + x])
-            cut.demand[i, c] = side if _bit(cut.error[:, i], c) else 0
+            off = _bit(cut.error[:, i], c)
+            cut.off[i, c] = off
+            cut.loss[i, c] = off * MISSED_DATUM_COST * ((side == KEEP_OLD) - (side == TAKE_NEW))
+
+
+@part_of_kernel
+def _compare_ranks(grid, data, image, place, box, upright, far, cut, keep_mask):
+    """Fill `cut.off` and `cut.loss` for a strip of ranks; a marked cell stays old anyway."""
+    _, ty, tx = place
+    n, m = (box.ny, box.ox) if upright else (box.nx, box.oy)
+    for i in range(n):
+        for c in range(m):
+            y, x = _cell_of(i, c, box, upright, far)
+            old = np.int64(grid[box.y0 + y, box.x0 + x])
+            new = np.int64(image[ty + y, tx + x])
+            is_free = old != UNKNOWN and not keep_mask[y, x]
+            datum = np.int64(data[box.y0 + y, box.x0 + x])
+            cut.off[i, c] = abs(new - old) if is_free else 0
+            loss = abs(new - datum) - abs(old - datum)
+            cut.loss[i, c] = RANK_DATUM_COST * loss if is_free and datum != UNKNOWN else 0
 
 
 @part_of_kernel

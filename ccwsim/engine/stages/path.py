@@ -11,13 +11,11 @@ from math import prod
 from typing import NamedTuple, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import part_of_kernel
-from ccwsim.model.arrays import Ints
+from ccwsim.model.arrays import Array, Ints, Shape
 from ccwsim.model.missing import UNKNOWN as UNKNOWN
-from ccwsim.model.sizes import Triple as Triple
-from ccwsim.model.sizes import in_layers as in_layers
+from ccwsim.model.sizes import Triple as Triple, in_layers as in_layers
 
 T = TypeVar("T")
 LEFT, TOP, BELOW, RIGHT, BOTTOM, ABOVE = 1, 2, 4, 8, 16, 32
@@ -81,11 +79,10 @@ def in_three(cells: Ints) -> Ints:
 
 def overlap_cells(template: Triple, overlap: Triple) -> int:
     """Return the number of overlap cells of a patch with earlier neighbours along each axis."""
-    inside = prod(t - o for t, o in zip(template, overlap, strict=True))
-    return prod(template) - inside
+    return prod(template) - prod(t - o for t, o in zip(template, overlap, strict=True))
 
 
-def to_path(image: NDArray, orientation: int) -> NDArray:
+def to_path(image: Array, orientation: int) -> Array:
     """Return a view, in path coordinates, of `image`, shape (ny, nx) or (nz, ny, nx)."""
     oriented = image.swapaxes(-2, -1) if orientation & 4 else image
     oriented = oriented[..., ::-1, :] if orientation & 1 else oriented
@@ -93,7 +90,7 @@ def to_path(image: NDArray, orientation: int) -> NDArray:
     return oriented[::-1] if orientation & FROM_ABOVE else oriented
 
 
-def from_path(image: NDArray, orientation: int) -> NDArray:
+def from_path(image: Array, orientation: int) -> Array:
     """Return a view of `image` in grid coordinates: the inverse of `to_path`."""
     oriented = image[::-1] if orientation & FROM_ABOVE else image
     oriented = oriented[..., ::-1] if orientation & 2 else oriented
@@ -107,7 +104,7 @@ def along_path(lengths: tuple[T, T, T], orientation: int) -> tuple[T, T, T]:
     return (z, x, y) if orientation & 4 else (z, y, x)
 
 
-def cells_to_path(cells: Ints, shape: tuple[int, ...], orientation: int) -> Ints:
+def cells_to_path(cells: Ints, shape: Shape, orientation: int) -> Ints:
     """Return the path coordinates of cells, shape (n, 2) or (n, 3), of a grid of `shape`."""
     *layers, rows, columns = cells.T
     n_rows, n_columns = shape[-2:]
@@ -119,7 +116,7 @@ def cells_to_path(cells: Ints, shape: tuple[int, ...], orientation: int) -> Ints
     return np.stack([*layers, rows, columns], axis=1)
 
 
-def cells_from_path(cells: Ints, shape: tuple[int, ...], orientation: int) -> Ints:
+def cells_from_path(cells: Ints, shape: Shape, orientation: int) -> Ints:
     """Convert cells, shape (n, 3), from path to grid coordinates; `shape` is the path's shape."""
     layers, rows, columns = cells.T
     layers = shape[0] - 1 - layers if orientation & FROM_ABOVE else layers
@@ -131,8 +128,7 @@ def cells_from_path(cells: Ints, shape: tuple[int, ...], orientation: int) -> In
 
 def n_tiles(length: int, template_size: int, overlap_size: int) -> int:
     """Return the number of patches that cover `length` cells."""
-    step = template_size - overlap_size
-    return max(1, -(-(length - overlap_size) // step))
+    return max(1, -(-(length - overlap_size) // (template_size - overlap_size)))
 
 
 class RasterPath(NamedTuple):
@@ -163,13 +159,12 @@ def make_path(
     covered = [n + before for n, before in zip(shape, offset, strict=True)]
     sizes = [*zip(covered, template, overlap, strict=True)]
     tiles = tuple(n_tiles(n, t, o) for n, t, o in sizes)
-    full = tuple(n * (t - o) + o for n, (_, t, o) in zip(tiles, sizes, strict=True))
     return RasterPath(
         orientation=orientation,
         order=order,
         shape=shape,
         tiles=tiles,  # type: ignore[arg-type]
-        full=full,  # type: ignore[arg-type]
+        full=tuple(n * (t - o) + o for n, (_, t, o) in zip(tiles, sizes, strict=True)),  # type: ignore[arg-type]
         offset=offset,
     )
 

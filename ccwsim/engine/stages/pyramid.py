@@ -14,28 +14,28 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pywt
-from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import allocating_kernel
 from ccwsim.engine.stages.bits import to_square_bits
 from ccwsim.engine.stages.path import Triple
+from ccwsim.model.arrays import Array, Bytes, Floats, Integers, Ints, UInt64s
 from ccwsim.model.errors import CCWSIMError
 
 
 class Pyramid(NamedTuple):
     """The training image in path coordinates, at full resolution and at level J."""
 
-    image: NDArray[np.uint8]  # shape (nz, ny, nx): facies indices
-    square_bits: NDArray[np.uint64]  # shape (n, nz, ny, n_words): made by `to_square_bits`
+    image: Bytes  # shape (nz, ny, nx): facies indices
+    square_bits: UInt64s  # shape (n, nz, ny, n_words): made by `to_square_bits`
     # shape (n_planes, nz / 2^J, ny / 2^J, nx / 2^J): number of cells of each facies in each block,
     # proportional to cA_J. Two facies need only one plane.
-    sums: NDArray[np.unsignedinteger[Any]]
+    sums: Integers
     # shape (2^J, 2^J, 2^J, nz / 2^J, ny / 2^J, nx / 2^J): `phases[a, b, c, i, j, k]` is cell [a, b,
     # c] of block [i, j, k]. The cells [a, b, c] of all blocks are thus contiguous
-    phases: NDArray[np.uint8]
+    phases: Bytes
 
 
-def decompose(image: NDArray, level: int, wavelet: str = "haar") -> list[Any]:
+def decompose(image: Array, level: int, wavelet: str = "haar") -> list[Any]:
     """Return the DWT of an image like `pywt.wavedec2`: [cA_J, details_J, …, details_1].
 
     Rows and columns that do not fill a block of 2^level cells are omitted.
@@ -50,7 +50,7 @@ def decompose(image: NDArray, level: int, wavelet: str = "haar") -> list[Any]:
     return pywt.wavedec2(image[:ny, :nx].astype(float), wavelet, "periodization", level)
 
 
-def reconstruct(coefficients: list[Any], place: tuple[int, int], size: int) -> NDArray[np.float64]:
+def reconstruct(coefficients: list[Any], place: tuple[int, int], size: int) -> Floats:
     """Return the patch at a location by the inverse DWT of its coefficients.
 
     This function implements section 4.4 and Algorithm 1, line 13. For the Haar wavelet the result
@@ -59,7 +59,7 @@ def reconstruct(coefficients: list[Any], place: tuple[int, int], size: int) -> N
     """
     level = len(coefficients) - 1
 
-    def crop(band: NDArray, scale: int) -> NDArray:
+    def crop(band: Array, scale: int) -> Array:
         first = [index * 2 ** (level - scale) for index in place]
         side = size >> scale
         return band[first[0] : first[0] + side, first[1] : first[1] + side]
@@ -71,9 +71,7 @@ def reconstruct(coefficients: list[Any], place: tuple[int, int], size: int) -> N
     return pywt.waverec2(cropped, "haar", "periodization")
 
 
-def build_pyramid(
-    indices: NDArray[np.uint8], level: Triple, n_planes: int, n_facies: int = 0
-) -> Pyramid:
+def build_pyramid(indices: Bytes, level: Triple, n_planes: int, n_facies: int = 0) -> Pyramid:
     """Return the pyramid of a training image in path coordinates.
 
     With two facies, one plane that counts facies 1 is enough; otherwise each facies has a plane.
@@ -96,7 +94,7 @@ def build_pyramid(
     return Pyramid(image, to_square_bits(image, n_facies), block_sums(phases, n_planes), phases)
 
 
-def cells_of_blocks(image: NDArray[np.uint8], block: Triple) -> NDArray[np.uint8]:
+def cells_of_blocks(image: Bytes, block: Triple) -> Bytes:
     """Return the cells of all complete blocks of an image, in the order of `Pyramid.phases`."""
     (uz, uy, ux), (nz, ny, nx) = block, (n // u for n, u in zip(image.shape, block, strict=True))
     blocks = image[: nz * uz, : ny * uy, : nx * ux].reshape(nz, uz, ny, uy, nx, ux)
@@ -108,7 +106,7 @@ def block_sum_type(block: Sequence[int]) -> np.dtype[Any]:
     return np.min_scalar_type(prod(block))
 
 
-def block_sums(phases: NDArray[np.uint8], n_planes: int) -> NDArray[np.unsignedinteger[Any]]:
+def block_sums(phases: Bytes, n_planes: int) -> Integers:
     """Return the number of cells of each facies in each block, in the order of `Pyramid.sums`."""
     kind = block_sum_type(phases.shape[:3])
     facies = [1] if n_planes == 1 else range(n_planes)
@@ -144,8 +142,8 @@ def upgrid(image, block_size):
 
 
 def upgrid_data(
-    cells: NDArray[np.int64], facies: NDArray[np.uint8], block_size: Triple, largest: bool = False
-) -> tuple[NDArray[np.int64], NDArray[np.uint8]]:
+    cells: Ints, facies: Bytes, block_size: Triple, largest: bool = False
+) -> tuple[Ints, Bytes]:
     """Return the blocks of `block_size` cells with data, and the majority facies of their data.
 
     In a tie, the result is the tied facies whose first datum is first by layer, row and column. If

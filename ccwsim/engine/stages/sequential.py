@@ -8,11 +8,11 @@ be sorted for this: one pass over the locations keeps the first K that qualify.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.stages.candidates import draw_index, kth_smallest, n_up_to
 from ccwsim.engine.stages.path import inside_overlap
+from ccwsim.model.arrays import Int16s, Ints
 
 IN_TEMPLATE = 1 << 32
 """Number of misses that a datum in the template adds; a datum in the co-template adds 1."""
@@ -24,14 +24,14 @@ class Rules(NamedTuple):
     is_code: bool  # whether the rules are those of the authors' code, otherwise of the paper
     # shape (ny, nx): codes that are compared with data: those of the image, or codes read back
     # from coefficients
-    compared: NDArray[np.int16]
+    compared: Int16s
     cell_size: tuple[int, int]  # number of grid cells in a cell of `compared`, along y and x
-    codes: NDArray[np.int64]  # shape (n_facies,)
+    codes: Ints  # shape (n_facies,)
     splits: bool  # whether tiles may be split in four
     has_gaps: bool  # whether the image has unknown cells, which no patch may contain
 
 
-def codes_read_back(sums: NDArray[np.int64], level: int) -> NDArray[np.int16]:
+def codes_read_back(sums: Ints, level: int) -> Int16s:
     """Return the facies codes that the authors' code reads from block sums of codes.
 
     The code rounds the coefficients, 2^level times the mean code of a block, and compares them with

@@ -19,10 +19,10 @@ from math import prod
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.stages.path import Triple, inside_overlap, overlap_cells
+from ccwsim.model.arrays import Array, Bytes, Integers, Ints
 
 LOCATION_ROWS_AT_ONCE = 16
 """Number of rows of locations scored in one loop; their data fit into the processor's cache."""
@@ -67,8 +67,8 @@ def sum_type(
 
 
 def running_sums(
-    sums: NDArray[np.integer[Any]], level: Triple, template: Triple, largest_code: int = 1
-) -> NDArray[np.unsignedinteger[Any]]:
+    sums: Integers, level: Triple, template: Triple, largest_code: int = 1
+) -> Integers:
     """Return block sums, their running sums along x, and their running sums along y.
 
     The shape is (3, n_planes, nz, ny + 1, nx + 1) for block sums of shape (n_planes, nz, ny, nx).
@@ -82,9 +82,7 @@ def running_sums(
     return running
 
 
-def running_squares(
-    sums: NDArray[np.number[Any]], kind: type[np.number[Any]]
-) -> NDArray[np.number[Any]]:
+def running_squares(sums: Array, kind: type[np.number[Any]]) -> Array:
     """Return the running sums of A² along three axes (see `summed_up`), in the type of the scores.
 
     Running sums may overflow, but sums over boxes of blocks are exact if they fit the type.
@@ -92,7 +90,7 @@ def running_squares(
     return summed_squares(sums).astype(kind)
 
 
-def summed_squares(sums: NDArray[np.number[Any]]) -> NDArray[np.int64]:
+def summed_squares(sums: Array) -> Ints:
     """Return the running sums of A² along three axes; many planes need no copy of all planes."""
     squares = np.zeros(sums.shape[1:], np.int64)
     for plane in sums:
@@ -100,7 +98,7 @@ def summed_squares(sums: NDArray[np.number[Any]]) -> NDArray[np.int64]:
     return summed_up(squares)
 
 
-def summed_up(values: NDArray[Any], kind: type[np.number[Any]] = np.int64) -> NDArray[Any]:
+def summed_up(values: Array, kind: type[np.number[Any]] = np.int64) -> Array:
     """Return running sums, shape (nz + 1, ny + 1, nx + 1), in the type `kind` or a wider one."""
     table = np.zeros([n + 1 for n in values.shape], np.result_type(values, kind))
     inner = table[1:, 1:, 1:]
@@ -111,9 +109,7 @@ def summed_up(values: NDArray[Any], kind: type[np.number[Any]] = np.int64) -> ND
     return table
 
 
-def box_sums(
-    table: NDArray[np.int64], size: Triple, first: Triple, last: Triple
-) -> NDArray[np.int64]:
+def box_sums(table: Ints, size: Triple, first: Triple, last: Triple) -> Ints:
     """Return the sum of values `first` to `last` − 1 of each window of `size` values.
 
     `table` comes from `summed_up`.
@@ -196,7 +192,7 @@ def exclude_illegal(illegal, layer, values, worst):
         flat[x] = out if excluded[x] else flat[x]
 
 
-def legal_spans(illegal: NDArray[np.uint8]) -> NDArray[np.int64]:
+def legal_spans(illegal: Bytes) -> Ints:
     """Return first and last column (exclusive) of the legal locations in each row, shape (…, 2).
 
     Without legal locations, the first column is the number of columns, and the last one is 0.
@@ -211,18 +207,14 @@ def legal_spans(illegal: NDArray[np.uint8]) -> NDArray[np.int64]:
 class Terms(NamedTuple):
     """The terms of ΣA·B over the overlap of a patch, in groups whose sums fit the type."""
 
-    offsets: NDArray[np.int64]  # index of each term in the raveled running sums, for location 0
-    weights: NDArray[np.unsignedinteger[Any]]  # factor of each term
-    ends: NDArray[np.int64]  # end of each group
-    sums: NDArray[
-        np.unsignedinteger[Any]
-    ]  # sums of a group, for LOCATION_ROWS_AT_ONCE rows of locations
+    offsets: Ints  # index of each term in the raveled running sums, for location 0
+    weights: Integers  # factor of each term
+    ends: Ints  # end of each group
+    sums: Integers  # sums of a group, for LOCATION_ROWS_AT_ONCE rows of locations
     largest: int  # largest sum that fits the type
 
 
-def make_terms(
-    running: NDArray[np.unsignedinteger[Any]], template: Triple, overlap: Triple, block: Triple
-) -> Terms:
+def make_terms(running: Integers, template: Triple, overlap: Triple, block: Triple) -> Terms:
     """Return the arrays for the terms of patches; `overlap` is the maximum overlap."""
     n_blocks = running.shape[1] * (overlap_cells(template, overlap) // prod(block))
     # A line has at most one term per block, but workspace for two terms and for padding.

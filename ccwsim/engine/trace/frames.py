@@ -4,9 +4,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ccwsim.engine.stages import path
+from ccwsim.model.arrays import Array, Ints, Shape, window_at
 
 OPPOSITE = {"east": "west", "west": "east", "north": "south", "south": "north"}
 
@@ -15,7 +16,7 @@ class Frame(NamedTuple):
     """A map or a volume in path coordinates."""
 
     orientation: int  # orientation of the path, 0 … 15 (see `ccwsim.engine.stages.path`)
-    shape: tuple[int, ...]  # (layers,) rows and columns
+    shape: Shape  # (layers,) rows and columns
     offset: tuple[int, ...] = ()  # cells from the beginning of the path to the grid; () for 0
 
     @property
@@ -25,19 +26,18 @@ class Frame(NamedTuple):
         return (*layers, columns, rows) if self.orientation & 4 else self.shape
 
     @property
-    def _offset(self) -> NDArray[np.int64]:
+    def _offset(self) -> Ints:
         return np.array(self.offset or (0,) * len(self.shape))
 
-    def to_grid(self, array: NDArray) -> NDArray:
+    def to_grid(self, array: Array) -> Array:
         """Return the grid in grid coordinates, from an array of all tiles in path coordinates."""
-        sides = zip(self._offset.tolist(), self.shape, strict=True)
-        return self.turned(array[tuple(slice(start, start + n) for start, n in sides)])
+        return self.turned(array[window_at(self._offset.tolist(), self.shape)])
 
-    def turned(self, part: NDArray) -> NDArray:
+    def turned(self, part: Array) -> Array:
         """Return a copy of a part of a map or volume, in the orientation of the grid."""
         return np.ascontiguousarray(path.from_path(part, self.orientation))
 
-    def cells_to_grid(self, cells: ArrayLike) -> NDArray[np.int64]:
+    def cells_to_grid(self, cells: ArrayLike) -> Ints:
         """Return the grid coordinates of cells in path coordinates, shape (n, 2) or (n, 3)."""
         n = len(self.shape)
         inside = np.asarray(cells, np.int64).reshape(-1, n) - self._offset
@@ -47,9 +47,8 @@ class Frame(NamedTuple):
 
     def box_to_grid(self, first: Sequence[int], lengths: Sequence[int]) -> tuple[slice, ...]:
         """Return a box in grid coordinates, restricted to cells in the map or volume."""
-        low = np.maximum(first, self._offset)
         high = np.minimum(np.add(first, lengths), self._offset + self.shape)
-        ends = self.cells_to_grid([low, high - 1])
+        ends = self.cells_to_grid([np.maximum(first, self._offset), high - 1])
         sides = zip(ends.min(axis=0).tolist(), ends.max(axis=0).tolist(), strict=True)
         return tuple(slice(start, last + 1) for start, last in sides)
 
@@ -66,8 +65,7 @@ class Frame(NamedTuple):
         names = {across[bool(bits & 2)]: path.LEFT, along[bool(bits & 1)]: path.TOP}
         if len(self.shape) == 3:
             names["above" if bits & path.FROM_ABOVE else "below"] = path.BELOW
-        order = ("below", "above", *ns, *ew)
-        return [name for name in order if sides & names.get(name, 0)]
+        return [name for name in ("below", "above", *ns, *ew) if sides & names.get(name, 0)]
 
     @property
     def direction(self) -> str:

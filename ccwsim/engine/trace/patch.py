@@ -6,7 +6,6 @@ from functools import cached_property
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.engine.stages.conditioning import (
     PlacedData,
@@ -17,6 +16,7 @@ from ccwsim.engine.stages.conditioning import (
 )
 from ccwsim.engine.stages.path import Box, inside_overlap
 from ccwsim.engine.tiles import PatchInputs
+from ccwsim.model.arrays import Array, Bytes, Floats, Integers, Ints, Mask, window_at
 
 ONE_KIND = {
     "missed": Weights(1, 0, 0, 0, False),
@@ -42,10 +42,10 @@ class DataTerms:
     """The cost of data for each location; arrays have the shape of the locations."""
 
     seen: tuple[SeenDatum, ...]
-    missed: NDArray[np.int64]  # number of data in the template that a patch would not honour
-    held: NDArray[np.int64]  # number of these data that the overlap honours
-    ahead: NDArray[np.int64]  # number of data in the co-template that a patch would not honour
-    ruled_out: NDArray[np.bool_]  # the overlap is not among the best share
+    missed: Ints  # number of data in the template that a patch would not honour
+    held: Ints  # number of these data that the overlap honours
+    ahead: Ints  # number of data in the co-template that a patch would not honour
+    ruled_out: Mask  # the overlap is not among the best share
     slack: int  # largest difference in score between a candidate and the best location
     weights: Weights  # costs of a datum that is not honoured, in wrong cells of overlap
     reach: int  # side of the co-template in cells
@@ -54,11 +54,11 @@ class DataTerms:
 def data_terms(
     inputs: PatchInputs,
     layer: int,
-    grid: NDArray[np.uint8],
+    grid: Bytes,
     box: Box,
     weights: Weights,
-    totals: NDArray[np.signedinteger],
-    of_places: Callable[[NDArray], NDArray],
+    totals: Integers,
+    of_places: Callable[[Array], Array],
 ) -> DataTerms:
     """Return the costs of data at each location.
 
@@ -85,9 +85,7 @@ def data_terms(
     )
 
 
-def seen_data(
-    data: PlacedData, grid: NDArray[np.uint8], box: Box, times: int
-) -> tuple[SeenDatum, ...]:
+def seen_data(data: PlacedData, grid: Bytes, box: Box, times: int) -> tuple[SeenDatum, ...]:
     """Return the data in the template and the co-template, sorted by layer and row."""
     seen = []
     shape = data.facies.shape
@@ -131,32 +129,32 @@ class TracedPatch:
 
     patch: Patch
     box: Box  # position and overlap of the patch in the grid
-    before: NDArray[np.uint8]  # the grid before the patch; UNKNOWN in cells not simulated yet
-    after: NDArray[np.uint8]  # the grid after the patch
-    blocks: NDArray[np.int64]  # block sums, shape (n_planes, …); 0 outside the overlap
-    scores: NDArray[np.integer]  # SSD − ΣB² of each location, in block sums
+    before: Bytes  # the grid before the patch; UNKNOWN in cells not simulated yet
+    after: Bytes  # the grid after the patch
+    blocks: Ints  # block sums, shape (n_planes, …); 0 outside the overlap
+    scores: Integers  # SSD − ΣB² of each location, in block sums
     energy: int  # ΣB² of the overlap, in block sums; 0 for the correlation
     block: tuple[int, int, int]  # 2^J along z, y and x
-    places: NDArray[np.int64]  # shape (K, 2): the K best locations in blocks, the candidates first
+    places: Ints  # shape (K, 2): the K best locations in blocks, the candidates first
     n_candidates: int  # number of locations whose score is close enough to the best score
     n_drawn: int  # number of locations chosen at random; the best after refinement is used
     drawn: int  # index of the used location in `places`
     place: tuple[int, ...]  # location of the patch after refinement, in cells
-    cells: NDArray[np.uint8]  # facies indices of the image at `place`
-    keep_mask: NDArray[np.bool_]  # cells of the grid that stay old
+    cells: Bytes  # facies indices of the image at `place`
+    keep_mask: Mask  # cells of the grid that stay old
     overlap: int  # width (OR) in cells
     correlation: bool  # whether locations are compared by correlation
     slack: int | None  # largest difference from the best score; None for no limit
-    copies: NDArray[np.bool_]  # locations that only continue a neighbouring patch
+    copies: Mask  # locations that only continue a neighbouring patch
     steered: bool  # whether the choice is steered towards target proportions
     data: DataTerms | None  # None if template and co-template contain no data
-    totals: NDArray[np.int64] | None  # scores plus costs of data and guides; None without costs
-    illegal: NDArray[np.bool_]  # locations with unknown cells; shape () if there are none
+    totals: Ints | None  # scores plus costs of data and guides; None without costs
+    illegal: Mask  # locations with unknown cells; shape () if there are none
     layer: int  # layer of the stack of copies in which the patch of a map was found
     source: str  # name of the copy from which the patch is; empty without copies
 
     @property
-    def candidates(self) -> NDArray[np.int64]:
+    def candidates(self) -> Ints:
         """(Layer,) row and column of each candidate, in blocks."""
         return self.places[: self.n_candidates]
 
@@ -166,12 +164,12 @@ class TracedPatch:
         return tuple((self.places[self.drawn] * self._block_along).tolist())
 
     @property
-    def _block_along(self) -> NDArray[np.int64]:
+    def _block_along(self) -> Ints:
         """Number of cells in a block along each axis of the arrays."""
         return np.array(self.block[-self.cells.ndim :])
 
     @cached_property
-    def in_overlap(self) -> NDArray[np.bool_]:
+    def in_overlap(self) -> Mask:
         """Mask, shape (size, size), of the cells of the patch that are in the overlap."""
         inside = np.ones((self.box.nz, self.box.ny, self.box.nx), bool)
         low_z, high_z, low_y, high_y, low_x, high_x = inside_overlap(self.box)
@@ -179,14 +177,13 @@ class TracedPatch:
         return inside if self.cells.ndim == 3 else inside[0]
 
     @property
-    def old(self) -> NDArray[np.uint8]:
+    def old(self) -> Bytes:
         """The cells of the grid before the patch, shape (size, size)."""
         first = (self.box.z0, self.box.y0, self.box.x0)[-self.cells.ndim :]
-        ends = zip(first, self.cells.shape, strict=True)
-        return self.before[tuple(slice(start, start + n) for start, n in ends)]
+        return self.before[window_at(first, self.cells.shape)]
 
     @property
-    def approximation(self) -> NDArray[np.float64]:
+    def approximation(self) -> Floats:
         """Haar coefficients cA_J of the overlap, NaN outside the overlap; shape of `blocks`."""
         steps = tuple(slice(None, None, n) for n in self._block_along)
         inside = self.in_overlap[steps]
@@ -195,7 +192,7 @@ class TracedPatch:
         return np.where(inside, self.blocks / np.sqrt(np.prod(self._block_along)), np.nan)
 
     @property
-    def error(self) -> NDArray[np.bool_]:
+    def error(self) -> Mask:
         """The error surface of the cut: cells in the overlap that differ between patch and grid."""
         return self.in_overlap & (self.old != self.cells)
 
@@ -205,7 +202,7 @@ class TracedPatch:
         return self.block[2]
 
     @cached_property
-    def ccw(self) -> NDArray[np.float64]:
+    def ccw(self) -> Floats:
         """The CCW score of each location in wavelet coefficients, shape (ny_places, nx_places).
 
         The score is the sum of squared differences between overlap and image (best at the minimum)

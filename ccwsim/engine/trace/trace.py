@@ -4,7 +4,6 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.engine.corrections.resimulation import first_cell
 from ccwsim.engine.prepared_image import PreparedImage
@@ -15,6 +14,7 @@ from ccwsim.engine.stages.path import FROM_ABOVE, Box, Triple, inside_overlap
 from ccwsim.engine.stages.pyramid import block_sums, cells_of_blocks, decompose, reconstruct
 from ccwsim.engine.trace.frames import Frame
 from ccwsim.engine.trace.patch import Patch, TracedPatch, data_terms, seen_data
+from ccwsim.model.arrays import Array, Bytes, Floats, Int16s, Int32s, Ints, Mask, window_at
 from ccwsim.model.errors import CCWSIMError, refused
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.study import Study
@@ -27,9 +27,9 @@ class ResimulatedWindow(NamedTuple):
     size: int  # side in cells
     row: int  # first row
     column: int  # first column
-    before: NDArray[np.uint8]  # facies indices, shape (size, size)
-    after: NDArray[np.uint8]
-    sources: NDArray[np.int32]  # flat index in the training image; −1 for a single changed cell
+    before: Bytes  # facies indices, shape (size, size)
+    after: Bytes
+    sources: Int32s  # flat index in the training image; −1 for a single changed cell
     fits: bool  # whether any patch fits and honours all data; otherwise nothing has changed
     isolated: bool  # whether the datum was honoured before, but isolated
     layer: int = 0  # first layer
@@ -38,10 +38,10 @@ class ResimulatedWindow(NamedTuple):
 def resimulated_windows(
     prepared: PreparedImage,
     template: Triple,
-    grid: NDArray[np.uint8],
-    sources: NDArray[np.int32],
+    grid: Bytes,
+    sources: Int32s,
     rng: np.random.Generator,
-) -> tuple[list[ResimulatedWindow], NDArray[np.int16]]:
+) -> tuple[list[ResimulatedWindow], Int16s]:
     """Honour data like `honour_data`; return all tried windows and the data status."""
     study, cells, last = prepared.study, prepared.study.hard_data.cells, grid.copy()
     windows: list[ResimulatedWindow] = []
@@ -50,29 +50,29 @@ def resimulated_windows(
         cell, size = tuple(cells[datum].tolist()), lengths[-grid.ndim :]
         axes = zip(cell, size, grid.shape, strict=True)
         first = [int(first_cell(middle, n, length)) for middle, n, length in axes]
-        part = tuple(slice(start, start + n) for start, n in zip(first, size, strict=True))
+        part = window_at(first, size)
         before, after = last[part].copy(), grid[part].copy()
         was_honoured = last[cell] == study.facies_of_data[datum]
         last[part] = after
         if was_honoured and (before == after).all():
             return
         layer, row, column = (0, *first)[-3:]
-        window = ResimulatedWindow(
-            datum=datum,
-            size=size[-1],
-            row=row,
-            column=column,
-            before=before,
-            after=after,
-            sources=sources[part].copy(),
-            fits=fits,
-            isolated=bool(was_honoured),
-            layer=layer,
+        windows.append(
+            ResimulatedWindow(
+                datum=datum,
+                size=size[-1],
+                row=row,
+                column=column,
+                before=before,
+                after=after,
+                sources=sources[part].copy(),
+                fits=fits,
+                isolated=bool(was_honoured),
+                layer=layer,
+            )
         )
-        windows.append(window)
 
-    data_status = honour_data(prepared, template, grid, sources, rng, on_window=note)
-    return windows, data_status
+    return windows, honour_data(prepared, template, grid, sources, rng, on_window=note)
 
 
 MAX_CHECKPOINTS = 24
@@ -94,7 +94,7 @@ class PatchStepper:
         n_kept = min(max(MAX_CHECKPOINT_BYTES // self.simulated.grid.size, 4), MAX_CHECKPOINTS)
         self._every = max(-(-len(self.patches) // n_kept), MIN_INTERVAL)
         # grid, counts and state of `rng` before a patch; simulating it again restores sources
-        self._checkpoints: dict[int, tuple[NDArray[np.uint8], NDArray[np.int64], Any]] = {}
+        self._checkpoints: dict[int, tuple[Bytes, Ints, Any]] = {}
 
     @property
     def n_done(self) -> int:
@@ -130,23 +130,23 @@ def _patches(plan: Plan) -> tuple[Patch, ...]:
     for k, numbers in enumerate(plan.inputs.patches.tolist()):
         z0, y0, x0, nz, _, nx, sides, split, tile, part = numbers
         row, column = divmod(tile % (rows * columns), columns)
-        parts = int(plan.inputs.oriented.splits[split, 2])
-        patch = Patch(
-            number=k,
-            tile=tile,
-            part=part,
-            row=row,
-            column=column,
-            parts=parts,
-            split=split,
-            y0=y0,
-            x0=x0,
-            size=nx,
-            shape=sides,
-            z0=z0,
-            layers=nz,
+        patches.append(
+            Patch(
+                number=k,
+                tile=tile,
+                part=part,
+                row=row,
+                column=column,
+                parts=int(plan.inputs.oriented.splits[split, 2]),
+                split=split,
+                y0=y0,
+                x0=x0,
+                size=nx,
+                shape=sides,
+                z0=z0,
+                layers=nz,
+            )
         )
-        patches.append(patch)
     return tuple(patches)
 
 
@@ -194,11 +194,10 @@ class Trace:
             raise CCWSIMError(f"patch {number} is not one of 0 … {len(self.patches) - 1}")
         self._stepper.go_to(number)
         before = self._stepper.simulated.grid.copy()
-        place = self._stepper.step()
-        return self._traced(self.patches[number], before, place)
+        return self._traced(self.patches[number], before, self._stepper.step())
 
     @cached_property
-    def _finished(self) -> tuple[Realization, list[ResimulatedWindow], NDArray[np.uint8]]:
+    def _finished(self) -> tuple[Realization, list[ResimulatedWindow], Bytes]:
         """The realization, the windows of local re-simulation, and the cells before seam repair."""
         stepper = self._stepper
         stepper.go_to(len(self.patches))
@@ -228,11 +227,11 @@ class Trace:
         return repairs(self.study)
 
     @property
-    def before_repair(self) -> NDArray[np.uint8]:
+    def before_repair(self) -> Bytes:
         """Facies indices of the realization before seam repair."""
         return self._finished[2]
 
-    def reconstructed(self, step: TracedPatch, facies: int) -> NDArray[np.float64]:
+    def reconstructed(self, step: TracedPatch, facies: int) -> Floats:
         """Return the indicator of a facies in a patch, computed by the inverse DWT.
 
         This method implements Algorithm 1, line 13, for maps only. The result, shape (n, n), is in
@@ -255,7 +254,7 @@ class Trace:
             if p.y0 <= y < p.y0 + p.size and p.x0 <= x < p.x0 + p.size
         )
 
-    def _traced(self, p: Patch, before: NDArray[np.uint8], place: Triple) -> TracedPatch:
+    def _traced(self, p: Patch, before: Bytes, place: Triple) -> TracedPatch:
         """Return the record of a patch from the workspace, after the patch was simulated."""
         work, search, pyramid = self._stepper.work, self.search, self.oriented.pyramid
         n_candidates, n_drawn, drawn = work.choice.tolist()
@@ -276,10 +275,10 @@ class Trace:
         names = self._image.copies and self._image.copies.names
         totals = work.scores[:n_layers]
 
-        def without_layers(array: NDArray) -> NDArray:
+        def without_layers(array: Array) -> Array:
             return array if volume else array[..., 0, :, :]
 
-        def of_places(array: NDArray) -> NDArray:
+        def of_places(array: Array) -> Array:
             """Return values for all layers of locations; in a map, for the copy of `place`."""
             if not volume:
                 return array[tz - layer]
@@ -332,9 +331,7 @@ class Trace:
             source=names[-1 - tz if self.path.orientation & FROM_ABOVE else tz] if names else "",
         )
 
-    def _all_scores(
-        self, blocks: NDArray[np.int64], layer: int, n_layers: int
-    ) -> tuple[NDArray[np.number[Any]], NDArray[np.bool_]]:
+    def _all_scores(self, blocks: Ints, layer: int, n_layers: int) -> tuple[Array, Mask]:
         """Return the real scores of locations from `layer` on, and which are continuations."""
         work, n = self._stepper.work, n_layers
         scores, energies = work.scores[:n].copy(), work.energies[layer : layer + n]
@@ -345,7 +342,7 @@ class Trace:
             scores = scores - (work.guided[:n].astype(np.int64) - energies)
         sums = self.oriented.pyramid.sums[:, layer:]
         for place in np.argwhere(copies):
-            part = tuple(slice(k, k + n) for k, n in zip(place, blocks.shape[1:], strict=True))
+            part = window_at(place, blocks.shape[1:])
             product = (sums[:, *part].astype(np.int64) * blocks).sum()
             scores[tuple(place)] = energies[tuple(place)] - 2 * product
         return scores, copies

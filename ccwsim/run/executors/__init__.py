@@ -4,7 +4,7 @@ import sys
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import nullcontext
 from threading import current_thread
-from typing import Any
+from typing import Any, SupportsIndex
 
 from ccwsim.model.arrays import check_int
 from ccwsim.model.errors import refused, shown
@@ -18,7 +18,7 @@ __all__ = ["Take", "Work", "connect", "executor_of_environment", "runner_of"]
 
 
 def runner_of(
-    work: Work, executor: Any = None, n_workers: int | None = None
+    work: Work, executor: Any = None, n_workers: SupportsIndex | None = None
 ) -> ThreadRunner | PartRunner:
     """Return a runner for an executor or a Dask client; without these, for this machine."""
     workers = n_cores() if n_workers is None else check_int("n_workers", n_workers, 1)

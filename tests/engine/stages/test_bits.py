@@ -1,8 +1,7 @@
 """Test that comparing 64 facies at once gives the same result as comparing them one by one."""
 
 import numpy as np
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from ccwsim.engine.corrections.refinement import data_at_stake, refine_place
 from ccwsim.engine.stages.bits import (

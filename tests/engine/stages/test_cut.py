@@ -5,8 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as hnp
 from numpy.typing import NDArray
 
@@ -26,7 +25,8 @@ from ccwsim.engine.stages.path import ABOVE, BELOW, BOTTOM, LEFT, RIGHT, TOP, UN
 
 def cut_of(error: np.ndarray, demand: np.ndarray) -> CutWorkspace:
     n, m = error.shape
-    workspace = make_cut((1, n, n), (0, m, m))._replace(demand=demand)
+    loss = MISSED_DATUM_COST * ((demand == KEEP_OLD).astype(np.int64) - (demand == TAKE_NEW))
+    workspace = make_cut((1, n, n), (0, m, m))._replace(off=error.astype(np.int64), loss=loss)
     for c in range(m):
         workspace.error[c // 64, :n] |= error[:, c].astype(np.uint64) << np.uint64(c % 64)
     return workspace

@@ -4,8 +4,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from ccwsim.engine.lengths import ScaledLengths
 from ccwsim.engine.stages.conditioning import legal_splits

@@ -5,8 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import pywt
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from ccwsim import CCWSIMError
 from ccwsim.engine.stages.bits import to_square_bits

@@ -7,8 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 import pywt
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from numpy.typing import NDArray
 
 from ccwsim.engine.stages.path import BELOW, LEFT, TOP, Box, Triple, overlap_cells
