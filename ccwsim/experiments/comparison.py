@@ -7,22 +7,17 @@ from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
+from ccwsim import Ensemble, Grid, Parameters, Secondary, TrainingImage
 from ccwsim.experiments.trials import Trial, run_trials
 from ccwsim.metrics import Anodi, Band, Fit, Scaling, anodi, band, fit_curve
 from ccwsim.metrics.bands import STATISTICS, curves_of
 from ccwsim.metrics.lags import axes_of, max_lag
-from ccwsim.model.arrays import Shape
-from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.arrays import ArrayLike, Floats, Ints, Shape
+from ccwsim.model.bounds import MAX_SETTINGS, MIN_SETTINGS
 from ccwsim.model.errors import Cancelled, CCWSIMError, refused
-from ccwsim.model.grid import Grid
-from ccwsim.model.parameters import Parameters
-from ccwsim.model.secondary import Secondary
-from ccwsim.model.training_image import TrainingImage
 from ccwsim.model.watch import Cancel, Progress, Watch
 
-MIN_SETTINGS, MAX_SETTINGS = 2, 4
 SIMULATED, CURVES_DONE = 0.7, 0.85  # share of work finished after simulation, and after curves
 LOW_QUANTILE, HIGH_QUANTILE = 0.05, 0.95  # quantiles that bound the bands of curves of a setting
 MIN_ERRORS = 2.0  # a difference between settings counts if it exceeds these standard errors
@@ -32,18 +27,18 @@ MIN_ERRORS = 2.0  # a difference between settings counts if it exceeds these sta
 class ComparedCurves:
     """Curves of one statistic of one facies along one direction."""
 
-    lags: NDArray[np.int64]  # shape (m,): distances in cells
-    reference: NDArray[np.float64]  # shape (m,): the training image's curve
+    lags: Ints  # shape (m,): distances in cells
+    reference: Floats  # shape (m,): the training image's curve
     bands: tuple[Band, ...]  # per setting: quantiles 5, 50, 95 % over realizations
     fits: tuple[Fit | None, ...]  # per setting: fit to crops of the training image
 
 
 def _compared_curves(
-    ensembles: Sequence[Ensemble], facies: int, watch: Watch
+    ensembles: Sequence[Ensemble], facies: int | str, watch: Watch
 ) -> dict[tuple[int, str, str], ComparedCurves]:
     """Return the curves of a facies by (facies code, statistic, direction)."""
-    image, shape = ensembles[0].training_image, ensembles[0].grid.shape
-    code = int(image.codes[image.index_of(facies)])
+    image, shape = ensembles[0].training_image, ensembles[0].study.whole_shape
+    code = image.code_of(facies)
     wanted = list(product(STATISTICS, axes_of(shape)))
     ends = pairwise(np.linspace(0, 1, len(wanted) * len(ensembles) + 1).tolist())
     curves: dict[tuple[int, str, str], ComparedCurves] = {}
@@ -96,17 +91,17 @@ class Comparison:
     problem: str = ""
 
     @cached_property
-    def cpu_seconds(self) -> NDArray[np.float64]:
+    def cpu_seconds(self) -> Floats:
         """Mean CPU time of a realization of each setting."""
         return np.array([e.cpu_seconds.mean() for e in self.ensembles])
 
     @cached_property
-    def proportions(self) -> tuple[NDArray[np.float64], ...]:
+    def proportions(self) -> tuple[Floats, ...]:
         """Facies proportions of each setting's realizations, shape (n, n_facies)."""
         return tuple(e.proportions for e in self.ensembles)
 
     @cached_property
-    def distances(self) -> tuple[NDArray[np.float64], ...]:
+    def distances(self) -> tuple[Floats, ...]:
         """Divergence of each realization from the training image, in bits, for all resolutions."""
         if self.anodi is None:
             return ()
@@ -114,16 +109,16 @@ class Comparison:
         return tuple(mixed[self.anodi.owner == k] for k in range(len(self.names)))
 
     @property
-    def distance(self) -> NDArray[np.float64]:
+    def distance(self) -> Floats:
         """Mean divergence of each setting from the training image, in bits, for all resolutions."""
         return self._mixed("within")
 
     @property
-    def variety(self) -> NDArray[np.float64]:
+    def variety(self) -> Floats:
         """Mean divergence between realizations of each setting, in bits, for all resolutions."""
         return self._mixed("between")
 
-    def _mixed(self, kind: str) -> NDArray[np.float64]:
+    def _mixed(self, kind: str) -> Floats:
         if self.anodi is None:
             return np.full(len(self.names), np.nan)
         return getattr(self.anodi, kind) @ self.anodi.weights
@@ -153,7 +148,7 @@ def compare(
     seed: int = 0,
     progress: Progress | None = None,
     cancel: Cancel | None = None,
-    facies: int | None = None,
+    facies: int | str | None = None,
     on_partial: Callable[[Comparison], None] | None = None,
     secondary: Secondary | None = None,
 ) -> Comparison:
@@ -182,10 +177,9 @@ def compare(
     base = Trial.of(training_image, grid_shape, None, hard_data, seed=seed, secondary=secondary)
     image = base.training_image
     if facies is not None:
-        image.index_of(facies)
+        facies = image.code_of(facies)
     if not MIN_SETTINGS <= len(settings) <= MAX_SETTINGS:
         raise refused("number_of_settings", n=len(settings), low=MIN_SETTINGS, high=MAX_SETTINGS)
-    trials = [_checked(base, name, setting) for name, setting in settings.items()]
 
     def simulated(trial: Trial | Ensemble, part: Watch) -> Ensemble:
         if isinstance(trial, Ensemble):
@@ -196,7 +190,7 @@ def compare(
     watch = Watch(progress, cancel)
     comparison = Comparison((), ())
     ensembles = run_trials(
-        trials,
+        [_checked(base, name, setting) for name, setting in settings.items()],
         simulated,
         seconds=[1.0] * len(settings),
         watch=watch.part(0.0, SIMULATED),
@@ -215,11 +209,11 @@ def compare(
 
 def add_curves(
     comparison: Comparison,
-    facies: int,
+    facies: int | str,
     progress: Progress | None = None,
     cancel: Cancel | None = None,
 ) -> Comparison:
-    """Return a comparison that also has the curves of another facies, given by its code."""
+    """Return a comparison that also has the curves of another facies, given by code or name."""
     n = sum(e.n for e in comparison.ensembles)
     return _with_curves(comparison, facies, Watch(progress, cancel).part(0.0, 1.0, n))
 
@@ -236,7 +230,7 @@ def _checked(base: Trial, name: str, setting: Parameters | Ensemble) -> Trial | 
     return trial
 
 
-def _with_curves(comparison: Comparison, facies: int, watch: Watch) -> Comparison:
+def _with_curves(comparison: Comparison, facies: int | str, watch: Watch) -> Comparison:
     more = _compared_curves(comparison.ensembles, facies, watch)
     return replace(comparison, curves={**comparison.curves, **more})
 

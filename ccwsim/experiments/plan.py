@@ -1,14 +1,17 @@
-"""Plan a sweep over all valid combinations of parameter ranges."""
+"""Plan a sweep over all valid combinations of parameter ranges, and suggest ranges."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
 
-from ccwsim.model.arrays import Shape, describe_shape
-from ccwsim.model.errors import CCWSIMError, refused, shown
-from ccwsim.model.parameters import PER_AXIS, Parameters
-from ccwsim.model.sizes import largest_sides, per_axis
+from ccwsim import TrainingImage
+from ccwsim.metrics.diagnosis import recommended_parameters, resolving_levels
+from ccwsim.model.arrays import Shape
+from ccwsim.model.bounds import MAX_CANDIDATES, MAX_TEMPLATE, MIN_TEMPLATE
+from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.parameters import PER_AXIS, Parameters, fitted
+from ccwsim.model.sizes import levels
 
 RANGED = {
     "method": "",
@@ -23,6 +26,12 @@ RANGED = {
 }
 """Symbols of the parameters that may have a range; in volumes, also a separate one along z."""
 ALONG_Z = "_z"
+SIZES = [name for name in RANGED if name.removesuffix(ALONG_Z) in PER_AXIS]
+"""Template, overlap and level, each also along z."""
+MIN_SUGGESTED = 9  # minimum number of settings in suggested ranges, if so many are legal
+SIZE_STEP, K_STEP = 1.5, 4.0  # ratios of neighbouring values in suggested ranges
+N_VALUES = (2, 3, 5, MAX_TEMPLATE)
+"""Numbers of values in suggested ranges; the first is used that gives enough settings."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +41,7 @@ class SweepPlan:
     fitting: tuple[Parameters, ...]  # the valid combinations, without repetitions
     # invalid combinations as (values, reason)
     left_out: tuple[tuple[dict[str, Any], str], ...] = ()
-    # combinations omitted as repetitions ("ccsim" has no level)
+    # combinations omitted as repetitions ("ccsim" has no level; sizes may be rounded alike)
     n_equal: int = 0
 
     def __len__(self) -> int:
@@ -43,13 +52,22 @@ class SweepPlan:
 
 
 def plan_sweep(
-    base: Parameters, ranges: Mapping[str, Sequence[Any]], image_shape: Shape | None = None
+    base: Parameters,
+    ranges: Mapping[str, Sequence[Any]],
+    image_shape: Shape | None = None,
 ) -> SweepPlan:
     """Return all valid combinations of parameter ranges.
 
     `base` has the parameters without a range; `ranges` maps other parameters, by keys of `RANGED`,
-    to the values to try. Templates larger than `image_shape` are excluded. Raises `CCWSIMError` if
-    a name is not in `RANGED`, or a range has no value.
+    to the values to try. With `image_shape`, sizes become the nearest ones that the level and an
+    image of this shape allow; otherwise combinations with other sizes are excluded. Raises
+    `CCWSIMError` if a name is not in `RANGED`, or a range has no value.
+
+    Examples
+    --------
+    >>> tried = {"template_size": [30], "wavelet_level": [1, 2]}
+    >>> [p.template_size for p in plan_sweep(Parameters(), tried, (256, 256))]
+    [30, 28]
     """
     for name, values in ranges.items():
         if name not in RANGED:
@@ -57,26 +75,65 @@ def plan_sweep(
         if not len(values):
             raise CCWSIMError(f"{name} has no value to try: give at least one value")
     names = [name for name in RANGED if name in ranges]
-    fitting: dict[Parameters, Parameters] = {}
+    fitting: dict[tuple, Parameters] = {}
     left_out: list[tuple[dict[str, Any], str]] = []
     n_equal = 0
     for values in product(*(dict.fromkeys(ranges[name]) for name in names)):
         changes = dict(zip(names, values, strict=True))
         try:
-            parameters = _changed(base, changes)
-            _check_fits(parameters, image_shape)
+            sizes = _sizes(base, changes)
+            parameters = (
+                fitted(base, image_shape, **sizes) if image_shape else replace(base, **sizes)
+            )
         except CCWSIMError as error:
             left_out.append((changes, str(error)))
             continue
-        n_equal += _canonical(parameters) in fitting
-        fitting.setdefault(_canonical(parameters), parameters)
+        # settings with the same values in `RANGED` give identical realizations
+        key = tuple(value_of(parameters, name) for name in RANGED)
+        n_equal += key in fitting
+        fitting.setdefault(key, parameters)
     return SweepPlan(tuple(fitting.values()), tuple(left_out), n_equal)
 
 
+def suggested_ranges(parameters: Parameters, training_image: TrainingImage) -> dict[str, list[Any]]:
+    """Return ranges around the parameters of a study, for a plan that is rounded to the image.
+
+    The plan has at least nine settings or, if fewer are legal, all of them. Template, overlap and
+    level are varied, and K if it has an effect: in volumes, and with the published draw. Levels
+    whose blocks are larger than the thinnest facies is thick are tried only if the study has them.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> stripes = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
+    >>> ranges = suggested_ranges(Parameters(30, 10, 1), stripes)
+    >>> ranges["template_size"], ranges["overlap_size"], ranges["wavelet_level"]
+    ([20, 30, 45], [7, 10, 15], [0, 1])
+    """
+    shape, volume = training_image.shape, training_image.n_dimensions == 3
+    p, resolving = fitted(parameters, shape), resolving_levels(training_image)[-1]
+    ranges = {name: [value_of(p, name)] for name in RANGED if value_of(p, name) is not None}
+    template, overlap, level = (ranges[name][0] for name in PER_AXIS)
+    longest = min(*shape[-2:], MAX_TEMPLATE)
+    near = sorted(levels(shape), key=lambda k: (abs(k - level), -k))
+    resolved = [k for k in near if k <= resolving or k == level]
+    for n in N_VALUES if volume else N_VALUES[1:]:  # volumes take longer
+        ranges["template_size"] = _near(template, MIN_TEMPLATE, longest, n)
+        ranges["overlap_size"] = _near(overlap, 1, longest // 2, n)
+        if p.method != "ccsim":
+            ranges["wavelet_level"] = sorted((resolved if n < MAX_TEMPLATE else near)[:n])
+        if p.published_draw or volume:
+            k, n_candidates = p.n_candidates, 2 if n < 5 else 5
+            ranges["n_candidates"] = _near(k, 1, MAX_CANDIDATES, n_candidates, step=K_STEP)
+        if len(plan_sweep(p, ranges, shape)) >= MIN_SUGGESTED:
+            break
+    return ranges
+
+
 def varied(parameters: Iterable[Parameters]) -> list[str]:
-    """Return the names of the parameters in `RANGED` that differ between settings."""
+    """Return the names of the parameters in `RANGED` that differ between settings, or `SIZES`."""
     settings = list(parameters)
-    return [name for name in RANGED if len({value_of(p, name) for p in settings}) > 1]
+    return [name for name in RANGED if len({value_of(p, name) for p in settings}) > 1] or SIZES
 
 
 def label(parameters: Parameters, names: Iterable[str]) -> str:
@@ -85,16 +142,28 @@ def label(parameters: Parameters, names: Iterable[str]) -> str:
     for name in names:
         value = value_of(parameters, name)
         no_level = name.startswith("wavelet_level") and parameters.method == "ccsim"
-        if value is None or no_level:
-            continue
-        text = f"{value:g}" if isinstance(value, float) else str(value)
-        parts.append(f"{RANGED[name]} {text}".strip())
+        if value is not None and not no_level:
+            text = f"{value:g}" if isinstance(value, float) else str(value)
+            parts.append(f"{RANGED[name]} {text}".strip())
     return " · ".join(parts)
 
 
-def _canonical(p: Parameters) -> Parameters:
-    """Return one representative for all settings that give identical realizations."""
-    return replace(p, wavelet_level=0) if p.method == "ccsim" else p
+def _near(value: int, low: int, high: int, n: int, step: float = SIZE_STEP) -> list[int]:
+    """Return `n` values from `low` to `high` near a value, with ratios of about `step`."""
+    if high - low < n:
+        return [*range(low, high + 1)] or [value]
+    powers = sorted(range(-n, n + 1), key=lambda k: (abs(k), k))
+    values = (min(max(round(value * step**k), low), high) for k in powers)
+    return sorted([*dict.fromkeys(values)][:n])
+
+
+def describe_advice(training_image: TrainingImage, parameters: Parameters | None = None) -> str:
+    """Return the sizes of `metrics.recommended_parameters` and the reasons; "" without advice."""
+    try:
+        advised, reason = recommended_parameters(training_image, parameters)
+    except CCWSIMError:
+        return ""
+    return f"Advised: {label(advised, SIZES)}. {reason}"
 
 
 def value_of(p: Parameters, name: str) -> Any:
@@ -108,22 +177,12 @@ def value_of(p: Parameters, name: str) -> Any:
     return None if along_z else value
 
 
-def _changed(base: Parameters, changes: Mapping[str, Any]) -> Parameters:
-    """Return a copy of the parameters with new values, given by keys of `RANGED`."""
+def _sizes(base: Parameters, changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return new values of parameters by their names; `changes` has keys of `RANGED`."""
     values = dict(changes)
     for name in PER_AXIS:
         z, value = values.pop(name + ALONG_Z, value_of(base, name + ALONG_Z)), values.get(name)
         if z is not None and not isinstance(value, tuple):
             x = value_of(base, name) if value is None else value
             values[name] = z, x, x
-    return replace(base, **values)
-
-
-def _check_fits(p: Parameters, image_shape: Shape | None) -> None:
-    if image_shape is None:
-        return
-    template = p.along(image_shape).template
-    if any(t > n for t, n in zip(template, largest_sides(image_shape), strict=True)):
-        size = per_axis(template, image_shape)
-        size = describe_shape(size) if isinstance(size, tuple) else size
-        raise refused("template_too_large", size=size, image=describe_shape(image_shape))
+    return values

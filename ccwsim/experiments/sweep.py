@@ -1,33 +1,25 @@
 """Parameter sweeps, which simulate, judge and compare many settings of one study."""
 
-import tomllib
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from math import prod
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
+from ccwsim import Cancelled, CCWSIMError, Grid, Parameters, Secondary, TrainingImage
 from ccwsim.experiments.plan import label, varied
 from ccwsim.experiments.timing import typical
 from ccwsim.experiments.trials import Trial, TrialResult, run_trials
 from ccwsim.metrics import Quality, judge
-from ccwsim.metrics.diagnosis import MIN_ACROSS, templates_that_fit
-from ccwsim.model.arrays import Shape, check_int, frozen
-from ccwsim.model.errors import Cancelled, CCWSIMError
-from ccwsim.model.grid import Grid
+from ccwsim.metrics.diagnosis import MIN_ACROSS, resolving_levels, templates_that_fit
+from ccwsim.model.arrays import ArrayLike, Floats, Integers, Ints, Shape, check_int, frozen
+from ccwsim.model.assets import read_toml
 from ccwsim.model.numbers import duration
-from ccwsim.model.parameters import Parameters
-from ccwsim.model.secondary import Secondary
-from ccwsim.model.training_image import TrainingImage
 from ccwsim.model.watch import Cancel, Progress, Watch
 
-_SENTENCES: dict[str, str] = tomllib.loads(
-    Path(__file__).with_name("sweep.toml").read_text("utf-8")
-)
+_SENTENCES = read_toml("experiments/sweep.toml")
 SWEEP_ERRORS = {
     "patterns": lambda quality: quality.pattern_distance,
     "connection": lambda quality: quality.tau_error,
@@ -56,7 +48,7 @@ class SweepRow(TrialResult):
 
     quality: Quality
     # facies codes, shape (n_kept, ny, nx) or (n_kept, nz, ny, nx)
-    realizations: NDArray[np.integer]
+    realizations: Integers
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,20 +66,20 @@ class Sweep:
         return len(self.rows) + len(self.failed) < self.n_asked
 
     @property
-    def times(self) -> NDArray[np.float64]:
+    def times(self) -> Floats:
         """Mean CPU seconds of a realization of each setting."""
         return np.array([row.quality.cpu_seconds for row in self.rows])
 
-    def errors(self, kind: str = "patterns") -> NDArray[np.float64]:
+    def errors(self, kind: str = "patterns") -> Floats:
         """Return the error `kind` (a key of `SWEEP_ERRORS`) of each setting."""
         return np.array([SWEEP_ERRORS[kind](row.quality) for row in self.rows], dtype=float)
 
-    def spreads(self, kind: str) -> NDArray[np.float64]:
+    def spreads(self, kind: str) -> Floats:
         """Return the spread of the error `kind` of each setting; NaN if unknown."""
         spread = SPREADS.get(kind, lambda _: np.nan)
         return np.array([spread(row.quality) for row in self.rows], dtype=float)
 
-    def alike(self, kind: str, among: NDArray[np.int64], tolerance: float) -> NDArray[np.int64]:
+    def alike(self, kind: str, among: Ints, tolerance: float) -> Ints:
         """Return the settings whose error is the smallest up to `tolerance` or `DOUBT` errors."""
         n = np.array([row.quality.n for row in self.rows])
         errors, doubts = self.errors(kind), np.nan_to_num(self.spreads(kind)) / np.sqrt(n)
@@ -110,7 +102,7 @@ def sweep(
     cancel: Cancel | None = None,
     found: Callable[[SweepRow], None] | None = None,
     n_kept: int = 2,
-    facies: int | None = None,
+    facies: int | str | None = None,
     secondary: Secondary | None = None,
 ) -> Sweep:
     """Simulate and judge each setting with the same seed, on one thread for comparable times.
@@ -136,7 +128,7 @@ def sweep(
     base = Trial.of(training_image, grid_shape, None, hard_data, seed=seed, secondary=secondary)
     trials = [replace(base, parameters=parameters) for parameters in settings]
     if facies is not None:
-        base.training_image.index_of(facies)
+        facies = base.training_image.code_of(facies)
 
     def tried(trial: Trial, part: Watch) -> SweepRow | str:
         """Return the result of a setting, or the reason why it has none."""
@@ -185,7 +177,7 @@ class Recommendation:
     alike: tuple[int, ...] = ()
 
 
-def pareto_front(times: ArrayLike, errors: ArrayLike) -> NDArray[np.int64]:
+def pareto_front(times: ArrayLike, errors: ArrayLike) -> Ints:
     """Return the indices of the points on the Pareto front, which no other point beats."""
     t, e = np.asarray(times, dtype=float), np.asarray(errors, dtype=float)
     if t.shape != e.shape or t.ndim != 1:
@@ -200,21 +192,13 @@ def pareto_front(times: ArrayLike, errors: ArrayLike) -> NDArray[np.int64]:
 def recommended(sweep: Sweep) -> Recommendation:
     """Return the fastest of the settings that are about as good as the best setting.
 
-    Settings are excluded in this order if they miss more data than others; if their template is
+    Settings are excluded in this order if they miss more data than others; if their blocks are
+    larger than the thinnest facies of the image is thick (`resolving_levels`); if their template is
     too large for the image; if they copy pieces larger than four templates; if they are worse than
     the best by `TOLERANCES` and by two standard errors, which are computed from the spread between
     realizations. Raises `CCWSIMError` if no setting is finished.
     """
-    if not sweep.rows:
-        raise CCWSIMError("no setting is finished yet: wait for the sweep")
-    wrong = np.array([row.quality.n_mismatched for row in sweep.rows])
-    among = np.flatnonzero(wrong == wrong.min())
-    why: list[str] = []
-    if wrong.min() > 0:
-        why.append("No setting honours all data.")
-    for rule in (_without_large_templates, _without_copies):
-        among, sentence = rule(sweep, among)
-        why += [sentence] if sentence else []
+    among, why = _admissible(sweep)
     for kind, tolerance in TOLERANCES.items():
         if kind == "patterns":
             tolerance *= sweep.errors("patterns")[among].min()
@@ -227,37 +211,53 @@ def recommended(sweep: Sweep) -> Recommendation:
     return Recommendation(int(among[0]), " ".join([first, *why]), tuple(among.tolist()))
 
 
-Narrowed = tuple[NDArray[np.int64], str]  # remaining settings, a sentence on the others
+def nearest_on_front(sweep: Sweep, n: int = 3) -> list[int]:
+    """Return the settings on the Pareto front that are nearest to the recommended, fastest first.
+
+    The front is that of time and pattern distance, without settings that `recommended` excludes for
+    data, level, template or copies. Distances are those of logarithms of time and pattern distance.
+    """
+    among, _ = _admissible(sweep)
+    front = among[pareto_front(sweep.times[among], sweep.errors()[among])]
+    logs = np.log(np.maximum([sweep.times, sweep.errors()], 1e-9))
+    apart = np.hypot(*(logs[:, front] - logs[:, [recommended(sweep).index]]))
+    nearest = front[np.argsort(apart, kind="stable")[:n]]
+    return nearest[np.argsort(sweep.times[nearest], kind="stable")].tolist()
 
 
-def _without_large_templates(sweep: Sweep, among: NDArray[np.int64]) -> Narrowed:
-    sizes = [row.parameters.template_size for row in sweep.rows]
-    fits = [templates_that_fit(sweep.image_shape, sizes[k]) >= MIN_ACROSS**2 for k in among]
-    n = len(among) - sum(fits)
-    if n in (0, len(among)):
-        return among, ""
-    many = "setting has a template" if n == 1 else "settings have templates"
-    return among[fits], _SENTENCES["large"].format(n=n, many=many, fewest=MIN_ACROSS**2)
-
-
-def _without_copies(sweep: Sweep, among: NDArray[np.int64]) -> Narrowed:
+def _admissible(sweep: Sweep) -> tuple[Ints, list[str]]:
+    """Return the settings that no rule excludes, and sentences on the others."""
+    if not sweep.rows:
+        raise CCWSIMError("no setting is finished yet: wait for the sweep")
+    wrong = np.array([row.quality.n_mismatched for row in sweep.rows])
+    among = np.flatnonzero(wrong == wrong.min())
+    why = ["No setting honours all data."] if wrong.min() > 0 else []
+    shape, tried = sweep.image_shape, [row.parameters for row in sweep.rows]
+    levels = np.array([p.along(shape).level for p in tried])
+    n_fit = np.array([templates_that_fit(shape, p.template_size) for p in tried])
+    allowed = np.array([MAX_COPIED * prod(p.along(shape).template) for p in tried])
     copied = sweep.errors("copying")
-    templates = (row.parameters.along(sweep.image_shape).template for row in sweep.rows)
-    allowed = np.array([MAX_COPIED * prod(template) for template in templates])
-    copies = copied > allowed  # False for NaN
-    out = among[copies[among]]
-    if not len(out):
-        return among, ""
-    largest = f"{copied[out].max():,.0f}".replace(",", "\u202f")
-    if len(out) == len(among):
-        least = among[np.argmin((copied / allowed)[among])]
-        return np.array([least]), _SENTENCES["least"].format(cells=copied[least], most=MAX_COPIED)
-    many = "setting copies" if len(out) == 1 else "settings copy"
-    sentence = _SENTENCES["copies"].format(n=len(out), many=many, cells=largest, most=MAX_COPIED)
-    return among[~copies[among]], sentence
+    excluded = {
+        "coarse": (levels > resolving_levels(sweep.rows[0].trial.training_image)).any(axis=1),
+        "large": n_fit < MIN_ACROSS**2,
+        "copies": copied > allowed,  # False for NaN
+    }
+    for rule, mask in excluded.items():
+        kept, out = among[~mask[among]], among[mask[among]]
+        if not len(out):
+            continue
+        form = "all"
+        if len(kept):
+            among, form = kept, "one" if len(out) == 1 else "several"
+        elif rule == "copies":
+            among = out = out[[np.argmin((copied / allowed)[out])]]
+        cells = f"{copied[out].max():,.0f}".replace(",", "\u202f")
+        limits = {"fewest": MIN_ACROSS**2, "most": MAX_COPIED}
+        why.append(_SENTENCES[rule][form].format(n=len(out), cells=cells, **limits))
+    return among, why
 
 
-def _left_behind(sweep: Sweep, kind: str, good: NDArray[np.int64], out: NDArray[np.int64]) -> str:
+def _left_behind(sweep: Sweep, kind: str, good: Ints, out: Ints) -> str:
     """Return a sentence that compares the excluded settings with the best setting by one error."""
     errors = sweep.errors(kind)
     best, other = np.nanmin(errors[good]), errors[out]

@@ -1,44 +1,23 @@
 """Estimate and measure the CPU time of a realization by grid size and number of data."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from math import prod
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim import CCWSIMError, Grid, Parameters, TrainingImage
 from ccwsim.datasets.sampling import sample_random
+from ccwsim.engine.copies import n_cells_of_copies
 from ccwsim.engine.corrections.resimulation import MAX_COMPARED_LOCATIONS
 from ccwsim.engine.stages.conditioning import MAX_PATCH_DATA
+from ccwsim.experiments.plan import value_of
 from ccwsim.experiments.trials import Trial, TrialResult, run_trials
-from ccwsim.model.arrays import Shape, check_int, frozen
+from ccwsim.model.arrays import Floats, Integers, Shape, check_int, frozen
 from ccwsim.model.errors import refused
 from ccwsim.model.watch import Cancel, Progress, Watch
 
 CELLS_AT_ONCE = 32_000_000  # maximum cells of realizations in memory; a cell takes one byte
-LINEAR_EXPONENTS = (
-    0.9,
-    1.1,
-)  # growth is called linear if the exponent of the cells is in this range
-
-
-def grid_trials(
-    training_image: TrainingImage,
-    shapes: Sequence[Shape],
-    parameters: Sequence[Parameters],
-    seed: int = 0,
-) -> list[Trial]:
-    """Return a trial for each grid and each setting, small grids first (Fig. 13).
-
-    For maps, a 3D training image is replaced by its middle layer.
-    """
-    grids = sorted(map(Grid.of, shapes), key=lambda grid: grid.n_cells)
-    return [
-        Trial(image_for(training_image, grid), grid, p, seed=seed)
-        for grid in grids
-        for p in parameters
-    ]
 
 
 def data_trials(
@@ -56,18 +35,11 @@ def data_trials(
     for n in numbers:
         if not 0 <= n <= grid.n_cells:
             raise refused("too_many_data_to_time", n_data=n, n_cells=grid.n_cells)
-    image = image_for(training_image, grid)
     return [
-        Trial(image, grid, p, seed=seed, n_sampled=n) for n in sorted(numbers) for p in parameters
+        Trial(training_image, grid, p, seed=seed, n_sampled=n)
+        for n in sorted(map(int, numbers))
+        for p in parameters
     ]
-
-
-def image_for(training_image: TrainingImage, grid: Grid) -> TrainingImage:
-    """Return the training image for a grid; if only the grid is 2D, return the middle layer."""
-    if training_image.n_dimensions == grid.n_dimensions:
-        return training_image
-    middle = training_image.array[training_image.shape[0] // 2]
-    return TrainingImage(middle, name=f"middle layer of {training_image.name}")
 
 
 def time_trial(
@@ -107,21 +79,20 @@ def time_trials(
     same data, and larger sets contain the smaller. `progress` is called with the fraction of the
     expected time and the number of finished trials.
     """
-    fields: dict[Shape, NDArray[np.integer]] = {}
+    fields: dict[Shape, Integers] = {}
 
     def timed(trial: Trial, part: Watch) -> TrialResult:
         if n_data := trial.n_sampled:
             shape = trial.grid.shape
             if shape not in fields:
                 fields[shape] = _field_to_sample(trial)
-            data = sample_random(fields[shape], n_data, trial.seed)
-            trial = replace(trial, hard_data=data)
+            trial = replace(trial, hard_data=sample_random(fields[shape], n_data, trial.seed))
         return time_trial(trial, n_realizations, part.progress, part.cancel)
 
     yield from run_trials(trials, timed, [*map(typical, trials)], Watch(progress, cancel))
 
 
-def _field_to_sample(trial: Trial) -> NDArray[np.integer]:
+def _field_to_sample(trial: Trial) -> Integers:
     """Return the field from which data are sampled; timed realizations have other seeds."""
     p = trial.parameters
     plain = Parameters(p.template_size, p.overlap_size, p.level)
@@ -129,41 +100,22 @@ def _field_to_sample(trial: Trial) -> NDArray[np.integer]:
     return replace(trial, parameters=plain, seed=other).simulate(1, n_workers=1).realizations[0]
 
 
-def level_of(p: Parameters) -> int:
-    """Return the wavelet level of parameters; in volumes, return the level within layers."""
-    return p.level[-1] if isinstance(p.level, tuple) else p.level
-
-
-@dataclass(frozen=True)
-class Growth:
-    """Growth of the CPU time with the number of grid cells."""
-
-    # CPU seconds per million cells (least squares of relative errors)
-    seconds_per_million: float
-    exponent: float  # exponent of the number of cells in a power law; 1 means linear growth
-
-    @property
-    def linear(self) -> bool:
-        """Whether twice the number of cells takes about twice the time."""
-        return LINEAR_EXPONENTS[0] <= self.exponent <= LINEAR_EXPONENTS[1]
-
-
-def growth(timings: Sequence[TrialResult]) -> Growth:
-    """Return how one setting's time grows with the number of grid cells (Fig. 13)."""
-    n_cells = np.array([t.trial.grid.n_cells for t in timings], float)
-    seconds = np.array([max(t.seconds, 1e-9) for t in timings])
-    if len(np.unique(n_cells)) < 2:
-        raise CCWSIMError("growth needs CPU times for at least two grid sizes")
-    exponent = np.polyfit(np.log(n_cells), np.log(seconds), 1)[0]
-    rate = n_cells / seconds
-    return Growth(1e6 * float(rate.sum() / (rate**2).sum()), float(exponent))
+def growth(sizes: Floats, seconds: Floats) -> float:
+    """Return the exponent of a power law of the CPU time in a size; 1 means linear growth."""
+    if len(np.unique(sizes)) < 2:
+        raise CCWSIMError("growth needs CPU times for at least two sizes")
+    return float(np.polyfit(np.log(sizes), np.log(seconds), 1)[0])
 
 
 def expected_seconds(
-    trials: Sequence[Trial], n_realizations: int = 1, measured: Sequence[TrialResult] = ()
+    trials: Iterable[Trial],
+    n_realizations: int = 1,
+    measured: Sequence[TrialResult] = (),
+    judged: bool = False,
 ) -> float:
     """Return the expected CPU seconds of trials, scaled by the most similar measured trials."""
-    return n_realizations * sum(typical(trial) * _slowdown(trial, measured) for trial in trials)
+    each = (typical(trial, judged) * _slowdown(trial, measured) for trial in trials)
+    return n_realizations * sum(each)
 
 
 def _slowdown(trial: Trial, measured: Sequence[TrialResult]) -> float:
@@ -177,7 +129,7 @@ def _slowdown(trial: Trial, measured: Sequence[TrialResult]) -> float:
             other.grid.n_dimensions != trial.grid.n_dimensions,
             p.method != parameters.method,
             bool(other.n_data) != bool(trial.n_data),
-            abs(level_of(p) - level_of(parameters)),
+            abs(value_of(p, "wavelet_level") - value_of(parameters, "wavelet_level")),
             abs(other.n_data - trial.n_data),
             abs(np.log(other.grid.n_cells / trial.grid.n_cells)),
         )
@@ -187,11 +139,28 @@ def _slowdown(trial: Trial, measured: Sequence[TrialResult]) -> float:
 
 
 def typical(trial: Trial, judged: bool = False) -> float:
-    """Return the approximate CPU seconds to simulate, and judge, a realization of a trial."""
-    image, grid = trial.training_image, trial.grid.shape
-    return typical_seconds(
-        trial.parameters, image.shape, grid, image.n_facies, trial.n_data, judged=judged
+    """Return the approximate CPU seconds to simulate, and judge, a realization of a trial.
+
+    Secondary information adds the preparation of its maps and of turned, scaled and further images.
+    """
+    image, grid = trial.training_image, trial.grid
+    seconds = typical_seconds(
+        trial.parameters,
+        image.shape,
+        grid.shape,
+        image.n_facies,
+        trial.n_data,
+        judged=judged,
+        disorder=image.disorder,
     )
+    if trial.secondary is None:
+        return seconds
+    guides = trial.secondary.fitted(grid, image)
+    copied = n_cells_of_copies(replace(trial, secondary=guides)) - image.indices.size
+    n_maps = len(guides.auxiliary) + (guides.probabilities is not None) * (image.n_facies - 1)
+    guided = n_maps * (image.indices.size + grid.n_cells)
+    active = 1.0 if guides.active is None else float(guides.active.mean())
+    return active * seconds + copied * PER_COPIED_CELL + guided * PER_GUIDED_CELL
 
 
 PER_CELL = 2.5e-8  # seconds to cut and paste a cell of the grid
@@ -205,7 +174,11 @@ PER_CELL_OF_VOLUME = 2e-7  # seconds to cut, paste and repair a cell of a volume
 PER_LOCATION_OF_VOLUME = 1e-8  # seconds to compare an overlap with a location, by block sums
 PER_DATUM_OF_VOLUME = 3e-4  # seconds to honour a datum of a volume
 PER_DISORDERED_CELL = 1.2e-5  # seconds to repair a cell of an image without structure, at most
-PER_JUDGED_CELL = 1e-7  # seconds to judge a cell of a realization, including copied pieces
+# half of the mean over the first four realizations (channels, 256² cells, angles and scales),
+# because the four orientations are prepared once
+PER_COPIED_CELL = 1e-8  # seconds to prepare and search a cell of turned, scaled or further images
+PER_GUIDED_CELL = 1.5e-8  # seconds per cell of image and grid for each map of guides
+PER_JUDGED_CELL = 1.6e-7  # seconds to judge a cell of a realization, including copied pieces
 
 
 def typical_seconds(

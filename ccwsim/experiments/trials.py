@@ -6,12 +6,10 @@ from itertools import accumulate
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ccwsim import Cancelled, Ensemble, Parameters
 from ccwsim.engine.prepared_image import fresh_images
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.errors import Cancelled
-from ccwsim.model.parameters import Parameters
+from ccwsim.model.arrays import Floats, Ints
 from ccwsim.model.study import Study
 from ccwsim.model.watch import UNWATCHED, Watch
 from ccwsim.run.simulation import simulate_study
@@ -44,8 +42,8 @@ class TrialResult:
     """The CPU times of a trial, and its data that are not honoured."""
 
     trial: Trial
-    cpu_seconds: NDArray[np.float64]  # shape (n,): CPU seconds of each realization
-    n_mismatched: NDArray[np.int64]  # shape (n,): number of hard data not honoured
+    cpu_seconds: Floats  # shape (n,): CPU seconds of each realization
+    n_mismatched: Ints  # shape (n,): number of hard data not honoured
 
     @property
     def parameters(self) -> Parameters:
@@ -56,11 +54,6 @@ class TrialResult:
     def seconds(self) -> float:
         """Median CPU time; it hardly changes if other processes interrupt one realization."""
         return float(np.median(self.cpu_seconds))
-
-    @property
-    def seconds_per_cell(self) -> float:
-        """Median CPU time for each cell of the grid."""
-        return self.seconds / self.trial.grid.n_cells
 
 
 def run_trials(

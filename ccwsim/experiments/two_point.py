@@ -7,11 +7,10 @@ variograms of the training image, which determine their connectivity.
 import time
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 from scipy.special import ndtri
 
 from ccwsim import Ensemble, Grid, TrainingImage
-from ccwsim.model.arrays import Floats, Mask, Shape, check_int
+from ccwsim.model.arrays import Array, ArrayLike, Floats, Mask, Shape, as_seed, check_int
 from ccwsim.model.study import Study
 
 
@@ -37,7 +36,7 @@ def simulate_two_point(
     """
     n, start = check_int("n_realizations", n_realizations, 1), time.perf_counter()
     image, grid, seconds = TrainingImage.of(training_image), Grid.of(grid_shape), np.zeros(n)
-    seed = check_int("seed", seed, 0)
+    seed = as_seed(seed)
     *rare, most_frequent = np.argsort(image.proportions, kind="stable")
     indices = np.full((n, *grid.shape), most_frequent, np.uint8)
     inner, is_free = tuple(map(slice, grid.shape)), image.indices < image.n_facies
@@ -86,7 +85,7 @@ def _pairs(inside: Mask) -> Floats:
     return np.fft.irfftn(np.abs(np.fft.rfftn(inside, shape, axes)) ** 2, shape, axes).round()
 
 
-def _correlations(covariances: NDArray, threshold: float) -> Floats:
+def _correlations(covariances: Array, threshold: float) -> Floats:
     """Return the correlations of a Gaussian field from covariances of the truncated field.
 
     A covariance is ∫ exp(−t² / (1 + sin θ)) / 2π dθ from 0 to arcsin of the correlation, with

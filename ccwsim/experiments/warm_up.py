@@ -11,6 +11,7 @@ from ccwsim.engine.compilation import LATER, SOON, ask_for
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.realization import walk_through
 from ccwsim.metrics import connectivity, etype, variogram
+from ccwsim.model.arrays import Shape
 from ccwsim.model.study import Study
 from ccwsim.model.watch import Watch
 
@@ -43,13 +44,12 @@ def compile_in_background() -> None:
     threading.Thread(target=ask, daemon=True).start()
 
 
-def _simulation(shape: tuple[int, ...], parameters: Parameters) -> Callable[[], None]:
+def _simulation(shape: Shape, parameters: Parameters) -> Callable[[], None]:
     """Simulate a small study whose contradictory data need local re-simulation."""
     rng = np.random.default_rng(0)
     image, grid = TrainingImage(rng.integers(0, 2, shape)), Grid.of(shape)
     cells = np.argwhere(rng.random(shape) < 0.05)
-    hard_data = HardData(cells, rng.integers(0, 2, len(cells)))
-    study = Study(image, grid, parameters, hard_data)
+    study = Study(image, grid, parameters, HardData(cells, rng.integers(0, 2, len(cells))))
     return lambda: walk_through(PreparedImage(study), Watch())
 
 

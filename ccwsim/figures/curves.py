@@ -6,7 +6,6 @@ from typing import Any, cast
 
 import numpy as np
 import plotly.graph_objects as go
-from numpy.typing import ArrayLike, NDArray
 from plotly.subplots import make_subplots
 
 from ccwsim.figures.style import (
@@ -19,9 +18,10 @@ from ccwsim.figures.style import (
     with_opacity,
     written,
 )
-from ccwsim.model.arrays import Floats
+from ccwsim.model.arrays import Array, ArrayLike, Floats, Integers
 
 BAND_OPACITY = 0.13  # opacity of the bands of settings; low enough to see four overlapping bands
+UNIFIED = "x unified"  # hovering shows the values of all curves at a lag
 ROW_HEIGHT = 172  # height in pixels of a row of transiograms
 MAX_DISC = 6  # maximum diameter in pixels of the discs that show the hard data of a layer
 SPARKLINE_SIDE, SPARKLINE_MARGIN = 100, 4  # side and margin of a sparkline in SVG units
@@ -44,8 +44,8 @@ class Line:
     """One line of a chart."""
 
     name: str
-    x: NDArray
-    y: NDArray
+    x: Array
+    y: Array
     colour: str
     dash: str = "solid"  # "solid", "dash" or "dot"; "none" draws points only
     points: bool = False  # whether each value is marked by a point
@@ -57,7 +57,7 @@ class LayerData:
 
     at: Floats
     share: Floats
-    count: NDArray[np.integer]
+    count: Integers
 
 
 def curves_chart(
@@ -110,6 +110,7 @@ def curves_chart(
         y_title=y_title,
         x={"range": [0, max(float(first.lags[-1]), 1.0)]},
         y={"range": y_range and list(y_range)},
+        hovermode=UNIFIED,
     )
 
 
@@ -123,7 +124,7 @@ def lines_chart(
     height: int = 230,
 ) -> go.Figure:
     """Return a chart of lines with the colour, dash and points of each line."""
-    chart = blank_chart(theme, height=height, x_title=x_title, y_title=y_title)
+    chart = blank_chart(theme, height=height, x_title=x_title, y_title=y_title, hovermode=UNIFIED)
     for curve in lines:
         only_points = curve.dash == "none"
         drawn = line(
@@ -151,19 +152,19 @@ def transiogram_chart(
 ) -> go.Figure:
     """Return a chart of transiograms P(head at x + h | tail at x), with a row for each tail."""
     names = as_written(names)
-    titles = [f"{names[tail]} → {names[head]}" for tail in tails for head in heads]
     rows = len(tails)
     chart = make_subplots(
         rows,
         len(heads),
-        subplot_titles=titles,
+        subplot_titles=[f"{names[tail]} → {names[head]}" for tail in tails for head in heads],
         shared_xaxes=True,
         shared_yaxes=True,
         horizontal_spacing=0.03,
         vertical_spacing=0.28 / (rows + 1),
     )
-    blank = blank_chart(theme, height=40 + ROW_HEIGHT * rows, x_title="", y_title="").layout
-    layout = blank.to_plotly_json()
+    height = 40 + ROW_HEIGHT * rows
+    blank = blank_chart(theme, height=height, x_title="", y_title="", hovermode=UNIFIED)
+    layout = blank.layout.to_plotly_json()
     axes = {axis: layout.pop(axis) for axis in ("xaxis", "yaxis")}
     chart.update_layout(**layout, margin_t=28)
     chart.update_xaxes(**axes["xaxis"])
@@ -226,35 +227,33 @@ def vertical_proportions_chart(
     ends = [percent.each, percent.reference, 100 * data.share if data is not None else 0.0]
     largest = max(float(np.max(values, initial=0.0)) for values in ends)
     chart.update_xaxes(range=[0, min(1.08 * largest, 100.0) or 100.0], nticks=5)
-    return chart.update_layout(hovermode="closest")
+    return chart
 
 
-def geobody_sizes_chart(
-    bundle: Bundle, theme: Theme, *, y_title: str, height: int = 230
-) -> go.Figure:
+def geobody_sizes_chart(bundle: Bundle, theme: Theme, *, y_title: str) -> go.Figure:
     """Return a chart of the share of a facies in geobodies of at least n cells (the lags)."""
     chart = curves_chart(
-        bundle, theme, y_title=y_title, x_title="cells or more", y_range=(0, 1.04), height=height
+        bundle, theme, y_title=y_title, x_title="cells or more", y_range=(0, 1.04), height=230
     )
     ends = [0.0, float(np.log10(max(bundle.lags[-1], 10.0)))]
     return chart.update_xaxes(type="log", range=ends, dtick=1, exponentformat="SI")
 
 
 def repetition_chart(
-    lags: NDArray[np.integer],
+    lags: Integers,
     east_west: Floats,
     north_south: Floats,
     marks: Mapping[str, int],
     theme: Theme,
-    *,
-    height: int = 250,
 ) -> go.Figure:
     """Return a chart of the autocorrelation of a training image, with marked lengths.
 
     The correlation is 1 at lag 0, about 0 for independent cells, and peaks at the distance
     between repeated features. `marks` maps names to lengths in cells, such as {"T 32": 32}.
     """
-    chart = blank_chart(theme, height=height, x_title="lag (cells)", y_title="correlation")
+    chart = blank_chart(
+        theme, height=250, x_title="lag (cells)", y_title="correlation", hovermode=UNIFIED
+    )
     for name, values, dash in (("E–W", east_west, "solid"), ("N–S", north_south, "dash")):
         chart.add_trace(
             line(name, lags, values, theme.reference, 2, dash=dash, hovertemplate="%{y:.2f}")

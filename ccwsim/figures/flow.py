@@ -5,8 +5,9 @@ from collections.abc import Mapping
 import numpy as np
 import plotly.graph_objects as go
 
-from ccwsim.figures.style import Theme, blank_chart, line, written
+from ccwsim.figures.style import Theme, blank_chart, line, log_axis, written
 from ccwsim.model.arrays import Floats
+from ccwsim.model.numbers import with_power
 
 N_BINS = 16
 
@@ -34,12 +35,13 @@ def conductivity_chart(
     bars = go.Bar(
         x=10 ** ((edges[1:] + edges[:-1]) / 2), y=counts, width=np.diff(10**edges),
         name="realizations", marker_color=theme.quiet,
-        hovertemplate="%{x:.3g}: %{y} realizations<extra></extra>",
+        hovertext=[with_power(k) for k in 10 ** ((edges[1:] + edges[:-1]) / 2)],
+        hovertemplate="%{hovertext}: %{y} realizations<extra></extra>",
     )  # fmt: skip
     chart.add_trace(bars)
     top = 2.0 * counts.max()  # leaves room for the names of lines above the bars
     for name, (value, colour) in marks.items():
-        hover = f"{written(name)}: %{{x:.3g}}<extra></extra>"
+        hover = f"{written(name)}: {with_power(value)}<extra></extra>"
         chart.add_trace(line(name, [value] * 2, [0, top], colour, 2, hovertemplate=hover))
         chart.add_annotation(
             x=np.log10(value), y=top, text=written(name), showarrow=False, textangle=-90,
@@ -47,10 +49,9 @@ def conductivity_chart(
         )  # fmt: skip
     values = np.log10([*(value for value, _ in marks.values()), *each])
     margin = 0.06 * np.ptp(values) + 0.02
-    chart.update_xaxes(type="log", range=[values.min() - margin, values.max() + margin])
-    chart.update_xaxes(exponentformat="power", dtick=1 if np.ptp(values) > 2 else "D2")
+    chart.update_xaxes(log_axis(values.min() - margin, values.max() + margin))
     chart.update_yaxes(range=[0, top], tick0=0, dtick=max(1, int(counts.max()) // 3))
-    return chart.update_layout(hovermode="closest")
+    return chart
 
 
 def breakthrough_chart(
@@ -73,12 +74,14 @@ def breakthrough_chart(
     shares = 100 * (np.arange(days.shape[1]) + 0.5) / days.shape[1]
     arrivals = np.where(np.isfinite(days), days, np.nan)
     x = np.hstack([arrivals, np.full((len(days), 1), np.nan)]).ravel()
-    y = np.tile([*shares, np.nan], len(days))
-    chart.add_trace(line("realizations", x, y, theme.each, 1))
+    chart.add_trace(line("realizations", x, np.tile([*shares, np.nan], len(days)), theme.each, 1))
     if 0 <= shown < len(days):
-        hover = "%{x:.3g} days: %{y:.0f} % arrived<extra></extra>"
-        name = f"realization {shown + 1}"
-        chart.add_trace(line(name, arrivals[shown], shares, accent, 2, hovertemplate=hover))
-    chart.update_xaxes(type="log", exponentformat="power")
+        hover = "%{text} days: %{y:.0f} % arrived<extra></extra>"
+        name, of_shown = f"realization {shown + 1}", arrivals[shown]
+        texts = list(map(with_power, of_shown))
+        chart.add_trace(line(name, of_shown, shares, accent, 2, text=texts, hovertemplate=hover))
+    arrived = np.log10(days[np.isfinite(days) & (days > 0)])
+    if len(arrived):
+        chart.update_xaxes(log_axis(arrived.min() - 0.05, arrived.max() + 0.05))
     chart.update_yaxes(range=[0, 100])
-    return chart.update_layout(hovermode="closest")
+    return chart

@@ -11,12 +11,20 @@ from io import BytesIO
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
+from ccwsim import CCWSIMError
 from ccwsim.figures.style import CIVIDIS, bytes_of, ramp
-from ccwsim.model.arrays import CELL_AXES, Bytes, Floats, Mask, Shape, as_integers, check_int
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.arrays import (
+    CELL_AXES,
+    Bytes,
+    Floats,
+    Integers,
+    Mask,
+    Shape,
+    as_integers,
+    check_int,
+)
 from ccwsim.model.missing import UNKNOWN
 
 MAX_SHEET_SIDE = 8192
@@ -32,7 +40,7 @@ INK = "#1B1F24"
 class Dots:
     """Hard data to draw on a map."""
 
-    cells: NDArray[np.integer]  # shape (n, 2): row and column, row 0 at the south
+    cells: Integers  # shape (n, 2): row and column, row 0 at the south
     colours: list[str]  # colour of the facies of each datum
     wrong: Mask  # shape (n,): True if a datum is not honoured (red ring)
 
@@ -72,8 +80,8 @@ def contact_sheet(
 
 
 def data_png(
-    cells: NDArray[np.integer],
-    indices: NDArray[np.integer],
+    cells: Integers,
+    indices: Integers,
     shape: Shape,
     colours: Sequence[str],
     *,
@@ -94,7 +102,7 @@ def data_png(
 
 
 def placement_svg(
-    cells: NDArray[np.integer],
+    cells: Integers,
     colours: Sequence[str | None],
     shape: Shape,
     wells: Mapping[str, Sequence[int]] | None = None,
@@ -161,12 +169,10 @@ def data_map(indices: Bytes, colours: Sequence[str], dots: Dots, scale: int) -> 
     pen = ImageDraw.Draw(picture)
     height = indices.shape[0]
     radius = max(1.5, min(5.0, 0.18 * (picture.width * picture.height / len(dots.cells)) ** 0.5))
-    order = np.argsort(dots.wrong, kind="stable")
-    for k in order.tolist():
+    for k in np.argsort(dots.wrong, kind="stable").tolist():
         row, column = dots.cells[k]
         x, y = (column + 0.5) * scale, (height - row - 0.5) * scale
-        wrong = bool(dots.wrong[k])
-        _ring(pen, x, y, radius + 1.6, WRONG_COLOUR if wrong else INK)
+        _ring(pen, x, y, radius + 1.6, WRONG_COLOUR if bool(dots.wrong[k]) else INK)
         _ring(pen, x, y, radius + 0.8, "#FFFFFF")
         _ring(pen, x, y, radius - 0.4, dots.colours[k])
     return picture
@@ -186,7 +192,8 @@ def _ring(pen: ImageDraw.ImageDraw, x: float, y: float, radius: float, colour: s
 
 def _coloured(indices: Bytes, colours: Sequence[str]) -> Image.Image:
     """Return a palette picture; unknown cells are transparent, or white without transparency."""
-    indices = _as_bytes(indices, len(colours))
+    if indices.dtype != np.uint8:
+        indices = as_integers(indices, "indices", 0, len(colours) - 1).astype(np.uint8)
     picture = Image.fromarray(np.ascontiguousarray(indices[::-1]), mode="P")
     palette = [channel for rgb in bytes_of(colours) for channel in rgb]
     if len(colours) <= UNKNOWN and (indices == UNKNOWN).any():
@@ -194,13 +201,6 @@ def _coloured(indices: Bytes, colours: Sequence[str]) -> Image.Image:
         picture.info["transparency"] = UNKNOWN
     picture.putpalette(palette)
     return picture
-
-
-def _as_bytes(indices: NDArray[np.integer], n: int) -> Bytes:
-    """Return indices from 0 to n − 1 as bytes; bytes are returned unchanged."""
-    if indices.dtype == np.uint8:
-        return indices.view(np.uint8)
-    return as_integers(indices, "indices", 0, n - 1).astype(np.uint8)
 
 
 def png_of(picture: Image.Image, **options: Any) -> bytes:
@@ -218,25 +218,19 @@ class VolumeSlice(NamedTuple):
     dots: Dots
 
 
-def slices_of(
-    indices: Bytes, at: Sequence[int] | None = None, dots: Dots | None = None
-) -> list[VolumeSlice]:
-    """Return three slices through a cell of a volume: a layer, and sections along x and along y.
+def slices_of(indices: Bytes, dots: Dots | None = None) -> list[VolumeSlice]:
+    """Return three slices through the middle of a volume: a layer, and sections along x and y.
 
-    `at` is the layer, row and column of the cell, by default the middle of the volume. `dots` are
-    hard data with layer, row and column; each slice shows the data inside the slice. Raises
-    `CCWSIMError` for a map, and for a cell outside the volume.
+    `dots` are hard data with layer, row and column; each slice shows the data inside the slice.
+    Raises `CCWSIMError` for a map.
     """
-    shape = indices.shape
     if indices.ndim != len(CELL_AXES):
-        raise CCWSIMError(f"slices need a volume, shape (nz, ny, nx), not {shape}")
-    cell = [n // 2 for n in shape] if at is None else as_integers(at, "cell").ravel().tolist()
-    if len(cell) != len(CELL_AXES) or not all(0 <= k < n for k, n in zip(cell, shape, strict=True)):
-        raise CCWSIMError(f"cell {tuple(cell)} must lie in a volume of shape {shape}")
+        raise CCWSIMError(f"slices need a volume, shape (nz, ny, nx), not {indices.shape}")
     cells, wrong = np.empty((0, len(CELL_AXES)), np.int64), np.empty(0, bool)
     all_dots = Dots(cells, [], wrong) if dots is None else dots
     slices = []
-    for axis, (name, k, n) in enumerate(zip(CELL_AXES, cell, shape, strict=True)):
+    for axis, (name, n) in enumerate(zip(CELL_AXES, indices.shape, strict=True)):
+        k = n // 2
         in_slice = np.flatnonzero(all_dots.cells[:, axis] == k)
         flat = np.delete(all_dots.cells[in_slice], axis, axis=1)
         dots_in_slice = Dots(
@@ -252,12 +246,11 @@ def slices_png(
     indices: Bytes,
     colours: Sequence[str],
     *,
-    at: Sequence[int] | None = None,
     dots: Dots | None = None,
     longest: int = 1280,
 ) -> bytes:
     """Return a PNG, `longest` pixels wide, of labelled slices of a volume, side by side."""
-    slices = slices_of(indices, at, dots)
+    slices = slices_of(indices, dots)
     scale = max(
         1, round((longest - 2 * SLICE_GAP) / sum(section.indices.shape[1] for section in slices))
     )

@@ -152,9 +152,8 @@ def _maps(
         chart.add_trace(heatmap, 1, column)
         if data is not None and data.n:
             x, y = grid.centers_of(data.cells).T
-            colours_of_data = [colours[k] for k in np.searchsorted(image.codes, data.facies)]
             marker = {
-                "color": colours_of_data,
+                "color": [colours[k] for k in np.searchsorted(image.codes, data.facies)],
                 "size": 5,
                 "line": {"color": "#FFFFFF", "width": 0.8},
             }

@@ -19,11 +19,6 @@ from ccwsim.model.arrays import Floats
 LINE = 18  # height in pixels of a line of dots
 
 
-def proportions_height(n_facies: int) -> int:
-    """Return the height in pixels of the proportions chart of one ensemble."""
-    return 76 + 30 * int(n_facies)
-
-
 def proportions_chart(
     names: Sequence[str], reference: Floats, each: Floats, colours: Sequence[str], theme: Theme
 ) -> go.Figure:
@@ -32,32 +27,29 @@ def proportions_chart(
     Shares of cells are from 0 to 1. `reference`, shape (n_facies,), are the training image's
     shares; `each`, shape (n, n_facies), are the shares of each realization.
     """
-    traces = []
     edge = {"opacity": 0.75, "line": {"width": 0.8, "color": theme.quiet}}
-    for k, name in enumerate(as_written(names)):
-        traces.append(
-            dots(
-                names[k],
-                100 * each[:, k],
-                [k] * len(each),
-                colours[k],
-                11,
-                hovertemplate=f"{name}: %{{x:.1f}} %<extra></extra>",
-                marker=edge,
-                cliponaxis=False,
-            )
+    traces = [
+        dots(
+            names[k],
+            100 * each[:, k],
+            [k] * len(each),
+            colours[k],
+            11,
+            hovertemplate=f"{name}: %{{x:.1f}} %<extra></extra>",
+            marker=edge,
+            cliponaxis=False,
         )
-    stroke = {"symbol": "line-ns", "line": {"width": 2.5, "color": theme.reference}}
-    rows = np.arange(len(names))
+        for k, name in enumerate(as_written(names))
+    ]
     traces.append(
         dots(
             "training image",
             100 * reference,
-            rows,
+            np.arange(len(names)),
             None,
             20,
             hovertemplate="training image: %{x:.1f} %<extra></extra>",
-            marker=stroke,
+            marker={"symbol": "line-ns", "line": {"width": 2.5, "color": theme.reference}},
             cliponaxis=False,
         )
     )
@@ -67,10 +59,9 @@ def proportions_chart(
         theme,
         y_title="",
         traces=traces,
-        hovermode="closest",
         x=x,
         y=rows_axis(theme, as_written(names), y),
-        height=proportions_height(len(names)),
+        height=76 + 30 * len(names),
         x_title="cells (%)",
     )
 
@@ -96,8 +87,7 @@ def compared_proportions_chart(
         chart.add_trace(
             trace.update(hovertemplate=f"{trace.name}: %{{customdata:.1f}} %<extra></extra>")
         )
-    ends = [-0.7, n * block - 1.3]
-    chart.add_trace(line("training image", [0, 0], ends, theme.reference, 2.5))
+    chart.add_trace(line("training image", [0, 0], [-0.7, n * block - 1.3], theme.reference, 2.5))
     labels = [
         f"{f}<br>{100 * share:.1f} %" for f, share in zip(as_written(names), reference, strict=True)
     ]
@@ -106,4 +96,4 @@ def compared_proportions_chart(
     off = [float(np.abs(shares - reference).max()) for shares in settings.values()]
     reach = 115 * max([*off, 0.002])
     chart.update_xaxes(range=[-reach, reach], nticks=5)
-    return chart.update_layout(hovermode="closest")
+    return chart

@@ -2,26 +2,34 @@
 
 import colorsys
 import re
-import tomllib
+import zlib
+from base64 import b64encode
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from html import escape
-from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
 import plotly.colors
 import plotly.graph_objects as go
 from numpy.typing import ArrayLike
 from plotly.offline import get_plotlyjs
 
 from ccwsim import CCWSIMError, TrainingImage
+from ccwsim.model.assets import read_toml
+from ccwsim.model.numbers import with_power
 
 FACIES = ("#173F6B", "#F0AD2E", "#3A9E7E", "#A63A26", "#A78BD0", "#D5D8DC")
 """Default facies colours: deep blue, amber, green, brick, violet and grey. They are distinct for
 the three common types of colour blindness and, except green and violet, in grey-scale print."""
 GOLDEN_ANGLE = 0.381966
+# ticks per decade of a logarithmic axis; the first that give three ticks or more are used
+LOG_STEPS = [
+    *([1], [1, 3], [1, 2, 5]),
+    *(np.arange(1, 10, step) for step in (1, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01)),
+]
 HEX = re.compile(r"#[0-9a-fA-F]{6}")
 CIVIDIS = tuple(plotly.colors.sequential.Cividis)  # the cividis ramp, used for probabilities
 ENTROPY = ("#F3EEF8", "#C9B4DE", "#8E6BB5", "#5B3788", "#33145C")
@@ -52,7 +60,7 @@ class Theme:
     difference: tuple[str, str, str]  # negative, zero and positive differences
 
 
-_LOOK = tomllib.loads(Path(__file__).with_name("look.toml").read_text("utf-8"))
+_LOOK = read_toml("figures/look.toml")
 _LISTS = ("settings", "difference")
 LIGHT, DARK = (
     Theme(**_LOOK[name] | {part: tuple(_LOOK[name][part]) for part in _LISTS})
@@ -83,8 +91,7 @@ def default_colour(index: int) -> str:
     if index < len(FACIES):
         return FACIES[index]
     hue = (index * GOLDEN_ANGLE) % 1.0
-    light = (0.35, 0.65, 0.5)[index % 3]
-    rgb = colorsys.hls_to_rgb(hue, light, 0.55)
+    rgb = colorsys.hls_to_rgb(hue, (0.35, 0.65, 0.5)[index % 3], 0.55)
     return "#" + "".join(f"{round(255 * c):02X}" for c in rgb)
 
 
@@ -156,6 +163,24 @@ def blank_chart(
     return go.Figure(list(traces), layout, _validate=False)
 
 
+def log_axis(start: float, end: float) -> dict[str, Any]:
+    """Return a logarithmic axis from 10^start to 10^end; each tick has its whole number.
+
+    There is no tick at the very end, where a number would be cut off.
+    """
+    low, high = 10.0**start, 10.0 ** (end - 0.04 * (end - start))
+    decades = 10.0 ** np.arange(np.floor(start), np.ceil(end) + 1)
+    each = (np.outer(decades, steps).ravel() for steps in LOG_STEPS)
+    shown = [ticks[(ticks >= low) & (ticks <= high)].tolist() for ticks in each]
+    ticks = next((ticks for ticks in shown if len(ticks) > 2), shown[-1])
+    return {
+        "type": "log",
+        "range": [start, end],
+        "tickvals": ticks,
+        "ticktext": [with_power(tick, 6) for tick in ticks],
+    }
+
+
 def line(name: str, x: ArrayLike, y: ArrayLike, colour: str, width: float, **more: Any) -> Any:
     """Return a plotly line with an escaped name, without hover text; `more` is passed to plotly."""
     more = {"mode": "lines", "hoverinfo": "skip", **more}
@@ -204,9 +229,9 @@ def figure_json(figure: go.Figure) -> str:
 
 
 @cache
-def plotly_script() -> str:
-    """Return plotly's JavaScript library, which a page must contain once."""
-    return get_plotlyjs()
+def packed_plotly() -> str:
+    """Return plotly's JavaScript library, compressed from 5 to 2 MB and encoded in base64."""
+    return b64encode(zlib.compress(get_plotlyjs().encode(), 9)).decode()
 
 
 def mixed(colour: str, ground: str, share: float) -> str:

@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from ccwsim.figures.style import CLEAR, Theme, as_written, blank_chart, dots, line
+from ccwsim.figures.style import CLEAR, Theme, as_written, blank_chart, dots, line, log_axis
+from ccwsim.model.arrays import Floats
 
 LETTER_WIDTH, LINE_HEIGHT, POINT_GAP = 6.6, 15.0, 9.0
 """Letter width at font size 12, line height, and gap between a point and its label, in pixels."""
@@ -29,8 +30,8 @@ MIN_LOGARITHMIC_RATIO = 4.0
 
 
 def sweep_chart(
-    milliseconds: NDArray[np.float64],
-    errors: NDArray[np.float64],
+    milliseconds: Floats,
+    errors: Floats,
     labels: Sequence[str],
     theme: Theme,
     *,
@@ -38,7 +39,7 @@ def sweep_chart(
     selected: int | None,
     recommended: int | None,
     y_title: str,
-    spreads: NDArray[np.float64] | None = None,
+    spreads: Floats | None = None,
     height: int = 380,
 ) -> go.Figure:
     """Return a chart with a dot for each setting, and with the Pareto front as a stepped line.
@@ -49,12 +50,16 @@ def sweep_chart(
     `selected` is ringed, and the setting `recommended` is a diamond.
     """
     on_front = [int(k) for k in front]
-    x_title = "CPU time of a realization (ms)"
-    chart = blank_chart(theme, height=height, x_title=x_title, y_title=y_title)
     bar = np.zeros(len(errors)) if spreads is None else np.nan_to_num(spreads)
     across, up = _axis(milliseconds, 0.12), _axis(np.append(errors, errors + bar), 0.12)
-    chart.update_xaxes(**across)
-    chart.update_yaxes(**up)
+    chart = blank_chart(
+        theme,
+        height=height,
+        x_title="CPU time of a realization (ms)",
+        y_title=y_title,
+        x=across,
+        y=up,
+    )
     room = (NARROW, height - 60.0)
     x, y = _shares(milliseconds, across) * room[0], (1 - _shares(errors, up)) * room[1]
     pixels = np.column_stack([x, y])
@@ -89,24 +94,20 @@ def sweep_chart(
     if selected is not None:
         ring = dots("selected", milliseconds[[selected]], errors[[selected]], CLEAR, 21)
         chart.add_trace(ring.update(marker_line={"width": 2, "color": theme.ink}, hoverinfo="skip"))
-    return chart.update_layout(hovermode="closest")
+    return chart
 
 
-def _axis(values: NDArray[np.float64], margin: float) -> dict[str, Any]:
+def _axis(values: Floats, margin: float) -> dict[str, Any]:
     """Return a logarithmic axis if values differ by a large factor, otherwise a linear axis."""
     finite = values[np.isfinite(values)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
     if low <= 0 or high / low < MIN_LOGARITHMIC_RATIO:
-        return {"range": (0.0, (1 + margin) * high or 1.0), "exponentformat": "none"}
+        return {"range": [0.0, (1 + margin) * high or 1.0], "exponentformat": "none"}
     a, b = np.log10([low, high])
-    ends = float(a - margin * (b - a)), float(b + margin * (b - a))
-    ticks = [m * 10.0**e for e in range(-9, 9) for m in (1, 2, 5)]
-    ticks_shown = [t for t in ticks if ends[0] <= np.log10(t) <= ends[1]]
-    names = [f"{t:.6g}" for t in ticks_shown]
-    return {"type": "log", "range": ends, "tickvals": ticks_shown, "ticktext": names}
+    return log_axis(float(a - margin * (b - a)), float(b + margin * (b - a)))
 
 
-def _steps(corners: NDArray[np.float64]) -> list[LabelBox]:
+def _steps(corners: Floats) -> list[LabelBox]:
     """Return the lines of the front as boxes; from each point, a line runs right and then down."""
     boxes: list[LabelBox] = []
     for (x, y), (right, below) in pairwise(corners.tolist()):
@@ -114,7 +115,7 @@ def _steps(corners: NDArray[np.float64]) -> list[LabelBox]:
     return boxes
 
 
-def _shares(values: NDArray[np.float64], axis: dict[str, Any]) -> NDArray[np.float64]:
+def _shares(values: Floats, axis: dict[str, Any]) -> Floats:
     """Return the positions of values along an axis, from 0 to 1."""
     along = np.log10(values) if "type" in axis else values
     return (along - axis["range"][0]) / (axis["range"][1] - axis["range"][0])
@@ -139,10 +140,9 @@ def label_sides(
         for side, (right, down) in LABEL_POSITIONS.items():
             box = _box(x, y, len(texts[k]) * LETTER_WIDTH, right, down)
             inside = box[0] >= 0 and box[1] >= 0 and box[2] <= room[0] and box[3] <= room[1]
-            other_boxes = (other for other in taken if other is not taken[k])
             if inside and not any(
                 box[0] < b[2] and b[0] < box[2] and box[1] < b[3] and b[1] < box[3]
-                for b in other_boxes
+                for b in (other for other in taken if other is not taken[k])
             ):
                 sides[k] = side
                 taken.append(box)

@@ -23,27 +23,25 @@ def times_chart(
     """Return a chart with the CPU time of each realization as a dot, and the mean as a line."""
     n, ends = len(milliseconds), [0.5, len(milliseconds) + 0.5]
     numbers, size = np.arange(1, n + 1), 7 if n <= 30 else 4
-    traces = [
-        style.line("mean", ends, [mean, mean], theme.quiet, 1, dash="dot"),
-        style.dots(
-            "realization",
-            numbers,
-            milliseconds,
-            theme.ink,
-            size,
-            hovertemplate="realization %{x}: %{y:.3r} ms<extra></extra>",
-        ),
-    ]
     top = 1.15 * float(milliseconds.max(initial=mean)) or 1.0
     return style.blank_chart(
         theme,
         height=height,
-        traces=traces,
+        traces=[
+            style.line("mean", ends, [mean, mean], theme.quiet, 1, dash="dot"),
+            style.dots(
+                "realization",
+                numbers,
+                milliseconds,
+                theme.ink,
+                size,
+                hovertemplate="realization %{x}: %{y:.3r} ms<extra></extra>",
+            ),
+        ],
         x={"range": ends, "nticks": min(n + 1, 6), "tickformat": "d"},
         y={"exponentformat": "none", "range": [0, top]},
         x_title="realization",
         y_title="CPU time (ms)",
-        hovermode="closest",
     )
 
 
@@ -67,12 +65,10 @@ def compared_times_chart(
             marker_opacity=0.7, hovertemplate=f"{trace.name}: %{{x:.3g}} ms<extra></extra>"
         )
         chart.add_trace(trace)
-    for row, (label, each) in enumerate(zip(labels, settings.values(), strict=True)):
-        font = {"size": 13, "color": theme.ink}
         chart.add_annotation(
-            text=style.written(label),
+            text=style.written(labels[row]),
             showarrow=False,
-            font=font,
+            font={"size": 13, "color": theme.ink},
             x=float(each.max(initial=0)),
             y=row,
             xanchor="left",
@@ -81,18 +77,17 @@ def compared_times_chart(
     chart.update_yaxes(**style.rows_axis(theme, style.as_written(settings), (n - 0.4, -0.6)))
     largest = max(float(each.max(initial=1e-9)) for each in settings.values())
     chart.update_xaxes(range=[0, 1.45 * largest], nticks=5, exponentformat="none")
-    return chart.update_layout(hovermode="closest")
+    return chart
 
 
 @dataclass(frozen=True)
 class TimeSeries:
-    """CPU times of one setting for several grids."""
+    """CPU times of one setting for several sizes: of the grid or of another quantity."""
 
     name: str
     level: int  # wavelet level, which determines the marker
-    cells: Floats  # shape (n,): number of cells of each grid
-    values: Floats  # shape (n,): time for each grid
-    dashed: bool = False  # True for a dashed line, to distinguish two methods
+    sizes: Floats  # shape (n,): number of cells, or another positive number
+    values: Floats  # shape (n,): seconds for each size
 
     @property
     def symbol(self) -> str:
@@ -106,28 +101,31 @@ def timings_chart(
     ticks: Mapping[int, str],
     theme: style.Theme,
     *,
-    y_title: str,
-    unit: str,
-    height: int = 340,
+    x_title: str,
 ) -> go.Figure:
     """Return a log-log chart of measured times (lines) and published times (open red markers).
 
-    A slope of one means that the time is proportional to the number of cells. `ticks` maps numbers
-    of cells to tick labels. `unit` is the unit of the times in hover texts.
+    A slope of one means that the time is proportional to the size. `ticks` maps sizes to tick
+    labels.
     """
-    chart = style.blank_chart(theme, height=height, x_title="cells of the grid", y_title=y_title)
+    height = 340
+    chart = style.blank_chart(theme, height=height, x_title=x_title, y_title="CPU time (s)")
     for series in measured:
-        dash = "dash" if series.dashed else "solid"
-        trace = style.line(series.name, series.cells, series.values, theme.ink, 1.5, dash=dash)
+        trace = style.line(series.name, series.sizes, series.values, theme.ink, 1.5)
         trace.update(mode="lines+markers", marker={"symbol": series.symbol, "size": 8})
-        chart.add_trace(_hovered(trace, unit))
+        chart.add_trace(_hovered(trace, x_title))
     for series in published:
-        trace = style.dots(series.name, series.cells, series.values, theme.reference, 11)
+        trace = style.dots(series.name, series.sizes, series.values, theme.reference, 11)
         trace.update(marker={"symbol": f"{series.symbol}-open", "line": {"width": 2}})
-        chart.add_trace(_hovered(trace.update(cliponaxis=False), unit))
-    ends = np.log10([min(ticks) * 0.7, max(ticks) * 1.5]).tolist()
-    chart.update_xaxes(type="log", range=ends, tickmode="array", tickangle=0)
-    chart.update_xaxes(tickvals=list(ticks), ticktext=style.as_written(ticks.values()))
+        chart.add_trace(_hovered(trace.update(cliponaxis=False), x_title))
+    chart.update_xaxes(
+        type="log",
+        range=np.log10([min(ticks) * 0.7, max(ticks) * 1.5]).tolist(),
+        tickangle=0,
+        tickmode="array",
+        tickvals=list(ticks),
+        ticktext=style.as_written(ticks.values()),
+    )
     values = [v for series in (*measured, *published) for v in series.values]
     low, high = (np.log10(f(values)) for f in (min, max)) if values else (-2.0, 1.0)
     low = min(low, high - EMPTY_DECADES) if not measured else low
@@ -137,11 +135,11 @@ def timings_chart(
     _label_lines(chart, measured, theme, (height - 60) / (high - low + 3 * room))
     if published:
         _label_published(chart, published, theme)
-    return chart.update_layout(hovermode="closest")
+    return chart
 
 
-def _hovered(trace: Any, unit: str) -> Any:
-    hover = f"{trace.name}, %{{x:,.0f}} cells: %{{y:.3g}} {style.written(unit)}<extra></extra>"
+def _hovered(trace: Any, x_title: str) -> Any:
+    hover = f"{trace.name}, %{{x:,.0f}} {style.written(x_title)}: %{{y:.3g}} s<extra></extra>"
     return trace.update(hoverinfo=None, hovertemplate=hover)
 
 
@@ -152,17 +150,9 @@ def _label_lines(
     lowest = np.inf
     for series in sorted(measured, key=lambda series: -series.values[-1]):
         end = float(np.log10(series.values[-1])) * pixels
-        label_height = min(end, lowest - LABEL_GAP)
-        lowest = label_height
-        _label(
-            chart,
-            series,
-            series.name,
-            theme.ink,
-            xanchor="left",
-            xshift=9,
-            yshift=label_height - end,
-        )
+        lowest = min(end, lowest - LABEL_GAP)
+        place = {"xanchor": "left", "xshift": 9, "yshift": lowest - end}
+        _label(chart, series, series.name, theme.ink, **place)
 
 
 def _label_published(chart: go.Figure, published: Sequence[TimeSeries], theme: style.Theme) -> None:
@@ -177,6 +167,6 @@ def _label_published(chart: go.Figure, published: Sequence[TimeSeries], theme: s
 
 
 def _label(chart: go.Figure, series: TimeSeries, text: str, colour: str, **place: object) -> None:
-    x, y = float(np.log10(series.cells[-1])), float(np.log10(series.values[-1]))
+    x, y = float(np.log10(series.sizes[-1])), float(np.log10(series.values[-1]))
     font = {"size": 13, "color": colour}
     chart.add_annotation(x=x, y=y, text=style.written(text), showarrow=False, font=font, **place)

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
-from numpy.typing import NDArray
 
 from ccwsim.figures.style import (
     CIVIDIS,
@@ -19,7 +18,7 @@ from ccwsim.figures.style import (
     rows_axis,
     written,
 )
-from ccwsim.model.arrays import Floats
+from ccwsim.model.arrays import Floats, Integers
 
 MAX_DOT, MIN_DOT = 22, 5  # largest and smallest diameter in pixels of the dots of a calibration
 MAX_CENTRED_X = 0.4  # largest |x| of a point whose name is centred; farther out it does not fit
@@ -34,32 +33,30 @@ class Strip:
     reference: float
 
 
-def strip_chart(strip: Strip, theme: Theme, *, colour: str, height: int = 116) -> go.Figure:
+def strip_chart(strip: Strip, theme: Theme, *, colour: str) -> go.Figure:
     """Return a chart with a dot for each realization, and a red stroke for the training image."""
-    chart = blank_chart(theme, height=height, x_title=strip.title, y_title="")
+    chart = blank_chart(theme, height=116, x_title=strip.title, y_title="")
     n = len(strip.each)
     spread = (np.arange(n) * 0.618034) % 1.0 - 0.5  # scatter the dots to avoid overlaps
     each = dots("realizations", strip.each, spread, colour, 9)
     each.update(marker={"opacity": 0.75, "line": {"width": 0.8, "color": theme.quiet}})
     each.update(text=[f"realization {k + 1}" for k in range(n)])
     chart.add_trace(each.update(hovertemplate="%{text}: %{x:.3g}<extra></extra>"))
-    has_reference = not np.isnan(strip.reference)
-    x, y = ([strip.reference] * 2, [-0.8, 0.8]) if has_reference else ([], [])
+    x, y = ([strip.reference] * 2, [-0.8, 0.8]) if not np.isnan(strip.reference) else ([], [])
     hover = "training image: %{x:.3g}<extra></extra>"
     chart.add_trace(line("training image", x, y, theme.reference, 3, hovertemplate=hover))
     chart.update_yaxes(range=[-1, 1], showline=False, ticks="", showticklabels=False)
     chart.update_xaxes(range=_around([*strip.each.tolist(), strip.reference]), nticks=6)
-    return chart.update_layout(hovermode="closest")
+    return chart
 
 
 def calibration_chart(
     forecast: Floats,
     observed: Floats,
-    count: NDArray[np.integer],
+    count: Integers,
     theme: Theme,
     *,
     guided: bool = False,
-    height: int = 320,
 ) -> go.Figure:
     """Return a chart of observed shares against predictions; larger dots have more cells.
 
@@ -68,7 +65,7 @@ def calibration_chart(
     x_title, y_title = "probability in the realizations", "came true"
     if guided:
         x_title, y_title = "given probability", "share in the realizations"
-    chart = blank_chart(theme, height=height, x_title=f"{x_title} (%)", y_title=f"{y_title} (%)")
+    chart = blank_chart(theme, height=320, x_title=f"{x_title} (%)", y_title=f"{y_title} (%)")
     chart.add_trace(line("perfect", [0, 100], [0, 100], theme.reference, 2))
     sizes = MAX_DOT * np.sqrt(count / max(int(count.max(initial=0)), 1))
     hover = f"{x_title} %{{x:.0f}} %, {y_title} %{{y:.0f}} %, %{{customdata}} cells<extra></extra>"
@@ -80,7 +77,7 @@ def calibration_chart(
     chart.add_trace(trace)
     chart.update_xaxes(range=[-4, 104])
     chart.update_yaxes(range=[-4, 104])
-    return chart.update_layout(hovermode="closest")
+    return chart
 
 
 def data_status_chart(
@@ -108,15 +105,14 @@ def data_status_chart(
     chart.update_yaxes(autorange="reversed", tickmode="array", tickvals=rows)
     chart.update_yaxes(showline=False, tickfont={"size": 13, "color": theme.ink})
     chart.update_yaxes(ticks="outside", tickcolor=CLEAR, ticklen=6)  # a gap
-    return chart.update_layout(hovermode="closest")
+    return chart
 
 
 def divergence_chart(
-    factors: Sequence[int], between: Floats, within: Floats, theme: Theme, *, height: int = 230
+    factors: Sequence[int], between: Floats, within: Floats, theme: Theme
 ) -> go.Figure:
     """Return a chart of the ANODI divergences (bits) at each resolution 1 / factor."""
-    x_title = "Jensen–Shannon divergence (bits)"
-    chart = blank_chart(theme, height=height, x_title=x_title, y_title="")
+    chart = blank_chart(theme, height=230, x_title="Jensen–Shannon divergence (bits)", y_title="")
     rows = list(range(len(factors)))
     for row, a, b in zip(rows, between, within, strict=True):
         chart.add_trace(line(f"span {row + 1}", [a, b], [row, row], theme.quiet, 1))
@@ -133,11 +129,11 @@ def divergence_chart(
     values = np.concatenate([between, within])
     top = float(np.nanmax(values)) if (~np.isnan(values)).any() else 1.0
     chart.update_xaxes(range=[0, 1.12 * top or 1.0])
-    return chart.update_layout(hovermode="closest")
+    return chart
 
 
 def lag_map_chart(
-    lags: NDArray[np.integer],
+    lags: Integers,
     values: Floats,
     theme: Theme,
     *,
@@ -145,7 +141,6 @@ def lag_map_chart(
     largest: float,
     azimuth: float | None = None,
     difference: bool = False,
-    height: int = 330,
 ) -> go.Figure:
     """Return a map of a statistic over all lags, with lag 0 in the middle and north at the top.
 
@@ -153,7 +148,7 @@ def lag_map_chart(
     as "γ of sand". The colour scale is from 0 to `largest`, or from −`largest` to `largest` for a
     difference. A line marks `azimuth`, in degrees from north.
     """
-    chart = blank_chart(theme, height=height, x_title="lag E (cells)", y_title="lag N (cells)")
+    chart = blank_chart(theme, height=330, x_title="lag E (cells)", y_title="lag N (cells)")
     heat = go.Heatmap(x=lags, y=lags, z=values.astype(np.float32), name=written(name))
     colours = theme.difference if difference else CIVIDIS
     heat.update(
@@ -172,26 +167,6 @@ def lag_map_chart(
     reach = [float(lags[0]) - 0.5, float(lags[-1]) + 0.5]
     chart.update_xaxes(range=reach, constrain="domain", constraintoward="right", nticks=5)
     chart.update_yaxes(range=reach, scaleanchor="x", constrain="domain", nticks=5)
-    return chart.update_layout(hovermode="closest")
-
-
-def convergence_chart(
-    numbers: Sequence[int],
-    errors: Sequence[float],
-    n_asked: int,
-    theme: Theme,
-    *,
-    height: int = 230,
-) -> go.Figure:
-    """Return a log-log chart of standard errors (percent) against up to `n_asked` realizations."""
-    y_title = "error of a probability (%)"
-    chart = blank_chart(theme, height=height, x_title="realizations", y_title=y_title)
-    hover = "± %{y:.2g} %"
-    trace = line("standard error", list(numbers), list(errors), theme.ink, 1.5, hovertemplate=hover)
-    chart.add_trace(trace.update(mode="lines+markers", marker_size=5))
-    ends = np.log10([max(min(numbers, default=1), 1) * 0.9, max(n_asked, 2) * 1.1])
-    chart.update_xaxes(type="log", range=ends.tolist(), dtick=1)
-    chart.update_yaxes(type="log", nticks=4)
     return chart
 
 
@@ -255,7 +230,7 @@ def mds_chart(
     chart.add_trace(trace.update(hovertemplate=f"{name}<extra></extra>"))
     chart.update_xaxes(range=[-reach, reach], nticks=5)
     chart.update_yaxes(range=[-reach, reach], scaleanchor="x")
-    return chart.update_layout(hovermode="closest")
+    return chart
 
 
 def mds_title(stress: float) -> str:

@@ -6,6 +6,10 @@ Arguments shared by several functions are explained only here:
 - `axis`: the direction of the flow between fixed heads on two sides, "x", "y" or "z".
 - `west_east`, `south_north`, `bottom_top`: heads at two opposite sides: numbers, arrays over the
   faces of the side, or None.
+- `edge`: heads along the outline of the active cells, instead of heads at sides.
+- `heads`: heads at both ends of `axis`, or an `Edge`; None is 1 and 0 at both sides, or along the
+  outline if one of them has no active cell.
+- `thickness`: the thickness of a map, 1 by default, in the unit of the cell sizes.
 - `wells`: the rate (volume per time, negative for pumping) of the well in each cell ((layer,) row,
   column).
 - `anisotropy`: the ratio of vertical to horizontal conductivity.
@@ -15,16 +19,20 @@ Arguments shared by several functions are explained only here:
   `Cancelled` is raised if `cancel` returned True.
 """
 
-from ccwsim.flow.answers import Capture as Capture
-from ccwsim.flow.answers import EffectiveK as EffectiveK
-from ccwsim.flow.answers import capture_probability as capture_probability
-from ccwsim.flow.answers import effective_k as effective_k
-from ccwsim.flow.answers import flow_efficiency as flow_efficiency
-from ccwsim.flow.answers import over as over
-from ccwsim.flow.answers import representatives as representatives
-from ccwsim.flow.answers import travel_times as travel_times
-from ccwsim.flow.darcy import Flow as Flow
-from ccwsim.flow.darcy import darcy as darcy
-from ccwsim.flow.tracks import Tracks as Tracks
-from ccwsim.flow.tracks import starts_at_inflow as starts_at_inflow
-from ccwsim.flow.tracks import tracks as tracks
+from ccwsim.flow.answers import (
+    Capture as Capture,
+    EffectiveK as EffectiveK,
+    at_percentiles as at_percentiles,
+    capture_probability as capture_probability,
+    effective_k as effective_k,
+    flow_efficiency as flow_efficiency,
+    over as over,
+    travel_times as travel_times,
+)
+from ccwsim.flow.boundary import Edge as Edge, FixedFaces as FixedFaces
+from ccwsim.flow.darcy import Flow as Flow, darcy as darcy
+from ccwsim.flow.tracks import (
+    Tracks as Tracks,
+    starts_at_inflow as starts_at_inflow,
+    tracks as tracks,
+)

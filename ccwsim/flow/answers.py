@@ -1,4 +1,4 @@
-"""Flow results of ensembles: effective conductivity, travel times, capture, representatives."""
+"""Flow results of ensembles: effective conductivity, travel times, capture."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -6,12 +6,17 @@ from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ccwsim.flow.darcy import Ends, Floats, Flow, _cell, array_axis, checked_cell, darcy
+from ccwsim import Ensemble, Grid
+from ccwsim.flow.boundary import Edge
+from ccwsim.flow.darcy import Ends, Floats, Flow, array_axis, checked_cell, darcy
 from ccwsim.flow.tracks import IN_WELL, LEFT_GRID, MAX_PARTICLES, cells_at, starts_at_inflow, tracks
 from ccwsim.jobs.workers import run_all
 from ccwsim.model.arrays import (
+    ArrayLike,
+    Bytes,
+    Ints,
+    Mask,
     Shape,
     as_array,
     as_floats,
@@ -21,16 +26,15 @@ from ccwsim.model.arrays import (
     check_type,
 )
 from ccwsim.model.bounds import MAX_CONTRAST, MAX_MAGNITUDE
-from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.errors import Cancelled, CCWSIMError, refused, shown
 from ccwsim.model.facies_property import FaciesValues, cell_values, values_by_facies
-from ccwsim.model.grid import Grid
 from ccwsim.model.watch import Cancel, Progress, Watch
 from ccwsim.system.machine import n_cores
 
+Heads = tuple[float, float] | Edge
+"""Heads at both ends of an axis, or along the outline of the active cells."""
 HEADS_ALONG = {"x": "west_east", "y": "south_north", "z": "bottom_top"}
 CONTRAST = 1e4  # ratio of conductivities of a facies to all others in the flow efficiency
-COARSER = 4  # sides of a cell, in cells, of the grid on which realizations are ranked first
 Result = TypeVar("Result")
 
 
@@ -59,9 +63,9 @@ class EffectiveK:
         """Return the head and the lines of a table with a line for each realization."""
         head = ["realization", "effective_k", "harmonic_mean", "arithmetic_mean"]
         rows = zip(self.each, self.harmonic, self.arithmetic, strict=True)
-        lines = [[r + 1, *(f"{v:.9g}" for v in row)] for r, row in enumerate(rows)]
+        lines = [[r + 1, *(float(f"{v:.9g}") for v in row)] for r, row in enumerate(rows)]
         of_image = (self.image, self.image_harmonic, self.image_arithmetic)
-        return head, [*lines, ["training_image", *(f"{v:.9g}" for v in of_image)]]
+        return head, [*lines, ["training_image", *(float(f"{v:.9g}") for v in of_image)]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,18 +74,26 @@ class Capture:
 
     starts: Floats  # shape (m, dimensions): starts in world units
     shape: Shape  # starts along y and x; m is their product
-    captured: NDArray[np.bool_]  # shape (n, m)
+    captured: Mask  # shape (n, m)
+    active: Mask | None = None  # shape (m,): starts in active cells; None if all are
 
     @property
     def probability(self) -> Floats:
-        """Share of the realizations in which a particle of each start is captured, `shape`."""
-        return self.captured.mean(axis=0).reshape(self.shape)
+        """Share of the realizations in which a particle of each start is captured, `shape`.
 
-    def brier(self, truth: NDArray[np.bool_] | None = None) -> tuple[float, float]:
+        Inactive cells have NaN.
+        """
+        shares = self.captured.mean(axis=0)
+        return np.where(True if self.active is None else self.active, shares, np.nan).reshape(
+            self.shape
+        )
+
+    def brier(self, truth: Mask | None = None) -> tuple[float, float]:
         """Return the Brier scores of the probability and of one constant probability.
 
         Scores are computed for `truth`, shape (m,); without it, they are means over realizations,
         each predicted by all others. A probability is useful only if its score is clearly smaller.
+        Only starts in active cells count.
         """
         n, total = len(self.captured), self.captured.sum(axis=0)
         if truth is None and n < 2:
@@ -90,6 +102,8 @@ class Capture:
         if truth is not None and (outcomes.dtype != np.bool_ or outcomes.shape != total.shape):
             raise CCWSIMError(f"truth must be an array of True and False, shape {total.shape}")
         predicted = (total - self.captured) / (n - 1) if truth is None else total / n
+        if self.active is not None:
+            predicted, outcomes = predicted[..., self.active], outcomes[..., self.active]
         constant = predicted.mean(axis=-1, keepdims=True)
         score, of_constant = (np.mean((p - outcomes) ** 2) for p in (predicted, constant))
         return float(score), float(of_constant)
@@ -100,12 +114,14 @@ def effective_k(
     values: FaciesValues,
     axis: str = "x",
     *,
+    heads: Heads | None = None,
     anisotropy: float = 1.0,
     **run: Any,
 ) -> EffectiveK:
     """Return the effective conductivity of each realization and of the image, with bounds.
 
-    The bounds hold for any active cells; sections count with the area of their active cells.
+    The bounds hold for any active cells; sections count with the area of their active cells. Heads
+    along an outline need an axis or line along which they change; the image has heads at its sides.
     Raises `CCWSIMError` for a facies without a conductivity, and an axis that the grid lacks.
 
     Examples
@@ -117,21 +133,31 @@ def effective_k(
     True
     """
     k = _values(ensemble, values, axis)
-    solve = partial(_k_of, k=k, grid=ensemble.grid, axis=axis, anisotropy=anisotropy)
+    if isinstance(heads, Edge):
+        axis = heads.axis
+    solve = partial(_k_of, k=k, grid=ensemble.grid, axis=axis, heads=heads, anisotropy=anisotropy)
     each = np.array(over(ensemble, solve, **run))
-    return with_bounds(ensemble, k, axis, each, anisotropy)
+    return with_bounds(ensemble, k, axis, each, heads=heads, anisotropy=anisotropy)
 
 
 def with_bounds(
-    ensemble: Ensemble, k: Floats, axis: str, each: Floats, anisotropy: float = 1.0
+    ensemble: Ensemble,
+    k: Floats,
+    axis: str,
+    each: Floats,
+    *,
+    heads: Heads | None = None,
+    anisotropy: float = 1.0,
 ) -> EffectiveK:
     """Return the effective conductivities `each`, their bounds, and the values of the image."""
     image, k_along = ensemble.training_image, k * (anisotropy if axis == "z" else 1.0)
     grid = replace(Grid.of(image.shape), cell_size=ensemble.grid.cell_size)
     number = array_axis(axis, grid)
     lower, upper = np.array([_bounds(cell_values(k_along, i), number) for i in ensemble.indices]).T
+    if isinstance(heads, Edge) and not isinstance(heads.along, str):
+        lower = np.zeros(ensemble.n)  # heads need not change along whole lines of cells
     least, most = _bounds(cell_values(k_along, image.indices), number)
-    of_image = _k_of(image.indices, k, grid, axis, anisotropy)
+    of_image = _k_of(image.indices, k, grid, axis, anisotropy=anisotropy)
     return EffectiveK(each, lower, upper, of_image, image_harmonic=least, image_arithmetic=most)
 
 
@@ -147,19 +173,33 @@ def _bounds(k: Floats, axis: int) -> tuple[float, float]:
     return lower, float(active.mean())
 
 
-def _k_of(indices: NDArray[np.uint8], k: Floats, grid: Grid, axis: str, anisotropy: float) -> float:
+def _k_of(indices: Bytes, k: Floats, grid: Grid, axis: str, **options: Any) -> float:
     """Return the effective conductivity of facies indices; a function that executors can send."""
-    return _along(axis, cell_values(k, indices), grid, anisotropy=anisotropy).effective_k
+    return _along(axis, cell_values(k, indices), grid, **options).effective_k
 
 
 def _along(
-    axis: str, k: Floats, grid: Grid | None = None, heads: Any = (1, 0), **options: Any
+    axis: str, k: Floats, grid: Grid | None = None, heads: Heads | None = None, **options: Any
 ) -> Flow:
-    """Return the flow between two heads at the ends of an axis."""
-    return darcy(k, grid, **{HEADS_ALONG[axis]: heads}, **options)
+    """Return the flow between heads; None are heads of 1 and 0."""
+    if heads is None:
+        heads = usual_heads(~np.isnan(k), axis)
+    return darcy(k, grid, **heads_option(heads, axis), **options)
 
 
-def flow_efficiency(inside: NDArray[np.bool_], axis: int, contrast: float = CONTRAST) -> float:
+def usual_heads(active: Mask, axis: str = "x") -> Heads:
+    """Return heads of 1 and 0 at both sides, or along the outline if a side has no active cell."""
+    number = active.ndim - 1 - "xyz".index(axis)
+    sides = [active.take(end, number).any() for end in (0, -1)]
+    return (1.0, 0.0) if axis == "z" or all(sides) else Edge((1.0, 0.0), axis)
+
+
+def heads_option(heads: Heads, axis: str) -> dict[str, Any]:
+    """Return the argument of `darcy` for heads at both ends of an axis, or along an outline."""
+    return {"edge" if isinstance(heads, Edge) else HEADS_ALONG[axis]: heads}
+
+
+def flow_efficiency(inside: Mask, axis: int, contrast: float = CONTRAST) -> float:
     """Return E, effective conductivity / arithmetic mean, of a facies along an array axis.
 
     The facies conducts `contrast` times as well as all other facies. Diagonal contacts of cells
@@ -184,14 +224,14 @@ def travel_times(
     porosity: FaciesValues | float = 0.25,
     axis: str = "x",
     *,
-    heads: tuple[float, float] = (1.0, 0.0),
+    heads: Heads | None = None,
     n_particles: int = 200,
     **run: Any,
 ) -> Floats:
     """Return the breakthrough of each realization: sorted travel times, shape (n, n_particles).
 
-    Particles start on the inflow side, each with the same share of the inflow. Particles that do
-    not arrive have the time inf.
+    Particles start on the inflow side, or on the parts of an outline with inflow, each with the
+    same share of the inflow. Particles that do not arrive have the time inf.
 
     Examples
     --------
@@ -217,14 +257,15 @@ def porosities(ensemble: Ensemble, porosity: FaciesValues | float) -> Floats:
 
 def breakthrough(flow: Flow, porosity: Floats | float, axis: str, n: int) -> Floats:
     """Return sorted travel times of n particles from the inflow side; inf if they end inside."""
+    axis = "edge" if "edge" in flow.fixed else axis
     particles = tracks(flow, starts_at_inflow(flow, n, axis), porosity=porosity, keep_paths=False)
     return np.sort(np.where(particles.status == LEFT_GRID, particles.times, np.inf))
 
 
 def _times_of(
-    indices: NDArray[np.uint8], k: Floats, shares: Floats, grid: Grid, axis: str, heads: Any, n: int
+    indices: Bytes, k: Floats, shares: Floats, grid: Grid, axis: str, heads: Any, n: int
 ) -> Floats:
-    flow = _along(axis, cell_values(k, indices), grid, heads)
+    flow = _along(axis, cell_values(k, indices), grid, heads=heads)
     return breakthrough(flow, cell_values(shares, indices), axis, n)
 
 
@@ -236,6 +277,8 @@ def capture_probability(
     *,
     west_east: Ends | None = None,
     south_north: Ends | None = None,
+    edge: Edge | None = None,
+    thickness: float = 1.0,
     porosity: FaciesValues | float = 0.25,
     within: float = np.inf,
     step: int = 4,
@@ -258,13 +301,19 @@ def capture_probability(
     grid, within = ensemble.grid, check_number("within", within, 0.0, np.inf)
     rate = check_number("rate", rate, 0.0, MAX_MAGNITUDE, open_below=True)
     well = checked_cell(well, grid.shape)
-    starts, shape = starts_on_grid(grid, step, None if grid.nz is None else well[0])
+    starts, shape = starts_on_grid(grid, step, well[0] if grid.is_volume else None)
     solve = partial(
         _captured_in, k=k, shares=porosities(ensemble, porosity), grid=grid, starts=starts,
-        wells={well: -rate}, heads=(west_east, south_north), within=within,
+        within=within, wells={well: -rate}, west_east=west_east, south_north=south_north,
+        edge=edge, thickness=thickness,
     )  # fmt: skip
     captured = over(ensemble, solve, **run)
-    return Capture(starts, shape, np.array(captured))
+    return Capture(starts, shape, np.array(captured), active_starts(ensemble, starts))
+
+
+def active_starts(ensemble: Ensemble, starts: Floats) -> Mask:
+    """Return which starts are in active cells."""
+    return ensemble.study.active_mask[tuple(cells_at(starts, ensemble.grid).T)]
 
 
 def starts_on_grid(grid: Grid, step: int, layer: int | None = None) -> tuple[Floats, Shape]:
@@ -277,18 +326,14 @@ def starts_on_grid(grid: Grid, step: int, layer: int | None = None) -> tuple[Flo
 
 
 def _captured_in(
-    indices: NDArray[np.uint8], k: Floats, shares: Floats, grid: Grid, starts: Floats,
-    wells: dict, heads: tuple, within: float,
-) -> NDArray[np.bool_]:  # fmt: skip
-    flow = darcy(
-        cell_values(k, indices), grid, west_east=heads[0], south_north=heads[1], wells=wells
-    )
+    indices: Bytes, k: Floats, shares: Floats, grid: Grid, starts: Floats,
+    within: float, **conditions: Any,
+) -> Mask:  # fmt: skip
+    flow = darcy(cell_values(k, indices), grid, **conditions)
     return captured_by_wells(flow, starts, cell_values(shares, indices), within)
 
 
-def captured_by_wells(
-    flow: Flow, starts: Floats, porosity: Floats, within: float = np.inf
-) -> NDArray[np.bool_]:
+def captured_by_wells(flow: Flow, starts: Floats, porosity: Floats, within: float = np.inf) -> Mask:
     """Return which particles reach a well in time; none does from an inactive cell."""
     captured = ~np.isnan(flow.heads[tuple(cells_at(starts, flow.grid).T)])
     particles = tracks(flow, starts[captured], porosity=porosity, keep_paths=False)
@@ -296,54 +341,23 @@ def captured_by_wells(
     return captured
 
 
-def representatives(
-    ensemble: Ensemble,
-    values: FaciesValues,
-    percentiles: Sequence[float] = (10, 50, 90),
-    axis: str = "x",
-    *,
-    coarser: int = COARSER,
-    **run: Any,
-) -> NDArray[np.int64]:
-    """Return the indices of the realizations at percentiles of the effective conductivity.
+def at_percentiles(each: ArrayLike, percentiles: Sequence[float] = (10, 50, 90)) -> Ints:
+    """Return the indices of the values nearest in rank to percentiles.
 
-    Realizations are ranked on a grid `coarser` times as coarse, with geometric means; 1 ranks on
-    the full grid.
+    Realizations at percentiles of the effective conductivity represent an ensemble.
 
     Examples
     --------
-    >>> from ccwsim import simulate
-    >>> e = simulate(np.tile([[0], [0], [1], [1]], (16, 64)), (40, 50), n_realizations=5)
-    >>> representatives(e, {0: 1e-6, 1: 1e-4}).shape
-    (3,)
+    >>> at_percentiles(np.array([3e-5, 1e-5, 2e-5]), [0, 50, 100])
+    array([1, 2, 0])
     """
-    k, factor = _values(ensemble, values, axis), check_int("coarser", coarser, 1)
-    solve = partial(_coarse_k, k=k, grid=ensemble.grid, axis=axis, factor=factor)
-    return at_percentiles(np.array(over(ensemble, solve, **run)), percentiles)
-
-
-def at_percentiles(each: Floats, percentiles: Sequence[float]) -> NDArray[np.int64]:
-    """Return the indices of the values nearest in rank to percentiles."""
-    wanted = as_floats(percentiles, "percentiles")
+    numbers, wanted = as_floats(each, "each"), as_floats(percentiles, "percentiles")
+    if not numbers.size or numbers.ndim != 1 or np.isnan(numbers).any():
+        raise CCWSIMError(f"each = {shown(each)} must be one number for each realization")
     if wanted.ndim != 1 or not ((wanted >= 0) & (wanted <= 100)).all():
         raise CCWSIMError(f"percentiles = {shown(percentiles)} must be numbers from 0 to 100")
-    order = np.argsort(each, kind="stable")
+    order = np.argsort(numbers, kind="stable")
     return order[np.rint(wanted / 100 * (len(order) - 1)).astype(int)]
-
-
-def _coarse_k(indices: NDArray[np.uint8], k: Floats, grid: Grid, axis: str, factor: int) -> float:
-    """Return the effective conductivity on a coarser grid; remaining rows and columns are cut."""
-    logs = cell_values(np.log(k), indices)
-    for number, n in enumerate(indices.shape):
-        side = min(factor, n)
-        logs = np.moveaxis(logs, number, -1)[..., : n // side * side]
-        active = np.ma.masked_invalid(logs.reshape((*logs.shape[:-1], -1, side)))
-        logs = np.moveaxis(active.mean(axis=-1).filled(np.nan), -1, number)
-    sizes = np.array(_cell(grid))[: grid.n_dimensions] * factor
-    nz = logs.shape[0] if logs.ndim == 3 else None
-    ny, nx = logs.shape[-2:]
-    coarse = Grid(ny, nx, tuple(sizes.tolist()), nz=nz)
-    return _along(axis, np.exp(logs), coarse, tolerance=1e-2).effective_k
 
 
 def _values(ensemble: Ensemble, values: FaciesValues, axis: str) -> Floats:
@@ -355,7 +369,7 @@ def _values(ensemble: Ensemble, values: FaciesValues, axis: str) -> Floats:
 
 def over(
     ensemble: Ensemble,
-    function: Callable[[NDArray[np.uint8]], Result],
+    function: Callable[[Bytes], Result],
     n_workers: int | None = None,
     progress: Progress | None = None,
     cancel: Cancel | None = None,

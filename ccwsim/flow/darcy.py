@@ -2,18 +2,23 @@
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage, sparse
 from scipy.sparse.linalg import spsolve
 
+from ccwsim import Grid
+from ccwsim.flow.boundary import Edge, FixedFaces, fixed_faces, side_faces
 from ccwsim.jobs.workers import check_stop
 from ccwsim.model.arrays import (
+    Array,
+    ArrayLike,
     Floats,
+    Int32s,
+    Shape,
     as_array,
     as_floats,
     as_integers,
@@ -26,7 +31,6 @@ from ccwsim.model.arrays import (
 from ccwsim.model.bounds import MAX_CONTRAST, MAX_MAGNITUDE
 from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.facies_property import check_magnitudes
-from ccwsim.model.grid import Grid
 
 SIDES = {"x": ("west", "east"), "y": ("south", "north"), "z": ("bottom", "top")}
 """Sides of the grid at both ends of each axis."""
@@ -49,7 +53,14 @@ class Flow:
     """Volume per time through the n + 1 faces along each axis, positive to larger indices."""
     wells: dict[tuple[int, ...], float]
     fixed: dict[str, tuple[float, float]]
-    """Mean heads at both ends of each axis ("x", "y", "z") with fixed heads; NaN if not fixed."""
+    """Mean heads at both ends of each axis ("x", "y", "z") with fixed heads, NaN if not fixed, or
+    the two heads along the outline ("edge")."""
+    fixed_faces: FixedFaces
+    """Faces of cells with fixed heads, and the flow through them."""
+    gradient: float
+    """Fall of the fixed heads per length, along one axis or along the line of an edge."""
+    thickness: float
+    """Thickness of a map; a volume has the thickness of its layers."""
     n_active: int
     """Number of active cells."""
     iterations: int
@@ -71,29 +82,37 @@ class Flow:
 
         It is 0 if nothing flows, too. A value above 1e-6 in size warns of an inaccurate solution.
         """
-        parts = [np.array([*self.wells.values()])]
-        for axis, flux in enumerate(self.fluxes):
-            parts += [flux.take(0, axis).ravel(), -flux.take(-1, axis).ravel()]
-        inflow, outflow = (np.maximum(sign * np.concatenate(parts), 0).sum() for sign in (1, -1))
-        return float((inflow - outflow) / max(inflow, outflow, 1e-300))
+        inflow, outflow = self._flows(1), self._flows(-1)
+        return (inflow - outflow) / max(inflow, outflow, 1e-300)
+
+    @property
+    def inflow(self) -> float:
+        """Volume per time that flows in through faces with fixed heads and from wells."""
+        return self._flows(1)
+
+    def _flows(self, sign: int) -> float:
+        """Return the flow in (sign 1) or out (sign −1) through fixed heads and wells."""
+        rates = np.concatenate([self.fixed_faces.inflows, [*self.wells.values()]])
+        return float(np.maximum(sign * rates, 0).sum())
 
     @property
     def effective_k(self) -> float:
         """Conductivity of the homogeneous grid with the same flow, Q L / (A Δh).
 
-        A is the mean area of the active cells in the sections across the flow. Raises `CCWSIMError`
-        unless two different heads are fixed along one axis and nowhere else.
+        A is the mean area of the active cells in the sections across the flow. Between heads along
+        an outline, it is the conductivity that loses the same energy, Σ Q h / (V J²), with the flow
+        Q into each face, its head h, the volume V and the gradient J; between two heads at sides,
+        both are equal. Raises `CCWSIMError` unless two different heads are fixed along one axis or
+        line and nowhere else.
         """
-        name, (low, high) = next(iter(self.fixed.items()))
-        begin, end = SIDES[name]
-        flow = (self.through[begin] - self.through[end]) / 2
-        if len(self.fixed) > 1 or self.wells or not (flow and abs(low - high) > 0):
+        faces, gradient = self.fixed_faces, self.gradient
+        middle = np.nanmean(list(self.fixed.values()))
+        energy = float(np.sum(faces.inflows * (faces.heads - middle)))
+        if self.wells or not (energy and np.isfinite(gradient) and gradient):
             raise refused("effective_k")
-        axis = "xyz".index(name)
-        sizes = _cell(self.grid)
-        length = self.heads.shape[::-1][axis] * sizes[axis]
-        area = np.prod(sizes) * self.n_active / length
-        return float(flow * length / (area * (low - high)))
+        return energy / float(
+            np.prod(cell_sizes(self.grid, self.thickness)) * self.n_active * gradient**2
+        )
 
 
 def darcy(
@@ -103,14 +122,17 @@ def darcy(
     west_east: Ends | None = None,
     south_north: Ends | None = None,
     bottom_top: Ends | None = None,
+    edge: Edge | None = None,
     wells: Wells | None = None,
     anisotropy: float = 1.0,
+    thickness: float = 1.0,
     active: ArrayLike | None = None,
     tolerance: float = RESIDUAL_TOLERANCE,
 ) -> Flow:
     """Solve ∇·(K ∇h) = −q by finite volumes, with harmonic means at the faces between cells.
 
-    Sides without fixed heads are no-flow. A fixed head acts on the outer face of a cell. The solver
+    Heads are fixed at sides, or along the outline of the active cells (`edge`); all other faces to
+    the outside are no-flow. A fixed head acts on the outer face of a cell. The solver
     is conjugate gradients with an algebraic multigrid preconditioner (PyAMG; Bell et al. 2023), or
     sparse elimination if it does not converge. The datum of the heads does not matter, because only
     differences of heads are computed. Raises `CCWSIMError` if conductivity, heads or wells do not
@@ -119,9 +141,9 @@ def darcy(
 
     `conductivity`, shape of the grid, has positive numbers, such as m/s, and NaN in inactive cells,
     through which nothing flows; `active` can mask cells, too. Cell sizes have the same unit of
-    length; without a grid, they are 1, and a map is 1 thick. Iterations end if the residuals of the
-    cells, the volumes per time that are lost or gained, sum to at most `tolerance` of the flows
-    through sides and wells.
+    length, as has the `thickness` of a map; without a grid, they are 1. Iterations end if the
+    residuals of the cells, the volumes per time that are lost or gained, sum to at most `tolerance`
+    of the flows through fixed heads and wells.
 
     Examples
     --------
@@ -134,38 +156,43 @@ def darcy(
     tolerance = check_number("tolerance", tolerance, 1e-15, 0.1)
     heads = {"x": west_east, "y": south_north, "z": bottom_top}
     names = "xyz"[: grid.n_dimensions][::-1]
-    if grid.nz is None and bottom_top is not None:
+    if not grid.is_volume and bottom_top is not None:
         raise CCWSIMError("bottom_top: a map has no layers; give west_east or south_north")
     ends = [_heads(heads[name], name, np.delete(k.shape, axis)) for axis, name in enumerate(names)]
     mask = np.isfinite(k)
-    labels: NDArray[np.int32] = ndimage.label(mask)[0]  # type: ignore[index]
-    datum = _datum(labels, ends)
-    held = np.isfinite(datum)
+    labels: Int32s = ndimage.label(mask)[0]  # type: ignore[index]
+    sizes = cell_sizes(grid, thickness)
+    check_magnitudes("cell size", np.array(sizes))
+    faces, k_along = [], []
+    for axis, name in enumerate(names):
+        # K · area of a face / distance of centres
+        along = (anisotropy if name == "z" else 1.0) * np.where(mask, k, 0.0)
+        k_along.append(along * np.prod(sizes) / sizes["xyz".index(name)] ** 2)
+        low, high = (np.delete(k_along[-1], end, axis) for end in (-1, 0))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            faces.append(np.nan_to_num(2 * low * high / (low + high)))
     fixed = {
         name: (float(low.mean()), float(high.mean()))
         for name, (low, high) in zip(names, ends, strict=True)
         if np.isfinite([low.mean(), high.mean()]).any()
     }
+    if edge is not None:
+        check_type("edge", edge, Edge)
+        if fixed:
+            raise CCWSIMError(
+                "heads are fixed at sides and along the outline; leave one of them out"
+            )
+    at_faces = side_faces(ends, k.shape) if edge is None else edge.at_faces(mask, grid)
+    held_faces = fixed_faces(at_faces, mask, k_along)
+    datum = _datum(labels, held_faces)
+    held = np.isfinite(datum)
     _check_paths(labels, datum, fixed, names)
     rates = _checked_wells({} if wells is None else wells, mask, held)
-    sizes = _cell(grid)
-    check_magnitudes("cell size", np.array(sizes))
     outer, rhs = np.zeros(k.shape), np.zeros(k.shape)
-    faces, sides = [], []
-    for axis, name in enumerate(names):
-        size = sizes["xyz".index(name)]
-        k_along = (anisotropy if name == "z" else 1.0) * np.where(mask, k, 0.0)
-        k_along *= np.prod(sizes) / size**2  # area of a face / distance of centres
-        low, high = (np.delete(k_along, end, axis) for end in (-1, 0))
-        with np.errstate(invalid="ignore", divide="ignore"):
-            faces.append(np.nan_to_num(2 * low * high / (low + high)))
-        for end, head in zip((0, -1), ends[axis], strict=True):
-            face_cells = (*[slice(None)] * axis, end)
-            conductance = np.where(np.isnan(head), 0.0, 2 * k_along[face_cells])
-            above = np.nan_to_num(head - datum[face_cells])
-            outer[face_cells] += conductance
-            rhs[face_cells] += conductance * above
-            sides.append((conductance, above))
+    index, conductances = tuple(held_faces.cells.T), held_faces.conductances
+    face_heads = held_faces.heads - datum[index]
+    np.add.at(outer, index, conductances)
+    np.add.at(rhs, index, conductances * face_heads)
     for cell, rate in rates.items():
         rhs[cell] += rate
     diagonal = outer.copy()
@@ -184,21 +211,37 @@ def darcy(
         matrix = matrix[use][:, use]
     above = np.zeros(k.shape)  # heads above the datum, whose differences lose no digits
     above[held], iterations = _solve(matrix, rhs[held], outer[held], tolerance)
-    fluxes, n_active = _fluxes(above, faces, sides), int(np.count_nonzero(mask))
+    inflows = readonly(conductances * (face_heads - above[index]))
+    held_faces, n_active = replace(held_faces, inflows=inflows), int(np.count_nonzero(mask))
     return Flow(
         grid=grid,
         heads=readonly(datum + above),
-        fluxes=fluxes,
+        fluxes=_fluxes(above, faces, held_faces),
         wells=rates,
-        fixed=fixed,
+        fixed=fixed if edge is None else {"edge": edge.heads},
+        fixed_faces=held_faces,
+        gradient=_side_gradient(fixed, grid) if edge is None else edge.gradient(mask, grid),
+        thickness=thickness,
         n_active=n_active,
         iterations=iterations,
     )
 
 
-def _cell(grid: Grid) -> tuple[float, ...]:
-    """Return the sizes of a cell along x, y and z; a map is 1 thick."""
-    return (*grid.cell_size, 1.0)[:3]
+def _side_gradient(fixed: Mapping[str, tuple[float, float]], grid: Grid) -> float:
+    """Return the fall of the heads per length between two sides; NaN for more or fewer sides."""
+    if len(fixed) != 1:
+        return np.nan
+    ((name, (low, high)),) = fixed.items()
+    number = "xyz".index(name)
+    return (low - high) / (grid.shape[::-1][number] * grid.cell_size[number])
+
+
+def cell_sizes(grid: Grid, thickness: float = 1.0) -> tuple[float, ...]:
+    """Return the sizes of a cell along x, y and z; raise `CCWSIMError` for a wrong thickness."""
+    thickness = check_number("thickness", thickness, 0.0, MAX_MAGNITUDE, open_below=True)
+    if grid.is_volume and thickness != 1:
+        raise CCWSIMError("thickness is for maps; a volume has that of its layers: leave it out")
+    return (*grid.cell_size, thickness)[:3]
 
 
 def _checked_k(
@@ -225,7 +268,7 @@ def _checked_k(
     return k, grid
 
 
-def _heads(ends: Ends | None, name: str, shape: NDArray) -> list[Floats]:
+def _heads(ends: Ends | None, name: str, shape: Array) -> list[Floats]:
     """Return the heads at both ends of an axis as numbers or arrays over the side; NaN for None."""
     sides = " and ".join(SIDES[name])
     ends = (None, None) if ends is None else ends
@@ -241,28 +284,27 @@ def _heads(ends: Ends | None, name: str, shape: NDArray) -> list[Floats]:
     return heads
 
 
-def _datum(labels: NDArray, ends: Sequence[Sequence[Floats]]) -> Floats:
+def _datum(labels: Array, held_faces: FixedFaces) -> Floats:
     """Return the middle of the fixed heads of each connected set of cells; NaN without heads."""
     low, high = np.full((2, labels.max() + 1), np.nan)
-    for axis, heads in enumerate(ends):
-        for end, head in zip((0, -1), heads, strict=True):
-            np.fmin.at(low, labels.take(end, axis), head)
-            np.fmax.at(high, labels.take(end, axis), head)
+    parts = labels[tuple(held_faces.cells.T)]
+    np.fmin.at(low, parts, held_faces.heads)
+    np.fmax.at(high, parts, held_faces.heads)
     middle = (low + high) / 2  # exact for equal heads, between which nothing flows
     return np.where(labels > 0, middle[labels], np.nan)
 
 
-def _check_paths(labels: NDArray, datum: Floats, fixed: dict, names: str) -> None:
+def _check_paths(labels: Array, datum: Floats, fixed: dict, names: str) -> None:
     """Raise an error if no path of active cells connects two sides whose heads are fixed."""
     if np.isnan(datum).all():
-        raise CCWSIMError("no head is fixed at an active cell; give west_east or south_north")
+        raise refused("no_head")
     for name, heads in fixed.items():
         axis = names.index(name)
         low, high = (np.unique(labels.take(end, axis)) for end in (0, -1))
         if not (np.isnan(heads).any() or np.intersect1d(low, high).any()):
             raise CCWSIMError(
                 f"no active cells connect the {' and '.join(SIDES[name])} sides; nothing can flow "
-                "between their heads"
+                "between their heads, so fix heads along the outline instead"
             )
 
 
@@ -272,7 +314,7 @@ def array_axis(axis: str, grid: Grid) -> int:
     return len(names) - 1 - names.index(check_choice("axis", axis, names))
 
 
-def checked_cell(cell: ArrayLike, shape: tuple[int, ...]) -> tuple[int, ...]:
+def checked_cell(cell: ArrayLike, shape: Shape) -> tuple[int, ...]:
     """Return the indices of the cell of a well, or raise `CCWSIMError`."""
     indices = as_integers(cell, "cell of a well", remedy="give (row, column) of a cell")
     if indices.shape != (len(shape),) or not ((indices >= 0) & (indices < shape)).all():
@@ -280,7 +322,7 @@ def checked_cell(cell: ArrayLike, shape: tuple[int, ...]) -> tuple[int, ...]:
     return tuple(indices.tolist())
 
 
-def _checked_wells(wells: Wells, mask: NDArray, held: NDArray) -> dict[tuple[int, ...], float]:
+def _checked_wells(wells: Wells, mask: Array, held: Array) -> dict[tuple[int, ...], float]:
     check_type("wells", wells, Mapping)
     rates = {}
     for key, rate in wells.items():
@@ -344,14 +386,15 @@ def _cycle(multigrid: Any, rhs: Floats, n: int) -> Floats:
     return x
 
 
-def _fluxes(above: Floats, faces: Sequence[Floats], sides: Sequence) -> tuple[Floats, ...]:
+def _fluxes(above: Floats, faces: Sequence[Floats], held_faces: FixedFaces) -> tuple[Floats, ...]:
     """Return the flux through each face, from heads above the datum and conductances of faces."""
     fluxes = []
     for axis, face in enumerate(faces):
         inner = -face * np.diff(above, axis=axis)
         flux = np.pad(inner, [(int(a == axis),) * 2 for a in range(above.ndim)])
-        for end, (conductance, head) in zip((0, -1), sides[2 * axis : 2 * axis + 2], strict=True):
-            inflow = conductance * (head - above.take(end, axis))
-            flux[(*[slice(None)] * axis, end)] = inflow if end == 0 else -inflow
+        across = held_faces.axes == axis
+        ends, places = held_faces.ends[across], held_faces.cells[across].T.copy()
+        places[axis] += ends
+        flux[tuple(places)] = np.where(ends, -1, 1) * held_faces.inflows[across]
         fluxes.append(readonly(flux))
     return tuple(fluxes)

@@ -3,18 +3,20 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from ccwsim.flow.darcy import Floats, Flow, _cell, array_axis
+from ccwsim import CCWSIMError, Grid
+from ccwsim.flow.darcy import Floats, Flow, array_axis, cell_sizes
 from ccwsim.jobs.workers import check_stop
-from ccwsim.model.arrays import as_floats, check_int, check_type
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.grid import Grid
+from ccwsim.model.arrays import ArrayLike, Ints, as_floats, check_int, check_type
 
 LEFT_GRID, IN_WELL, STUCK = 0, 1, 2
 """End of a track: it left the grid, entered the cell of a well, or stopped in a cell."""
 MAX_CROSSINGS = 5  # maximum number of cells of a track, in sums of the sides of the grid
 STEPS_BETWEEN_CHECKS = 64
+START_INSET = (
+    1e-6  # distance of starts from a face, in cells, so that rounding keeps them in the cell
+)
 MAX_PARTICLES = 1_000_000  # maximum number of particles, which are all followed at once
 
 
@@ -72,7 +74,7 @@ def tracks(
         raise CCWSIMError("a start is outside the grid or in an inactive cell; move it")
     shares = np.broadcast_to(shares, grid.shape)
     size = np.array(grid.cell_size[:n_axes][::-1])
-    volume, sign = float(np.prod(_cell(grid))), -1.0 if backward else 1.0
+    volume, sign = float(np.prod(cell_sizes(grid, flow.thickness))), -1.0 if backward else 1.0
     sinks = np.zeros(grid.shape, bool)
     for cell, rate in flow.wells.items():
         sinks[cell] = sign * rate < 0
@@ -121,13 +123,14 @@ def tracks(
         times[who] += dt
         if keep_paths:
             log.append((who, times[who], cells + position))
-        out = ((cells < 0) | (cells >= shape)).any(axis=1)
+        out = np.any((cells < 0) | (cells >= shape), axis=1)
+        out[~out] = np.isnan(flow.heads[tuple(cells[~out].T)])  # across the outline
         status[who[out]] = LEFT_GRID
         who, cells, position = who[~out], cells[~out], position[~out]
     return Tracks(times, status, _paths(log, n, corner, size))
 
 
-def cells_at(points: Floats, grid: Grid) -> NDArray[np.int64]:
+def cells_at(points: Floats, grid: Grid) -> Ints:
     """Return the (layer,) row and column of points with the columns x, y (and z)."""
     return grid.cells_of(*points.T)
 
@@ -145,7 +148,8 @@ def _paths(log: list, n: int, corner: Floats, size: Floats) -> list[Floats]:
 def starts_at_inflow(flow: Flow, n: int, axis: str = "x") -> Floats:
     """Return n starts on the inflow side of an axis, each with the same share of the inflow.
 
-    Raises `CCWSIMError` if nothing flows in through the two sides of the axis.
+    The axis "edge" is for heads along an outline, where starts are on all faces with inflow. Raises
+    `CCWSIMError` if nothing flows in.
 
     Examples
     --------
@@ -154,18 +158,21 @@ def starts_at_inflow(flow: Flow, n: int, axis: str = "x") -> Floats:
     [[0.0, 1.0], [0.0, 1.67]]
     """
     check_type("flow", flow, Flow)
-    grid, number = flow.grid, array_axis(axis, flow.grid)
-    n, n_axes = check_int("n", n, 1, MAX_PARTICLES), grid.n_dimensions
-    ends = [np.maximum(s * flow.fluxes[number].take(e, number), 0) for e, s in ((0, 1), (-1, -1))]
-    end = int(ends[1].sum() > ends[0].sum())
-    inflow = ends[end]
-    total = np.cumsum(inflow.ravel())
-    if not total[-1] > 0:
+    faces, grid, n_axes = flow.fixed_faces, flow.grid, flow.grid.n_dimensions
+    n, inflow = check_int("n", n, 1, MAX_PARTICLES), np.maximum(faces.inflows, 0)
+    if not (isinstance(axis, str) and axis == "edge"):
+        across = faces.axes == array_axis(axis, grid)
+        low, high = (inflow[across & (faces.ends == end)].sum() for end in (0, 1))
+        inflow = np.where(across & (faces.ends == int(high > low)), inflow, 0)
+    total = np.cumsum(inflow)
+    if not (len(total) and total[-1] > 0):
         raise CCWSIMError(f"nothing flows into the grid along {axis}; fix two different heads")
     wanted = (np.arange(n) + 0.5) / n * total[-1]
     face = np.searchsorted(total, wanted)
-    part = 1 - (total[face] - wanted) / inflow.ravel()[face]
-    places = np.array(np.unravel_index(face, inflow.shape), float).T + 0.5
-    places[:, -1] += part - 0.5
-    places = np.insert(places, number, end * grid.shape[number], axis=1)
+    row, number = np.arange(n), faces.axes[face]
+    places = np.full((n, n_axes), 0.5)  # in the cell
+    last = np.where(number == n_axes - 1, n_axes - 2, n_axes - 1)  # an axis along the face
+    places[row, last] = 1 - (total[face] - wanted) / inflow[face]
+    places[row, number] = np.clip(faces.ends[face], START_INSET, 1 - START_INSET)
+    places += faces.cells[face]
     return places[:, ::-1] * grid.cell_size[:n_axes] + grid.origin[:n_axes]

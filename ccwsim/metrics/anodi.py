@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from math import nan
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.distance import pdist, squareform
 
+from ccwsim import TrainingImage
 from ccwsim.metrics.patterns import (
     FACTORS,
     divergences,
@@ -16,9 +16,8 @@ from ccwsim.metrics.patterns import (
     thinnest_n_layers,
 )
 from ccwsim.metrics.stack import Codes, Fraction, Images, Watch, as_image, as_stack
-from ccwsim.model.arrays import as_floats, check_int, ratio
+from ccwsim.model.arrays import Array, ArrayLike, Floats, Ints, as_floats, check_int, ratio
 from ccwsim.model.errors import CCWSIMError, refused, shown
-from ccwsim.model.training_image import TrainingImage
 
 HISTOGRAM_SHARE = 0.5  # share of the progress bar for counting; the rest is for comparing
 MAX_SMACOF_STEPS, SMALL_STEP = (
@@ -26,7 +25,7 @@ MAX_SMACOF_STEPS, SMALL_STEP = (
     1e-5,
 )  # number of SMACOF steps, and relative gain at which they end
 MIN_JACKKNIFE = 3  # realizations for a jackknife: two must remain when one is omitted
-Means = tuple[NDArray[np.float64], NDArray[np.float64]]
+Means = tuple[Floats, Floats]
 """Mean divergences between realizations, and of realizations from the training image."""
 
 
@@ -34,14 +33,14 @@ Means = tuple[NDArray[np.float64], NDArray[np.float64]]
 class Scaling:
     """Coordinates of points whose distances approximate a distance matrix."""
 
-    positions: NDArray[np.float64]
+    positions: Floats
     """Coordinates, shape (n, n_dimensions), centred on 0; the axis of largest variance is first."""
     stress: float
     """Kruskal's stress-1, √(Σ (d − b e)² / Σ d²), with distances d, distances e of the points and
     their best scale b; 0 is perfect, and above 0.2 a picture distorts the distances."""
 
 
-def classical_scaling(distances: NDArray[np.float64], n_dimensions: int = 2) -> Scaling:
+def classical_scaling(distances: Floats, n_dimensions: int = 2) -> Scaling:
     """Return coordinates of points whose distances approximate a symmetric matrix (Torgerson 1952).
 
     The coordinates are the eigenvectors of −½ J D² J, with J = I − 1/n, times the square roots of
@@ -68,7 +67,7 @@ def classical_scaling(distances: NDArray[np.float64], n_dimensions: int = 2) -> 
     return Scaling(_upright(positions), _stress(d, positions))
 
 
-def metric_scaling(distances: NDArray[np.float64], n_dimensions: int = 2) -> Scaling:
+def metric_scaling(distances: Floats, n_dimensions: int = 2) -> Scaling:
     """Return coordinates whose distances are as near as possible to a symmetric matrix.
 
     SMACOF (de Leeuw 1977) lowers Σ (d − e)² from the start of `classical_scaling`, in at most 200
@@ -99,17 +98,17 @@ def metric_scaling(distances: NDArray[np.float64], n_dimensions: int = 2) -> Sca
     return Scaling(_upright(positions), stress) if stress < start.stress else start
 
 
-def _upright(positions: NDArray[np.float64]) -> NDArray[np.float64]:
+def _upright(positions: Floats) -> Floats:
     """Flip each axis whose coordinate of largest magnitude is negative."""
     largest = positions[np.abs(positions).argmax(axis=0), np.arange(positions.shape[1])]
     return positions * np.where(largest < 0, -1.0, 1.0)
 
 
-def _distances(positions: NDArray[np.float64]) -> NDArray[np.float64]:
+def _distances(positions: Floats) -> Floats:
     return squareform(pdist(positions)) if len(positions) > 1 else np.zeros((1, 1))
 
 
-def _stress(d: NDArray[np.float64], positions: NDArray[np.float64]) -> float:
+def _stress(d: Floats, positions: Floats) -> float:
     """Return Kruskal's stress-1 of positions at their best scale."""
     e = _distances(positions)
     of_distances, of_points = float((d**2).sum()), float((e**2).sum())
@@ -125,27 +124,27 @@ class Anodi:
     names: tuple[str, ...]
     factors: tuple[int, ...]
     """Coarsening factors: resolution g is 1 / factors[g] of the full resolution."""
-    weights: NDArray[np.float64]
+    weights: Floats
     """Weights of the resolutions; their sum is 1."""
     pattern_size: int
     """Side of the patterns in cells."""
-    divergence: NDArray[np.float64]
+    divergence: Floats
     """Jensen–Shannon divergence (log₂) of each pair of images, shape (n_factors, 1 + n_all,
     1 + n_all); the training image is first, followed by all realizations."""
-    owner: NDArray[np.int64]
+    owner: Ints
     """Index of the ensemble of each image, shape (1 + n_all,); −1 for the training image."""
-    between: NDArray[np.float64]
+    between: Floats
     """Mean divergence between realizations, shape (n_ensembles, n_factors); NaN if n = 1."""
-    within: NDArray[np.float64]
+    within: Floats
     """Mean divergence of realizations from the training image, shape (n_ensembles, n_factors)."""
 
     @property
-    def ratio(self) -> NDArray[np.float64]:
+    def ratio(self) -> Floats:
         """Ratio `between` / `within`, shape (n_ensembles, n_factors); larger is better."""
         return ratio(self.between, self.within)
 
     @property
-    def mean_ratio(self) -> NDArray[np.float64]:
+    def mean_ratio(self) -> Floats:
         """Weighted mean of `ratio` over the resolutions, shape (n_ensembles,)."""
         return self.ratio @ self.weights
 
@@ -181,7 +180,7 @@ class Anodi:
         between, within, both = np.sqrt(variance).tolist()
         return between, within, both
 
-    def _relative(self, one: Means, other: Means) -> NDArray[np.float64]:
+    def _relative(self, one: Means, other: Means) -> Floats:
         """Return the weighted ratios of `between`, `within` and between / within, shape (3, …)."""
         with np.errstate(divide="ignore", invalid="ignore"):
             between, within = one[0] / other[0], one[1] / other[1]
@@ -229,7 +228,8 @@ def anodi(
     Patterns are counted exactly at each resolution of a pyramid (see `coarsened`). Section 5.5 of
     the paper uses 8 × 8 windows. Here the default is 4 × 4, as in the public code of ANODI, because
     nearly every exact 8 × 8 pattern occurs only once. Several ensembles have names. `weights` of
-    the resolutions are scaled to sum to 1; by default 2^−g for resolution g.
+    the resolutions are scaled to sum to 1; by default 2^−g for resolution g. Resolutions at which
+    an image has no whole pattern of active cells do not count.
 
     Examples
     --------
@@ -256,10 +256,16 @@ def anodi(
         )
     owner = np.concatenate([[-1], np.repeat(range(len(stacks)), [len(s) for s in stacks.values()])])
     divergence = divergences(rows, watch.part(HISTOGRAM_SHARE, 1.0).tell)
+    # resolutions at which all images have whole patterns of active cells
+    judged = [k for k, each in enumerate(divergence) if np.isfinite(each).all()]
+    if not judged:
+        judged, divergence = [0], np.nan_to_num(divergence)
+    divergence = divergence[judged]
+    scaled = _scaled_weights(scaled[judged].tolist(), len(judged))
     between, within = _mean_divergences(divergence, owner, len(stacks))
     return Anodi(
         names=tuple(stacks),
-        factors=tuple(factors),
+        factors=tuple(factors[k] for k in judged),
         weights=scaled,
         pattern_size=side,
         divergence=divergence,
@@ -269,9 +275,7 @@ def anodi(
     )
 
 
-def _mean_divergences(
-    divergence: NDArray, owner: NDArray, n_ensembles: int
-) -> tuple[NDArray, NDArray]:
+def _mean_divergences(divergence: Array, owner: Array, n_ensembles: int) -> tuple[Array, Array]:
     between, within = np.full((2, n_ensembles, len(divergence)), np.nan)
     for k in range(n_ensembles):
         members = np.flatnonzero(owner == k)
@@ -282,7 +286,7 @@ def _mean_divergences(
     return between, within
 
 
-def _scaled_weights(weights: Sequence[float] | None, n: int) -> NDArray[np.float64]:
+def _scaled_weights(weights: Sequence[float] | None, n: int) -> Floats:
     """Return the weights of n resolutions, scaled to sum to 1; by default proportional to 2^−g."""
     values = 0.5 ** np.arange(1, n + 1) if weights is None else as_floats(weights, "weights")
     fits = values.shape == (n,) and n > 0 and np.isfinite(values).all()

@@ -5,16 +5,24 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
+from ccwsim import Grid
 from ccwsim.metrics.connectivity import connectivity
 from ccwsim.metrics.etype import EType, add_counts, etype_of_counts, proportions
 from ccwsim.metrics.lags import Direction, DirectionName, Lags, axes_of, lags_that_fit
 from ccwsim.metrics.stack import Codes, Fraction, Images, as_image, checked_codes, index_of
 from ccwsim.metrics.variograms import variogram
-from ccwsim.model.arrays import as_floats, as_integers, check_int, ratio
+from ccwsim.model.arrays import (
+    ArrayLike,
+    Floats,
+    Ints,
+    Shape,
+    as_floats,
+    as_integers,
+    check_int,
+    ratio,
+)
 from ccwsim.model.errors import CCWSIMError, refused, shown
-from ccwsim.model.grid import Grid
 
 Statistic = Literal["variogram", "connectivity"]
 STATISTICS: tuple[Statistic, ...] = get_args(Statistic)
@@ -27,7 +35,7 @@ def curves_of(
     direction: Direction,
     lags: Lags,
     progress: Fraction | None = None,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return γ(h) or τ(h) of a facies along a direction, with one row for each image."""
     if statistic == "variogram":
         return variogram(images, facies, direction, lags, progress).gamma
@@ -41,12 +49,12 @@ class Band:
     Values are NaN at points that are missing in all realizations.
     """
 
-    mean: NDArray[np.float64]
-    low: NDArray[np.float64]
-    median: NDArray[np.float64]
-    high: NDArray[np.float64]
-    smallest: NDArray[np.float64]
-    largest: NDArray[np.float64]
+    mean: Floats
+    low: Floats
+    median: Floats
+    high: Floats
+    smallest: Floats
+    largest: Floats
 
 
 def band(curves: ArrayLike, low: float = 0.1, high: float = 0.9) -> Band:
@@ -65,8 +73,7 @@ def band(curves: ArrayLike, low: float = 0.1, high: float = 0.9) -> Band:
         raise CCWSIMError(f"curves of shape (n, n_lags) are needed, not {values.shape}")
     _check_quantiles(low, high)
     valid = ~np.isnan(values).all(axis=0)
-    shape = values.shape[1:]
-    rows = np.full((6, *shape), np.nan)
+    rows = np.full((6, *values.shape[1:]), np.nan)
     if valid.any():
         present = values[:, valid]
         rows[0, valid] = np.nanmean(present, axis=0)
@@ -147,7 +154,7 @@ class RunningCurves:
             mean=mean, low=lower, median=median, high=upper, smallest=smallest, largest=largest
         )
 
-    def _quantile(self, p: float, n: NDArray[np.int64]) -> NDArray[np.float64]:
+    def _quantile(self, p: float, n: Ints) -> Floats:
         """Return the quantile p of each point, interpolated between the centres of bins."""
         ranks = p * np.maximum(n - 1, 0)
         below = np.floor(ranks)
@@ -167,7 +174,7 @@ class RunningSummary:
     etype: EType
     proportions: Band
     """Band of the share of each facies, shape (n_facies,)."""
-    lags: NDArray[np.int64]
+    lags: Ints
     variograms: dict[tuple[int, DirectionName], Band]
     """Bands of γ(h) by (facies code, direction), over the lags that fit the images."""
     connectivity: dict[tuple[int, DirectionName], Band]
@@ -196,7 +203,7 @@ class RunningStatistics:
 
     def __init__(
         self,
-        shape: tuple[int, ...],
+        shape: Shape,
         codes: Codes,
         facies: Sequence[int] | None = None,
         directions: Sequence[DirectionName] | None = None,
@@ -217,7 +224,7 @@ class RunningStatistics:
             directions = axes_of(self.shape)
         self._counts = np.zeros((n_facies, *self.shape), np.int32)
         self._shares = RunningCurves(n_facies, 0.0, 1.0)
-        self._fitting: dict[DirectionName, NDArray[np.int64]] = {
+        self._fitting: dict[DirectionName, Ints] = {
             way: lags_that_fit(self.shape, way, self._lags) for way in directions
         }
         n_lags: dict[tuple[int, DirectionName], int] = {

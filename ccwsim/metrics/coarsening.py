@@ -3,11 +3,10 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import allocating_kernel
 from ccwsim.metrics.stack import N_AXES, Codes, Images, as_image
-from ccwsim.model.arrays import Bytes, Floats, Ints, as_array, check_int
+from ccwsim.model.arrays import Bytes, Floats, Integers, Ints, as_array, check_int
 from ccwsim.model.ensemble import codes_with_nan
 from ccwsim.model.errors import refused, shown
 from ccwsim.model.missing import UNKNOWN
@@ -15,9 +14,7 @@ from ccwsim.model.missing import UNKNOWN
 TIE = 1e-9  # minimum difference between shares; smaller differences are rounding errors, thus ties
 
 
-def coarsened(
-    image: Images, factor: int | Sequence[int], codes: Codes | None = None
-) -> NDArray[np.integer]:
+def coarsened(image: Images, factor: int | Sequence[int], codes: Codes | None = None) -> Integers:
     """Return an image at 1 / factor of its resolution, with the dominant facies in each cell.
 
     The share of each facies results from anti-aliased resizing. The indicator of each facies is
@@ -78,8 +75,7 @@ def _taps(n: int, factor: int) -> tuple[Ints, Floats]:
     weights[:, :-1] += (1 - part) * bell
     weights[:, 1:] += part * bell
     sources = base[:, None] + np.arange(-radius, radius + 2)
-    period = max(2 * (n - 1), 1)
-    sources = np.abs((sources + n - 1) % period - (n - 1))
+    sources = np.abs((sources + n - 1) % max(2 * (n - 1), 1) - (n - 1))
     return sources, weights
 
 

@@ -5,7 +5,6 @@ from itertools import product
 from typing import cast
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.engine.kernels import allocating_kernel
 from ccwsim.metrics.lags import Direction, Lags, count_pairs, lags_within
@@ -16,10 +15,23 @@ from ccwsim.metrics.stack import (
     as_image,
     as_stack,
     in_pieces,
+    known_part,
     map_parallel,
 )
-from ccwsim.model.arrays import as_floats, ratio
+from ccwsim.model.arrays import (
+    Array,
+    ArrayLike,
+    Floats,
+    Int32s,
+    Integers,
+    Ints,
+    Mask,
+    Shape,
+    as_floats,
+    ratio,
+)
 from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model.missing import UNKNOWN
 
 NEIGHBOURS = {2: (8, 4), 3: (26, 18, 6)}
 """Allowed numbers of neighbours of a cell, by number of axes; the first number is the default."""
@@ -30,18 +42,18 @@ _SHARED_AXES = {4: 1, 6: 1, 18: 2, 8: 3, 26: 3}  # maximum number of axes along 
 class Connectivity:
     """Connectivity function of one facies."""
 
-    lags: NDArray[np.int64]
+    lags: Ints
     """Lags in steps of the direction, shape (n_lags,)."""
-    tau: NDArray[np.float64]
+    tau: Floats
     """τ(h) = P(in one geobody | both in the facies), shape (n, n_lags); NaN without such pairs."""
-    unconditional: NDArray[np.float64]
-    """P(x and x + h in one geobody) over all pairs of cells, shape (n, n_lags)."""
+    unconditional: Floats
+    """P(x and x + h in one geobody) over all pairs of known cells, shape (n, n_lags)."""
     neighbours: int
 
 
 def connected_geobodies(
-    image: Images, facies: int, neighbours: int | None = None
-) -> tuple[NDArray[np.int32], int]:
+    image: Images, facies: int | str, neighbours: int | None = None
+) -> tuple[Int32s, int]:
     """Return the number (1, 2, …) of each cell's geobody, 0 outside the facies, and their number.
 
     Examples
@@ -57,7 +69,7 @@ def connected_geobodies(
 
 def connectivity(
     images: Images,
-    facies: int,
+    facies: int | str,
     direction: Direction = "E-W",
     lags: Lags | None = None,
     neighbours: int | None = None,
@@ -78,14 +90,18 @@ def connectivity(
     index = stack.index_of(facies)
     touching = _checked_neighbours(stack.shape, neighbours)
 
-    def one(k: int) -> NDArray[np.integer]:
-        labels = _label(stack.volume(k) == index, touching)[0]
+    def counts(labels: Int32s) -> Integers:
         return in_pieces(lambda piece: _count_pairs(labels, piece), offsets, labels.size)
 
-    counts = np.array(map_parallel(one, len(stack), progress), dtype=float)
-    both, joined = counts[:, :, 0], counts[:, :, 1]
-    unconditional = joined / count_pairs(stack.shape, offsets)
-    return Connectivity(steps, ratio(joined, both), unconditional, touching)
+    def one(k: int) -> Array:
+        known, n_pairs = stack.volume(k) != UNKNOWN, count_pairs(stack.shape, offsets)
+        if not known.all():
+            n_pairs = counts(known.astype(np.int32))[:, 0]
+        both, joined = counts(_label(stack.volume(k) == index, touching)[0]).T
+        return np.array([ratio(joined, both), ratio(joined, n_pairs)])
+
+    tau, unconditional = np.array(map_parallel(one, len(stack), progress)).swapaxes(0, 1)
+    return Connectivity(steps, tau, unconditional, touching)
 
 
 @allocating_kernel
@@ -113,22 +129,22 @@ def _count_pairs(labels, offsets):
 class Geobodies:
     """Geobody statistics of one facies; arrays have one value per image."""
 
-    n_geobodies: NDArray[np.int64]
-    sizes: tuple[NDArray[np.int64], ...]
+    n_geobodies: Ints
+    sizes: tuple[Ints, ...]
     """Sizes of each image's geobodies in cells, largest first."""
-    gamma: NDArray[np.float64]
+    gamma: Floats
     """Γ = Σ nᵢ² / m² = P(two cells of the facies are connected); NaN if the facies is absent."""
-    percolates_ew: NDArray[np.bool_]
+    percolates_ew: Mask
     """Whether one geobody touches the west edge and the east edge."""
-    percolates_ns: NDArray[np.bool_]
+    percolates_ns: Mask
     """Whether one geobody touches the south edge and the north edge."""
-    euler_number: NDArray[np.int64]
+    euler_number: Ints
     """Euler number: geobodies − holes in maps, geobodies − tunnels + cavities in volumes."""
     neighbours: int
-    percolates_vertical: NDArray[np.bool_] | None = None
+    percolates_vertical: Mask | None = None
     """Whether one geobody touches the lowest layer and the highest layer; None for maps."""
 
-    def share_in(self, at_least: ArrayLike) -> NDArray[np.float64]:
+    def share_in(self, at_least: ArrayLike) -> Floats:
         """Return the share of the facies in geobodies of at least `at_least` cells, shape (n, m).
 
         `at_least` contains m sizes in cells. The share is NaN if the facies is absent.
@@ -148,9 +164,14 @@ class Geobodies:
 
 
 def geobody_statistics(
-    images: Images, facies: int, neighbours: int | None = None, progress: Fraction | None = None
+    images: Images,
+    facies: int | str,
+    neighbours: int | None = None,
+    progress: Fraction | None = None,
 ) -> Geobodies:
     """Return geobody statistics of a facies in each image (Renard & Allard 2013).
+
+    With unknown or inactive cells, edges are those of the smallest window with all known cells.
 
     Examples
     --------
@@ -158,11 +179,11 @@ def geobody_statistics(
     >>> geobodies.n_geobodies, geobodies.sizes[0].tolist(), geobodies.gamma.round(3)
     (array([2]), [2, 1], array([0.556]))
     """
-    stack = as_stack(images)
+    stack = known_part(images)
     index = stack.index_of(facies)
     touching = _checked_neighbours(stack.shape, neighbours)
 
-    def one(k: int) -> tuple[NDArray[np.int64], list[bool], int]:
+    def one(k: int) -> tuple[Ints, list[bool], int]:
         inside = stack.volume(k) == index
         labels, n = _label(inside, touching)
         sizes = np.sort(np.bincount(labels.ravel(), minlength=n + 1)[1:])[::-1]
@@ -186,7 +207,7 @@ def geobody_statistics(
     )
 
 
-def _percolates(labels: NDArray[np.int32], n: int, axis: int) -> bool:
+def _percolates(labels: Int32s, n: int, axis: int) -> bool:
     """Return whether one of n geobodies touches both ends of an axis."""
     touches = np.zeros(n + 1, bool)
     touches[labels.take(0, axis)] = True
@@ -194,7 +215,7 @@ def _percolates(labels: NDArray[np.int32], n: int, axis: int) -> bool:
     return bool(touches[labels.take(-1, axis)].any())
 
 
-def _checked_neighbours(shape: tuple[int, ...], neighbours: int | None) -> int:
+def _checked_neighbours(shape: Shape, neighbours: int | None) -> int:
     """Return the number of neighbours of a cell after checking it; 8 or 26 by default."""
     allowed = NEIGHBOURS[len(shape)]
     if neighbours is None:
@@ -205,17 +226,17 @@ def _checked_neighbours(shape: tuple[int, ...], neighbours: int | None) -> int:
     return int(neighbours)
 
 
-def _label(inside: NDArray[np.bool_], neighbours: int) -> tuple[NDArray[np.int32], int]:
+def _label(inside: Mask, neighbours: int) -> tuple[Int32s, int]:
     """Label the connected sets of a volume 1, 2, …; also return their number."""
     from scipy import ndimage  # imported here because loading takes time
 
     mask = inside[0] if len(inside) == 1 else inside  # a single layer is labelled faster as a map
     touching = ndimage.generate_binary_structure(mask.ndim, _SHARED_AXES[neighbours])
-    labels, n = cast(tuple[NDArray[np.int32], int], ndimage.label(mask, touching))
+    labels, n = cast(tuple[Int32s, int], ndimage.label(mask, touching))
     return labels.reshape(inside.shape), n
 
 
-def _euler_number(inside: NDArray[np.bool_], neighbours: int) -> int:
+def _euler_number(inside: Mask, neighbours: int) -> int:
     """Return geobodies − holes in a map, or geobodies − tunnels + cavities in a volume.
 
     With 8 or 26 neighbours, this is corners − edges + faces − cells of the union of cells. With 4
@@ -232,7 +253,7 @@ def _euler_number(inside: NDArray[np.bool_], neighbours: int) -> int:
     return total
 
 
-def _alternating_sum(mask: NDArray[np.bool_], combine: np.ufunc, axis: int = 0) -> int:
+def _alternating_sum(mask: Mask, combine: np.ufunc, axis: int = 0) -> int:
     """Return Σ (−1)ⁿ · (number of cells, combined in pairs along n axes), over all sets of axes."""
     if axis == mask.ndim:
         return int(np.count_nonzero(mask))
@@ -241,7 +262,7 @@ def _alternating_sum(mask: NDArray[np.bool_], combine: np.ufunc, axis: int = 0) 
     return _alternating_sum(mask, combine, axis + 1) - _alternating_sum(pairs, combine, axis + 1)
 
 
-def _count_corner_contacts(mask: NDArray[np.bool_]) -> int:
+def _count_corner_contacts(mask: Mask) -> int:
     """Count the 2 × 2 × 2 blocks in which only two cells are set, at opposite corners."""
     n_cells = mask.view(np.uint8)
     for axis in range(N_AXES):

@@ -4,12 +4,11 @@ from dataclasses import dataclass
 from math import prod
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from ccwsim import Grid
 from ccwsim.engine.kernels import allocating_kernel, kernel
 from ccwsim.metrics.stack import N_AXES, as_volume
-from ccwsim.model.arrays import as_array, as_integers
+from ccwsim.model.arrays import ArrayLike, Bytes, Ints, Mask, Shape, as_array, as_integers
 from ccwsim.model.errors import refused
 
 
@@ -25,19 +24,19 @@ class Copying:
     """(Layer,) row and column of the lowest south-west cell in the largest copied square."""
     largest_block: int
     """Number of cells in the largest copied piece; cells of a piece are joined by sides."""
-    uses: NDArray[np.int64]
+    uses: Ints
     """Number of uses of each cell of the training image."""
     used: float
     """Share of the cells of the training image that were used."""
-    seams: NDArray[np.bool_]
+    seams: Mask
     """Mask of cells with a seam, shape of the realization. A cell has a seam if its eastern,
     northern or upper neighbour was not copied from the same neighbour of the cell's source."""
     n_unknown: int
-    """Number of cells without a source (negative position)."""
-    seam_sides: NDArray[np.uint8]
+    """Number of active cells without a source (negative position)."""
+    seam_sides: Bytes
     """Sum of the codes of each cell's sides with a seam: 1 (east), 2 (north) and 4 (up)."""
 
-    def seams_within(self, axis: int) -> NDArray[np.bool_]:
+    def seams_within(self, axis: int) -> Mask:
         """Return the mask `seams` of a volume, without seams between slices along an axis.
 
         Examples
@@ -46,16 +45,15 @@ class Copying:
         >>> twice.seams.any(), twice.seams_within(0).any()
         (np.True_, np.False_)
         """
-        across = (4, 2, 1)[axis]
-        return (self.seam_sides & ~np.uint8(across)) != 0
+        return (self.seam_sides & ~np.uint8((4, 2, 1)[axis])) != 0
 
 
-def copying(positions: ArrayLike, ti_shape: tuple[int, ...]) -> Copying:
+def copying(positions: ArrayLike, ti_shape: Shape, active: Mask | None = None) -> Copying:
     """Return the copied pieces of a realization, computed from the source of each cell.
 
     `positions` contains the source of each cell in the training image of shape `ti_shape`:
     row · nx + column, or in a volume (layer · ny + row) · nx + column. Cells without a source have
-    a negative number.
+    a negative number. With a mask of `active` cells, inactive cells and their sides do not count.
 
     Examples
     --------
@@ -74,7 +72,13 @@ def copying(positions: ArrayLike, ti_shape: tuple[int, ...]) -> Copying:
     shift = _shifts(as_volume(source), ti_ny, ti_nx)
     sides = np.zeros(shift.shape, np.uint8)
     n_copied = int(_mark_seams(shift, sides))
-    n_pairs = sum(shift.size // n * (n - 1) for n in shift.shape)
+    counted = np.broadcast_to(True if active is None else active, source.shape)
+    n_pairs = 0
+    for axis, code in enumerate((4, 2, 1)):  # no seams at inactive cells
+        inside = np.moveaxis(as_volume(counted), axis, 0)
+        pairs = inside[:-1] & inside[1:]
+        np.moveaxis(sides, axis, 0)[:-1][~pairs] &= np.uint8(7 - code)
+        n_pairs += int(np.count_nonzero(pairs))
     sources = source[source >= 0]
     uses = np.bincount(sources.ravel(), minlength=n_cells).reshape(ti_shape)
     side, *corner = _largest_cube(shift, source.ndim)
@@ -86,7 +90,7 @@ def copying(positions: ArrayLike, ti_shape: tuple[int, ...]) -> Copying:
         uses=uses,
         used=float(np.mean(uses > 0)),
         seams=(sides != 0).reshape(source.shape),
-        n_unknown=int(source.size - sources.size),
+        n_unknown=int(np.count_nonzero(counted) - sources.size),
         seam_sides=sides.reshape(source.shape),
     )
 

@@ -9,21 +9,30 @@ of all pairs, and the data events of `_Events`.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
-from itertools import product
+from itertools import combinations, product
 from math import log
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import fft
 
-from ccwsim import CCWSIMError, Grid, HardData, TrainingImage
+from ccwsim import CCWSIMError, Grid, HardData, Parameters, TrainingImage
 from ccwsim.jobs.workers import check_stop
 from ccwsim.metrics.etype import proportions
 from ccwsim.metrics.stack import N_AXES, Stack
-from ccwsim.model.arrays import Bytes, Floats, Ints, check_int, ratio
+from ccwsim.model.arrays import (
+    Array,
+    Bytes,
+    Float32s,
+    Floats,
+    Int32s,
+    Ints,
+    Shape,
+    check_int,
+    ratio,
+    window_at,
+)
 from ccwsim.model.errors import refused
-from ccwsim.model.parameters import Parameters
 from ccwsim.model.sizes import largest_sides, per_axis
 from ccwsim.model.study import Study
 from ccwsim.model.watch import Cancel, Fraction, Watch
@@ -44,9 +53,12 @@ PAIRS_PER_BIN, BINS_PER_AXIS = 20, 4
 """Minimum number of pairs in a bin of distance, and maximum number of bins along each axis."""
 MIN_LOG_PROBABILITY = 1e-4  # smallest probability in a logarithm
 MAX_REJECTED_P = 0.025  # largest p value of data that contradict the image
+MIN_PREFERENCE = 2.5  # smallest difference of proportions of data that may prefer a facies
 MIN_GAIN = 0.02  # smallest expected gain in nats per datum; below it, too few data are near
 MIN_Z = 2.0  # smallest difference of two mean scores in standard errors that is reported
 MIN_JUDGED_DATA = 10  # minimum number of data, or of wells in a volume, for a verdict
+MIN_VARIANT_Z = 3.5  # smallest z of an image as given if a variant is said to fit better
+AS_GIVEN = "as given"
 MIN_RANKED = 200  # minimum number of data for naming the image that predicts them best
 RANGES = (6.0, 12.0, 24.0, 48.0, 96.0)
 SHRINKAGES = (0.5, 2.0, 8.0)
@@ -74,6 +86,8 @@ class DataFit:
     """Mean difference of log probabilities, image − smoothing, in standard errors."""
     n: int
     """Number of independent data: wells in a volume."""
+    preferred: str = ""
+    """Facies that the data prefer, if data thinned to the image's proportions fit the image."""
 
     @property
     def family(self) -> str:
@@ -82,14 +96,16 @@ class DataFit:
 
     @property
     def contradicts(self) -> bool:
-        """Whether the data contradict the image: p ≤ 0.025."""
-        return self.n >= MIN_JUDGED_DATA and self.p <= MAX_REJECTED_P
+        """Whether the data contradict the image, not by proportions alone: p ≤ 0.025."""
+        return self.n >= MIN_JUDGED_DATA and self.p <= MAX_REJECTED_P and not self.preferred
 
     @property
     def words(self) -> str:
-        """The verdict in at most eight words."""
+        """The verdict in few words."""
         if self.contradicts:
             return f"Data contradict this training image: {self.family}"
+        if self.preferred:
+            return f"Wells prefer {self.preferred}, or the image lacks it; otherwise it fits"
         if self.n < MIN_JUDGED_DATA or self.expected_gain < MIN_GAIN:
             return "Too few data to judge the image"
         if self.z_smoothing < -MIN_Z:
@@ -131,7 +147,7 @@ def fit_data(
     study = Study(image, Grid.of(shape), parameters or _fitting(image), data, seed)
     if data.n > MAX_COMPARED_DATA:
         chosen = rng.permutation(data.n)[:MAX_COMPARED_DATA]
-        data = HardData(data.cells[chosen], data.facies[chosen])
+        data = data.part(chosen)
         study = replace(study, hard_data=data)
     if data.n < MIN_PLACES:
         raise refused("too_few_data_to_judge", n=data.n, least=MIN_PLACES)
@@ -146,21 +162,28 @@ def fit_data(
     indices = np.append(labels, np.uint8(n_labels))[np.minimum(image.indices, image.n_facies)]
     sets = labels[np.vstack([study.facies_of_data[None], null.indices[at_data]])].astype(np.int64)
     assert null.sources is not None
-    halves = _Events(indices, n_labels, data.cells, rng.permutation(data.n)[:MAX_EVENTS])
-    logs, expected = halves.log_probabilities(sets, null.sources[at_data])
+    sources = null.sources[at_data]
+    halves, logs, differences = _compare(indices, n_labels, data.cells, sets, sources, rng)
+    watch.tell(0.8)
+    p, preferred = _p_value(differences), ""
+    excess = differences["proportions"][0]
+    if p <= MAX_REJECTED_P and excess > MIN_PREFERENCE and data.n_dimensions < N_AXES:
+        shares = np.bincount(sets[0], minlength=n_labels) / data.n
+        preference = shares / _shares(indices, n_labels)
+        thinned = rng.random(data.n) * preference[sets[0]] < preference[shares > 0].min()
+        *_, others = _compare(
+            indices, n_labels, data.cells[thinned], sets[:, thinned], sources[:, thinned], rng
+        )
+        del others["proportions"]
+        if thinned.sum() >= MIN_JUDGED_DATA and _p_value(others) > MAX_REJECTED_P:
+            preferred = image.facies_names[int(np.argmax(labels == preference.argmax()))]
     watch.tell(0.9)
-    families = {
-        "proportions": _proportions(indices, n_labels, sets),
-        "data events": _Family((logs - expected).mean(axis=1)[:, None]),
-        **_pair_families(indices, n_labels, data.cells, sets, rng),
-    }
-    differences = {name: family.largest_difference() for name, family in families.items()}
-    combined = np.max([(d - d.mean()) / d.std() for d in differences.values()], axis=0)
     gains = logs.mean(axis=1) - np.log(_shares(indices, n_labels))[sets[:, halves.targets]].mean(1)
     of_image = halves.log_probabilities_of(sets[0])
-    of_data = _smoothing(data.cells, sets[0], n_labels)[halves.targets]
+    smoothed = smooth_data(data.cells, sets[0], n_labels)[halves.targets, sets[0, halves.targets]]
+    of_data = np.log(np.maximum(smoothed, MIN_LOG_PROBABILITY))
     return DataFit(
-        p=float((1 + (combined[1:] >= combined[0]).sum()) / (n_null + 1)),
+        p=p,
         families={name: float(each[0]) for name, each in differences.items()},
         score=float(of_image.mean()),
         gain=float(gains[0]),
@@ -168,6 +191,7 @@ def fit_data(
         smoothing=float(of_data.mean()),
         z_smoothing=paired_z(of_image - of_data),
         n=int(well_numbers(data.cells).max()) + 1,
+        preferred=preferred,
     )
 
 
@@ -182,6 +206,11 @@ class ImageRank:
     """Standard errors between the best image's score and this score; up to 2 is no difference."""
     n: int
     """Number of data in the mean."""
+
+    @property
+    def name(self) -> str:
+        """Name of the training image, or of its variant in the result of `rank_variants`."""
+        return self.image.name
 
 
 def rank_images(
@@ -237,11 +266,65 @@ def rank_images(
     )
 
 
+def rank_variants(
+    image: TrainingImage, data: HardData, progress: Fraction | None = None
+) -> tuple[ImageRank, ...]:
+    """Rank a training image "as given" and its variants by how well they predict hard data.
+
+    The variants are turned by 90°, 180° and 270°, mirrored, scaled by ½ and 2, and with two facies
+    exchanged; see `rank_images` for the rows and errors. Volumes are turned about the z axis.
+
+    Examples
+    --------
+    >>> stripes = np.tile([[0], [0], [0], [1], [1], [1]], (16, 96))
+    >>> cells = np.argwhere(np.random.default_rng(0).random((60, 60)) < 0.03)
+    >>> data = HardData(cells, cells[:, 1] // 3 % 2)
+    >>> z = {row.name: row.z for row in rank_variants(TrainingImage(stripes), data)}
+    >>> z["as given"] > 4 > z["turned by 90°"]
+    True
+    """
+    return rank_images(_variants(image), data, progress)
+
+
+def _variants(image: TrainingImage) -> list[TrainingImage]:
+    """Return the image as given and its variants, with names."""
+    given, plane = image.array, (-1, -2)  # y is upwards, so a turn from y to x is clockwise
+    arrays = {AS_GIVEN: given}
+    for flipped, quarter in product((False, True), range(4)):
+        turned = np.rot90(np.flip(given, -1) if flipped else given, -quarter, plane)
+        parts = ["mirrored"] * flipped + [f"turned by {90 * quarter}°"] * (quarter > 0)
+        arrays[" and ".join(parts) or AS_GIVEN] = turned
+    arrays["scaled by ½"] = given[..., ::2, ::2]
+    arrays["scaled by 2"] = given.repeat(2, axis=-2).repeat(2, axis=-1)
+    names = image.names_by_code
+    for one, other in combinations(names, 2):
+        exchanged = np.where(given == one, other, np.where(given == other, one, given))
+        arrays[f"{names[one]} and {names[other]} exchanged"] = exchanged
+    return [
+        TrainingImage(array, name=name, facies_names=[names[code] for code in _codes(array)])
+        for name, array in arrays.items()
+    ]
+
+
+def _codes(array: Array) -> list[int]:
+    """Return the sorted codes of an array with NaN in unknown cells."""
+    return np.unique(array[~np.isnan(array.astype(float))]).astype(int).tolist()
+
+
 def winner(ranks: Sequence[ImageRank]) -> TrainingImage | None:
     """Return the image that predicts the data best, or None if the data do not tell it apart."""
     best, *lower = ranks
     is_clear = best.n >= MIN_RANKED and all(other.z > MIN_Z for other in lower)
     return best.image if is_clear else None
+
+
+def better_variant(ranks: Sequence[ImageRank]) -> tuple[str, float]:
+    """Return the best variant of `rank_variants` and z of the image as given.
+
+    The variant is the image as given, unless another variant is clearly better.
+    """
+    best, z = ranks[0], next(rank.z for rank in ranks if rank.name == AS_GIVEN)
+    return (best.name if best.n >= MIN_RANKED and z > MIN_VARIANT_Z else AS_GIVEN), z
 
 
 def _fitting(image: TrainingImage) -> Parameters:
@@ -271,6 +354,32 @@ def paired_z(differences: Floats) -> float:
     if not np.isfinite(mean):
         return mean
     return mean / max(float(differences.std(ddof=1)) / len(differences) ** 0.5, 1e-12)
+
+
+def _compare(
+    indices: Bytes,
+    n_facies: int,
+    cells: Ints,
+    sets: Ints,
+    sources: Int32s,
+    rng: np.random.Generator,
+) -> tuple["_Events", Floats, dict[str, Floats]]:
+    """Return the data events, their log probabilities, and largest differences by family."""
+    halves = _Events(indices, n_facies, cells, rng.permutation(len(cells))[:MAX_EVENTS])
+    logs, expected = halves.log_probabilities(sets, sources)
+    families = {
+        "proportions": _proportions(indices, n_facies, sets),
+        "data events": _Family((logs - expected).mean(axis=1)[:, None]),
+        **_pair_families(indices, n_facies, cells, sets, rng),
+    }
+    return halves, logs, {name: family.largest_difference() for name, family in families.items()}
+
+
+def _p_value(differences: dict[str, Floats]) -> float:
+    """Return the share of data sets whose largest difference is at least that of the data."""
+    scaled = [(d - d.mean()) / max(d.std(), 1e-12) for d in differences.values()]
+    combined = np.max(scaled, axis=0)
+    return float((combined >= combined[0]).mean())
 
 
 class _Family(NamedTuple):
@@ -304,7 +413,7 @@ def _proportions(indices: Bytes, n_facies: int, sets: Ints) -> _Family:
     return _Family(np.stack([(sets == k).mean(1) for k in codes], -1), np.array(of_halves))
 
 
-def _reach(shape: tuple[int, ...]) -> Ints:
+def _reach(shape: Shape) -> Ints:
     """Return the largest distance along each axis that is compared with an image."""
     return np.array([max(min(n // 3, MAX_PAIR_DISTANCE), 1) for n in shape])
 
@@ -337,7 +446,7 @@ def _pair_families(
     expected = [(half * gain).sum(axis=(0, 1)).mean(keepdims=True) for half in halves]
     bins = _bins(lags)
     columns, by_half = [], []
-    for in_bin, k in product((bins == b for b in range(bins.max() + 1)), range(n_facies)):
+    for in_bin, k in product((bins == b for b in np.unique(bins[bins >= 0])), range(n_facies)):
         columns.append(((of_first[:, in_bin] == k) & (of_second[:, in_bin] == k)).mean(axis=1))
         by_half.append([half[k, k, in_bin].mean() for half in halves])
     families = {"pairs": _Family(likelihood, np.array(expected))}
@@ -360,7 +469,7 @@ def _bins(lags: Ints) -> Ints:
     return bins
 
 
-def _pair_shares(indices: Bytes, n_facies: int, reach: Ints) -> NDArray[np.float32]:
+def _pair_shares(indices: Bytes, n_facies: int, reach: Ints) -> Float32s:
     """Return the share of pairs (x, x + h) with facies (k, l), shape (K, K, 2 · reach + 1 …).
 
     Only pairs of known cells count; the share is NaN at lags without such pairs.
@@ -424,7 +533,7 @@ class _Events:
             nearest = np.argsort(distance, kind="stable")[: max(min(MAX_NEIGHBOURS, most), 1)]
             self._neighbours.append(nearest[np.isfinite(distance[nearest])])
 
-    def log_probabilities(self, sets: Ints, sources: NDArray[np.int32]) -> tuple[Floats, Floats]:
+    def log_probabilities(self, sets: Ints, sources: Int32s) -> tuple[Floats, Floats]:
         """Return log P at the targets and its expectation; each half counts for unknown sources."""
         along = np.unravel_index(np.maximum(sources, 0), self._shape)[self._axis]
         half_of = np.vstack([0 * sets[:1] - 1, np.where(sources < 0, -1, along >= self._middle)])
@@ -461,8 +570,7 @@ class _Events:
         for part in parts:
             codes = np.zeros(part.shape + low - high, np.uint32)
             for power, offset in enumerate(placed - low):
-                window = [slice(o, o + n) for o, n in zip(offset, codes.shape, strict=True)]
-                codes += part[tuple(window)] * np.uint32(n_digits**power)
+                codes += part[window_at(offset, codes.shape)] * np.uint32(n_digits**power)
             n_events = np.bincount(codes.ravel(), minlength=n_digits ** len(placed))
             counts.append(n_events.reshape((n_digits,) * len(placed))[known_facies].astype(float))
         return counts
@@ -479,26 +587,26 @@ def _probabilities(counts: Floats) -> Floats:
     return p
 
 
-def _smoothing(cells: Ints, facies: Ints, n_facies: int) -> Floats:
-    """Return log P of each datum by the best smoothing of the data of other wells, shape (n,)."""
+def smooth_data(cells: Ints, facies: Ints, n_facies: int) -> Floats:
+    """Return the probabilities at each datum, by the best smoothing of the data of other wells."""
     groups = well_numbers(cells)
     is_facies = np.eye(n_facies)[facies]
     squares = (cells[:, None] - cells[None]).astype(np.float32) ** 2
     other_wells = groups[:, None] != groups[None]
     left_out = other_wells @ is_facies / np.maximum(other_wells.sum(axis=1), 1)[:, None]
-    at_datum = np.arange(len(cells)), facies
-    models = [left_out[at_datum]]
+    models = [left_out]
     for along_y, along_x in product(RANGES, RANGES):
         exponent = squares[..., -2] / along_y**2 + squares[..., -1] / along_x**2
         if cells.shape[1] == N_AXES:
             exponent += squares[..., 0] / RANGES[0] ** 2
         weights = np.where(other_wells, np.exp(-exponent / 2), 0)
         sums, total = weights @ is_facies, weights.sum(axis=1)[:, None]
-        models += [((sums + s * left_out) / (total + s))[at_datum] for s in SHRINKAGES]
-    logs = np.log(np.maximum(models, MIN_LOG_PROBABILITY))
+        models += [(sums + s * left_out) / (total + s) for s in SHRINKAGES]
+    at_datum = slice(None), np.arange(len(cells)), facies
+    logs = np.log(np.maximum(np.array(models)[at_datum], MIN_LOG_PROBABILITY))
     wells = np.random.default_rng(1).permutation(groups.max() + 1)
     fold = wells[groups] % N_FOLDS
-    chosen = np.empty(len(cells))
+    chosen = np.empty_like(is_facies)
     for k in range(N_FOLDS):
-        chosen[fold == k] = logs[logs[:, fold != k].mean(axis=1).argmax(), fold == k]
+        chosen[fold == k] = models[logs[:, fold != k].mean(axis=1).argmax()][fold == k]
     return chosen

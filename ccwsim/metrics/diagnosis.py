@@ -1,14 +1,12 @@
 """Properties of a training image, and advice on template size, overlap and wavelet level."""
 
-import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from math import prod
-from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ccwsim import Grid, Parameters, TrainingImage
 from ccwsim.engine.stages.conditioning import MAX_PATCH_DATA
@@ -17,12 +15,13 @@ from ccwsim.metrics.lags import VERTICAL, Direction, lags_that_fit
 from ccwsim.metrics.stack import N_AXES, Codes, Images, Stack, as_image
 from ccwsim.metrics.stationarity import IMAGE_PARTS, QUARTERS, Stationarity, stationarity
 from ccwsim.metrics.variograms import variogram
-from ccwsim.model.arrays import Floats, Ints, Mask, as_integers, check_int
+from ccwsim.model.arrays import ArrayLike, Floats, Ints, Mask, Shape, check_int
+from ccwsim.model.assets import read_toml
 from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
 from ccwsim.model.numbers import plural
+from ccwsim.model.parameters import PER_AXIS, fitted
 
-_FILE = Path(__file__).parents[1] / "assets" / "advice.toml"
-_TEXTS: dict[str, str] = tomllib.loads(_FILE.read_text("utf-8"))
+_TEXTS = read_toml("assets/advice.toml")
 SILL_SHARE = 0.95
 PROMINENCE = 0.1  # minimum prominence of a peak of the correlation; lower peaks are noise
 THICK_SHARE = 0.95  # share of a facies covered by squares whose side is its thickness
@@ -90,7 +89,7 @@ class Granulometry:
 
 def granulometry(
     image: Images,
-    facies: int,
+    facies: int | str,
     max_size: int = 64,
     down_to: float = 0.0,
     extend: bool = False,
@@ -170,7 +169,7 @@ class Advice:
     reason: str
 
 
-def templates_that_fit(shape: tuple[int, ...], template_size: int | tuple[int, int, int]) -> int:
+def templates_that_fit(shape: Shape, template_size: int | tuple[int, int, int]) -> int:
     """Return the number of templates that fit into an image without overlap.
 
     `template_size` is the side of the template in cells, or its layers, rows and columns.
@@ -213,11 +212,32 @@ def largest_template(side: int) -> int:
     return min(max(side // MIN_ACROSS, small, MIN_TEMPLATE), MAX_TEMPLATE)
 
 
+def _resolving_level(thinnest: int) -> int:
+    """Return the coarsest level whose blocks are at most as large as the thinnest facies."""
+    return max(thinnest, 1).bit_length() - 1
+
+
+@lru_cache(maxsize=8)  # pages ask again whenever they are drawn
+def resolving_levels(training_image: TrainingImage) -> tuple[int, int, int]:
+    """Return the coarsest levels, along z, y and x, whose blocks resolve the thinnest facies.
+
+    At coarser levels, the search hardly sees this facies. In maps, the level along z is 0.
+
+    Examples
+    --------
+    >>> resolving_levels(TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64))))
+    (0, 1, 1)
+    """
+    image = as_image(training_image)
+    along_z = _thickness(image, vertical=True) if image.is_volumes else (1,)
+    z, level = _resolving_level(min(along_z)), _resolving_level(min(_thickness(image)))
+    return z, level, level
+
+
 def _advise_level(thinnest: int, side: int) -> Advice:
     """Advise a wavelet level with blocks that are at most as large as the thinnest facies."""
-    by_feature = max(thinnest, 1).bit_length() - 1
     by_side = max(largest_template(side) // MIN_BLOCKS, 1).bit_length() - 1
-    level = min(by_feature, by_side, MAX_ADVISED_LEVEL)
+    level = min(_resolving_level(thinnest), by_side, MAX_ADVISED_LEVEL)
     compared = "single cells must be compared"
     if level:
         compared = f"blocks with sides of {2**level} cells still resolve this facies"
@@ -247,7 +267,7 @@ def _advise_overlap(template: int, thinnest: int, level: int) -> Advice:
     return Advice("overlap_size", n_blocks * block_size, reason)
 
 
-def warn_of_level(parameters: Parameters, grid_shape: tuple[int, ...], n_data: int) -> str:
+def warn_of_level(parameters: Parameters, grid_shape: Shape, n_data: int) -> str:
     """Return a one-sentence warning if the level is too coarse for the hard data; otherwise "".
 
     The level is too coarse if a template has more than `MAX_PATCH_DATA` data on average.
@@ -311,9 +331,8 @@ def advise_along_z(
 ) -> tuple[tuple[int, int, int], str]:
     """Return level, template and overlap along z of a (thin) volume, and the reason as text."""
     largest = n_layers if n_layers < MIN_HALVED_LAYERS else min(n_layers // 2, MAX_TEMPLATE)
-    by_feature = max(thinnest, 1).bit_length() - 1
     by_side = max(largest // 4, 1).bit_length() - 1
-    z_level = max(min(level - 1, by_feature, by_side), 0)
+    z_level = max(min(level - 1, _resolving_level(thinnest), by_side), 0)
     wanted, why = n_layers, "features reach across the layers"
     if spacing.spacing is not None:
         wanted, why = spacing.spacing, f"features repeat about every {spacing.spacing} layers"
@@ -325,8 +344,7 @@ def advise_along_z(
     if template < wanted < n_layers:
         why += f", but only {template} layers fit into half of the image"
     n_blocks = max(round(template / 4 / block_size), -(-thinnest // block_size), 1)
-    overlap = min(n_blocks, template // 2 // block_size) * block_size
-    return (z_level, template, overlap), why
+    return (z_level, template, min(n_blocks, template // 2 // block_size) * block_size), why
 
 
 @dataclass(frozen=True, eq=False)
@@ -368,11 +386,8 @@ def diagnose(training_image: TrainingImage | ArrayLike) -> Diagnosis:
     >>> [(a.parameter, a.value) for a in diagnose(rivers).advice]
     [('wavelet_level', 2), ('template_size', 24), ('overlap_size', 8)]
     """
-    if isinstance(training_image, TrainingImage):
-        image, names = as_image(training_image), training_image.facies_names
-    else:
-        image = as_image(as_integers(training_image, "training image"))
-        names = tuple(f"facies {code}" for code in image.codes)
+    training_image = TrainingImage.of(training_image)
+    image, names = as_image(training_image), training_image.facies_names
     quarters = stationarity(image)
     thickness = _thickness(image)
     ew, ns = (feature_spacing(image, direction=d) for d in ("E-W", "N-S"))
@@ -381,8 +396,7 @@ def diagnose(training_image: TrainingImage | ArrayLike) -> Diagnosis:
     level = _advise_level(min(thickness), side)
     is_period = wanted in (ew.spacing, ns.spacing)
     template = _advise_template(wanted, why, side, level.value, is_period)
-    overlap = _advise_overlap(template.value, min(thickness), level.value)
-    advice = level, template, overlap
+    advice = level, template, _advise_overlap(template.value, min(thickness), level.value)
     spacings, upright, vertical = (ew, ns), (), None
     if image.is_volumes:
         upright = _thickness(image, vertical=True)
@@ -398,25 +412,43 @@ def diagnose(training_image: TrainingImage | ArrayLike) -> Diagnosis:
             advice = *advice, Advice("location_weight", weight, _TEXTS["location"])
     elif quarters.drifting.any():
         advice = *advice, Advice("location_weight", TREND_WEIGHT, _TEXTS["places"])
-    n_fit = templates_that_fit(image.shape, advice[1].value)
     boxes = wanted if vertical is None else (advice[1].value[0], wanted, wanted)
-    warnings = tuple(_warnings(image, names, quarters, spacings, boxes))
     return Diagnosis(
         stationarity=quarters,
         thickness=thickness,
         spacing_ew=ew,
         spacing_ns=ns,
         feature_size=wanted,
-        n_templates=n_fit,
+        n_templates=templates_that_fit(image.shape, advice[1].value),
         advice=advice,
-        warnings=warnings,
+        warnings=tuple(_warnings(image, names, quarters, spacings, boxes)),
         vertical_thickness=upright,
         vertical_spacing=vertical,
     )
 
 
+def recommended_parameters(
+    training_image: TrainingImage, parameters: Parameters | None = None
+) -> tuple[Parameters, str]:
+    """Return parameters with the values that `diagnose` advises, and the reasons as text.
+
+    Other values are those of `parameters`. Raises `CCWSIMError` for an image of fewer than 8 rows
+    or columns.
+
+    Examples
+    --------
+    >>> rivers = TrainingImage(np.tile(np.arange(192)[:, None] % 24 < 6, (1, 192)).astype(int))
+    >>> advised, reason = recommended_parameters(rivers)
+    >>> advised.template_size, reason[:37]
+    (24, 'The thinnest facies is 6 cells thick:')
+    """
+    advice, base = diagnose(training_image).advice, parameters or Parameters()
+    values = {each.parameter: each.value for each in advice}
+    return fitted(base, training_image.shape, **values), " ".join(each.reason for each in advice)
+
+
 def default_parameters(training_image: TrainingImage) -> Parameters:
-    """Return the default parameters; for a small map, the sizes that `diagnose` advises.
+    """Return the default parameters; for a small map, the sizes of `recommended_parameters`.
 
     Examples
     --------
@@ -424,9 +456,10 @@ def default_parameters(training_image: TrainingImage) -> Parameters:
     [16, 32]
     """
     shape = training_image.shape
-    small = len(shape) < N_AXES and min(shape) in SMALL_SIDES
-    advice = diagnose(training_image).advice if small else ()
-    return Parameters(**{each.parameter: each.value for each in advice[:3]})
+    if len(shape) == N_AXES or min(shape) not in SMALL_SIDES:
+        return Parameters()
+    advised, _ = recommended_parameters(training_image)
+    return Parameters(**{name: getattr(advised, name) for name in PER_AXIS})
 
 
 def _thickness(image: Stack, vertical: bool = False) -> tuple[int, ...]:
@@ -475,6 +508,9 @@ def _drift(image: Stack, names: tuple[str, ...], quarters: Stationarity) -> str:
     p = quarters.proportions.mean(axis=0)
     sizes = np.abs(quarters.differences) / np.sqrt(np.maximum(p * (1 - p), 1e-12))
     part, facies = divmod(int(np.where(quarters.drifting, sizes, 0).argmax()), image.n_facies)
-    shares = {"share": p[facies] + quarters.differences[part, facies]}
-    shares |= {"whole": proportions(image)[0, facies], "chance": 2 * quarters.errors[part, facies]}
+    shares = {
+        "share": p[facies] + quarters.differences[part, facies],
+        "whole": proportions(image)[0, facies],
+        "chance": 2 * quarters.errors[part, facies],
+    }
     return _TEXTS["drift"].format(part=IMAGE_PARTS[part], facies=names[facies], **shares)

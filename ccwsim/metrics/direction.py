@@ -1,20 +1,24 @@
 """The local direction of geobodies, by the structure tensor of a smoothed facies."""
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ccwsim import CCWSIMError, Ensemble, TrainingImage
+from ccwsim.metrics.lags import Direction
 from ccwsim.metrics.stack import Images, as_stack
-from ccwsim.model.arrays import Floats, check_number, describe_shape
+from ccwsim.model.active_cells import smallest_box, window_shape
+from ccwsim.model.arrays import ArrayLike, Floats, check_number, describe_shape
 from ccwsim.model.errors import refused
+from ccwsim.model.missing import UNKNOWN
 
 GRADIENT_SIGMA = 1.5  # standard deviation, in cells, of the Gaussian whose gradients are taken
 AVERAGING_SIGMA = 24.0
 """Standard deviation, in cells, of the Gaussian over which directions are averaged."""
+MAX_SPREAD = 25.0  # mean difference, in degrees, from a main direction above which none prevails
+HALF_WINDOW = 256  # half of the side, in cells, of the largest window used for curves
 
 
 def local_direction(
-    images: Images, facies: int | None = None, width: float = AVERAGING_SIGMA
+    images: Images, facies: int | str | None = None, width: float = AVERAGING_SIGMA
 ) -> Floats:
     """Return the mean direction of geobodies around each cell of maps.
 
@@ -24,7 +28,7 @@ def local_direction(
     Returns
     -------
     ndarray, shape (ny, nx)
-        Azimuth in degrees clockwise from north, 0 … 180.
+        Azimuth in degrees clockwise from north, 0 … 180; NaN in unknown and inactive cells.
 
     Examples
     --------
@@ -34,23 +38,29 @@ def local_direction(
     """
     width = check_number("width", width, 1.0, 1000.0)
     stack = as_stack(images)
-    if len(stack.shape) != 2 or min(stack.shape) < 2:
-        raise refused("direction_of_maps", shape=describe_shape(stack.shape))
+    known = stack.indices.min(axis=0) != UNKNOWN
+    box, directions = smallest_box(known), np.full(stack.shape, np.nan)
+    if len(stack.shape) != 2 or min(window_shape(box)) < 2:
+        raise refused("direction_of_maps", shape=describe_shape(window_shape(box)))
     from scipy.ndimage import gaussian_filter  # slow to import
 
     index = len(stack.codes) - 1 if facies is None else stack.index_of(facies)
-    twice = np.zeros(stack.shape, complex)
-    for k in range(len(stack)):
-        indicator = (stack.volume(k)[0] == index).astype(float)
-        gy, gx = np.gradient(gaussian_filter(indicator, GRADIENT_SIGMA))
-        tensor = gaussian_filter((gx + 1j * gy) ** 2, width)
+    inside, twice = known[box], np.zeros(window_shape(box), complex)
+    # share of known cells around each cell
+    near = np.maximum(gaussian_filter(inside.astype(float), GRADIENT_SIGMA), 1e-9)
+    for layer in stack.indices[(slice(None), *box)]:
+        gy, gx = np.gradient(gaussian_filter((layer == index) * 1.0, GRADIENT_SIGMA) / near)
+        tensor = gaussian_filter(inside * (gx + 1j * gy) ** 2, width)
         twice += tensor / np.maximum(np.abs(tensor), 1e-300)
     across = np.degrees(np.angle(twice)) / 2  # counterclockwise from east, across the geobodies
-    return (-across) % 180  # clockwise from north, along the geobodies
+    directions[box] = np.where(inside, (-across) % 180, np.nan)
+    return directions  # clockwise from north, along the geobodies
 
 
 def main_direction(
-    image: TrainingImage | ArrayLike, facies: int | None = None
+    image: TrainingImage | ArrayLike,
+    facies: int | str | None = None,
+    width: float = AVERAGING_SIGMA,
 ) -> tuple[float, float]:
     """Return the main direction of an image, and the mean difference of local directions from it.
 
@@ -64,14 +74,42 @@ def main_direction(
     (90.0, 0.0)
     """
     image = TrainingImage.of(image)
+    facies = None if facies is None else image.code_of(facies)
     layer = image.array if image.n_dimensions == 2 else image.array[len(image.array) // 2]
-    local = local_direction(as_stack(layer, image.codes), facies)
+    local = local_direction(as_stack(layer, image.codes), facies, width)
+    local = local[~np.isnan(local)]
     main = np.degrees(np.angle(np.exp(2j * np.radians(local)).mean())) / 2 % 180
     off = np.abs((local - main + 90) % 180 - 90)
     return round(float(main), 6) % 180, round(float(off.mean()), 6)
 
 
-def direction_error(ensemble: Ensemble, facies: int | None = None) -> Floats:
+def along_and_across(image: TrainingImage, facies: int | str) -> tuple[Direction, Direction] | None:
+    """Return the directions along and across the geobodies of a map, for curves.
+
+    The main direction of the middle of the map, at most 512 × 512 cells, is rounded to 5 degrees; a
+    direction along an axis has its name. The result is None if no direction prevails: if local
+    directions differ from the main one by more than 25 degrees on average, or there is no geobody.
+
+    Examples
+    --------
+    >>> stripes = np.tile([[0], [0], [0], [1], [1], [1]], (10, 60))
+    >>> along_and_across(TrainingImage(stripes), 1)
+    ('E-W', 'N-S')
+    """
+    window = (slice(max(0, n // 2 - HALF_WINDOW), n // 2 + HALF_WINDOW) for n in image.shape)
+    middle = image.array[tuple(window)]
+    side = min(middle.shape)
+    if side < 2 or len(np.unique(middle == facies)) < 2:
+        return None
+    # in a small image, directions that are averaged over a wide area would be equal everywhere
+    main, spread = main_direction(middle, facies, max(min(AVERAGING_SIGMA, side / 10), 1.0))
+    names: dict[int, Direction] = {0: "N-S", 90: "E-W"}
+    azimuths = (round(main / 5 + turn) * 5 % 180 for turn in (0, 18))
+    ways: list[Direction] = [names.get(azimuth, float(azimuth)) for azimuth in azimuths]
+    return (ways[0], ways[1]) if spread <= MAX_SPREAD else None
+
+
+def direction_error(ensemble: Ensemble, facies: int | str | None = None) -> Floats:
     """Return how much directions differ from the angles that a simulation asks for.
 
     The mean direction of all realizations is compared with the direction of the training image,
@@ -80,7 +118,8 @@ def direction_error(ensemble: Ensemble, facies: int | None = None) -> Floats:
     Returns
     -------
     ndarray, shape (ny, nx)
-        Difference in degrees, −90 … 90, positive if geobodies are turned too far clockwise.
+        Difference in degrees, −90 … 90, positive if geobodies are turned too far clockwise; NaN in
+        inactive cells.
 
     Examples
     --------

@@ -1,15 +1,25 @@
 """Facies proportions of images, and the E-type: the probability of each facies in each cell."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.jobs.workers import check_stop
 from ccwsim.metrics.stack import N_AXES, Codes, Images, as_stack, codes_or_places
-from ccwsim.model.arrays import MAX_INT, as_array, as_floats, as_integers, ratio
+from ccwsim.model.arrays import (
+    MAX_INT,
+    Array,
+    ArrayLike,
+    Bytes,
+    Floats,
+    Int32s,
+    Integers,
+    as_array,
+    as_floats,
+    as_integers,
+    ratio,
+)
 from ccwsim.model.ensemble import codes_with_nan
 from ccwsim.model.errors import CCWSIMError, refused
 from ccwsim.model.missing import UNKNOWN
@@ -17,7 +27,7 @@ from ccwsim.model.missing import UNKNOWN
 CELLS_OF_ENTROPY = 1_000_000  # number of cells whose entropy is computed at a time
 
 
-def proportions(images: Images, codes: Codes | None = None) -> NDArray[np.float64]:
+def proportions(images: Images, codes: Codes | None = None) -> Floats:
     """Return the proportion of each facies in each image, shape (n, n_facies).
 
     Examples
@@ -31,7 +41,7 @@ def proportions(images: Images, codes: Codes | None = None) -> NDArray[np.float6
     return ratio(counts, counts.sum(axis=1, keepdims=True))
 
 
-def vertical_proportions(images: Images, codes: Codes | None = None) -> NDArray[np.float64]:
+def vertical_proportions(images: Images, codes: Codes | None = None) -> Floats:
     """Return vertical proportion curves: the share of each facies in each layer of volumes.
 
     The result has shape (n, n_facies, nz); layer 0 is at the bottom. The shares in each layer sum
@@ -56,36 +66,19 @@ def vertical_proportions(images: Images, codes: Codes | None = None) -> NDArray[
     return np.swapaxes(ratio(counts, counts.sum(axis=2, keepdims=True)), 1, 2)
 
 
-def proportion_quantiles(
-    images: Images, codes: Codes | None = None, probabilities: Sequence[float] = (0.1, 0.5, 0.9)
-) -> NDArray[np.float64]:
-    """Return quantiles of each facies' proportion, shape (n_quantiles, n_facies).
-
-    Quantiles are computed over the realizations; `probabilities` are between 0 and 1.
-
-    Examples
-    --------
-    >>> proportion_quantiles([[[0, 1]], [[1, 1]]], probabilities=[0.5])
-    array([[0.25, 0.75]])
-    """
-    chosen = as_floats(probabilities, "probabilities").reshape(-1)
-    wrong = chosen[~((chosen >= 0) & (chosen <= 1))]
-    if len(wrong):
-        raise CCWSIMError(f"quantile {wrong[0]:g} must be a probability from 0 to 1")
-    return np.quantile(proportions(images, codes), chosen, axis=0)
-
-
 @dataclass(frozen=True, eq=False)
 class EType:
     """Probability of each facies in each cell."""
 
-    probability: NDArray[np.float64]
+    probability: Floats
     """Probability of each facies, shape (n_facies, ny, nx) or (n_facies, nz, ny, nx)."""
     n: int
-    codes: NDArray[np.integer]
+    codes: Integers
+    names: tuple[str, ...] = ()
+    """Names of the facies of an ensemble or training image."""
 
     @cached_property
-    def most_likely(self) -> NDArray[np.integer]:
+    def most_likely(self) -> Integers:
         """Code of the most probable facies in each cell; the smallest code in a tie.
 
         With inactive cells, the codes are floating-point numbers, and inactive cells have NaN.
@@ -94,29 +87,33 @@ class EType:
         return codes_with_nan(self.codes, bool((indices == UNKNOWN).any()))[indices]
 
     @cached_property
-    def most_likely_indices(self) -> NDArray[np.uint8]:
+    def most_likely_indices(self) -> Bytes:
         """Index in `codes` of the most probable facies in each cell; 255 in inactive cells."""
         most = self.probability.argmax(axis=0).astype(np.uint8)
         return np.where(np.isnan(self.probability[0]), np.uint8(UNKNOWN), most)
 
     @property
-    def most_likely_probability(self) -> NDArray[np.float64]:
+    def most_likely_probability(self) -> Floats:
         """Probability of the most probable facies in each cell."""
         return self.probability.max(axis=0)
 
     @property
-    def maps(self) -> dict[str, NDArray]:
+    def maps(self) -> dict[str, Array]:
         """Dictionary of all maps (or volumes) by name, for `ccwsim.io.write_maps`."""
-        each = zip(self.codes.tolist(), self.probability, strict=True)
+        # "facies 3" is the name of a facies without a name
+        words = (" ".join(name.split()).removeprefix("facies ") for name in self.names)
+        names = ["".join(filter(str.isprintable, word))[:32] for word in words]
+        labels = names if len({*names}) == len(self.codes) else self.codes.tolist()
+        each = zip(labels, self.probability, strict=True)
         return {
-            **{f"probability_{code}": values for code, values in each},
+            **{f"probability_{label}": values for label, values in each},
             "most_likely": self.most_likely,
             "most_likely_probability": self.most_likely_probability,
             "entropy": self.entropy,
         }
 
     @cached_property
-    def entropy(self) -> NDArray[np.float64]:
+    def entropy(self) -> Floats:
         """Entropy −Σ p log p / log(n_facies), from 0 (certain) to 1 (all facies equally likely)."""
         return entropy(self.probability)
 
@@ -131,10 +128,10 @@ def etype(images: Images, codes: Codes | None = None) -> EType:
     (array([[0.5, 1. ]]), array([[0, 1]]), array([[1., 0.]]))
     """
     stack = as_stack(images, codes)
-    return etype_of_counts(facies_counts(stack), stack.codes)
+    return replace(etype_of_counts(facies_counts(stack), stack.codes), names=stack.names)
 
 
-def facies_counts(images: Images, codes: Codes | None = None) -> NDArray[np.int32]:
+def facies_counts(images: Images, codes: Codes | None = None) -> Int32s:
     """Return the number of realizations with each facies in each cell.
 
     The shape is (n_facies, ny, nx) or (n_facies, nz, ny, nx).
@@ -152,7 +149,7 @@ def facies_counts(images: Images, codes: Codes | None = None) -> NDArray[np.int3
     return counts
 
 
-def etype_of_counts(counts: NDArray[np.integer], codes: Codes | None = None) -> EType:
+def etype_of_counts(counts: Integers, codes: Codes | None = None) -> EType:
     """Return the E-type computed from the result of `facies_counts`.
 
     The codes are 0 … n_facies − 1 by default. Raises `CCWSIMError` if all counts are 0.
@@ -174,7 +171,7 @@ def etype_of_counts(counts: NDArray[np.integer], codes: Codes | None = None) -> 
     return EType(ratio(counts, each), n, codes_or_places(codes, len(counts)))
 
 
-def entropy(probability: ArrayLike) -> NDArray[np.float64]:
+def entropy(probability: ArrayLike) -> Floats:
     """Return −Σ p log p / log(n_facies) of probabilities of shape (n_facies, …).
 
     It is 0 if certain or if there is one facies, and 1 if all facies are equally likely.
@@ -198,7 +195,7 @@ def entropy(probability: ArrayLike) -> NDArray[np.float64]:
     return entropies.reshape(p.shape[1:])
 
 
-def add_counts(image: NDArray[np.uint8], counts: NDArray[np.int32]) -> None:
+def add_counts(image: Bytes, counts: Int32s) -> None:
     """Add one realization to counts of shape (n_facies, *image.shape), in place."""
     for k, count in enumerate(counts):  # unknown and inactive cells have another index
         count += image == k

@@ -3,12 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ccwsim import Ensemble
 from ccwsim.flow import flow_efficiency
 from ccwsim.metrics.reference_band import Fit, fit_values
 from ccwsim.metrics.stack import Fraction, Stack, map_parallel
-from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.arrays import Bytes, Floats
 
 MAX_SOLVED = 12  # realizations that are solved as a whole; a solution takes up to seconds
 MIN_EFFICIENCY_GAP, MIN_EFFICIENCY_SPREAD = 0.05, 0.02
@@ -23,16 +23,22 @@ N_ERRORS = (3.0, 2.5)  # allowed differences of E in standard errors, for maps a
 class FlowFit:
     """Flow efficiency of a facies along each axis, in the order x, y (and z)."""
 
-    each: NDArray[np.float64]
-    """E of the first realizations, shape (n, dimensions)."""
-    reference: NDArray[np.float64]
+    each: Floats
+    """E of the first realizations, shape (n, dimensions), in `Study.whole_window` if some cells are
+    inactive."""
+    reference: Floats
     """E of the training image, shape (dimensions,); NaN if it was not solved."""
     fit: Fit | None
     """Comparison of pieces of the realizations with crops of the training image, by axis."""
+    is_of_image_size: bool = False
+    """Whether realizations have the size of the image, so that whole E can be compared."""
 
 
 def fit_flow(
-    ensemble: Ensemble, facies: int, progress: Fraction | None = None, max_cells: float = np.inf
+    ensemble: Ensemble,
+    facies: int | str,
+    progress: Fraction | None = None,
+    max_cells: float = np.inf,
 ) -> FlowFit:
     """Compare the flow efficiency E = effective K / arithmetic mean K with the training image.
 
@@ -51,30 +57,35 @@ def fit_flow(
     image = ensemble.training_image
     index, n_axes = image.index_of(facies), image.n_dimensions
 
-    def one(indices: NDArray[np.uint8]) -> list[float]:
+    def one(indices: Bytes) -> list[float]:
         return [flow_efficiency(indices == index, axis) for axis in reversed(range(n_axes))]
 
     def allowed(n: int, n_cells: int) -> int:
         return int(min(n, max_cells / (n_axes * (n_cells + OVERHEAD))))
 
-    def values(images: Stack) -> NDArray[np.float64]:
+    def values(images: Stack) -> Floats:
         most = allowed(len(images), images.indices[0].size)
         if most < min(len(images), MIN_COMPARED):
             return np.full((len(images), n_axes), np.nan)
         chosen = np.linspace(0, len(images) - 1, most).astype(int)
         return np.array(map_parallel(lambda k: one(images.indices[chosen[k]]), most))
 
-    n = allowed(min(ensemble.n, MAX_SOLVED), ensemble.grid.n_cells)
-    each = map_parallel(lambda k: one(ensemble.indices[k]), n, progress)
-    positions = np.arange(n_axes, dtype=float)
+    whole = ensemble.indices[(slice(MAX_SOLVED), *ensemble.study.whole_window)]
+    n = allowed(len(whole), whole[0].size)
+    each = map_parallel(lambda k: one(whole[k]), n, progress)
     fit = fit_values(
         ensemble,
         ("flow", index, max_cells),
-        positions,
+        np.arange(n_axes, dtype=float),
         values,
         min_gap=MIN_EFFICIENCY_GAP,
         min_spread=MIN_EFFICIENCY_SPREAD,
         n_errors=N_ERRORS[image.n_dimensions - 2],
     )
     reference = one(image.indices) if allowed(1, image.indices.size) else [np.nan] * n_axes
-    return FlowFit(np.reshape(each, (n, n_axes)), np.array(reference), fit)
+    return FlowFit(
+        each=np.reshape(each, (n, n_axes)),
+        reference=np.array(reference),
+        fit=fit,
+        is_of_image_size=whole[0].shape == image.shape,
+    )

@@ -4,10 +4,9 @@ from collections.abc import Sequence
 from typing import Literal, TypeGuard
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.metrics.stack import N_AXES
-from ccwsim.model.arrays import Floats, Ints, as_array, as_integers
+from ccwsim.model.arrays import Floats, Integers, Ints, Shape, as_array, as_integers
 from ccwsim.model.bounds import MAX_LAG
 from ccwsim.model.errors import CCWSIMError, shown
 
@@ -28,11 +27,11 @@ Direction = DirectionName | float | tuple[int, ...]
 """A direction: a name in `DIRECTION_STEPS` or "vertical", an azimuth in degrees from north, or one
 step."""
 
-Lags = int | Sequence[int] | NDArray[np.integer]
+Lags = int | Sequence[int] | Integers
 """Lags of a curve: the largest lag, or a list of lags; by default 0 … 100, as far as they fit."""
 
 
-def axes_of(shape: tuple[int, ...]) -> tuple[DirectionName, ...]:
+def axes_of(shape: Shape) -> tuple[DirectionName, ...]:
     """Return the directions along the axes of a map or volume.
 
     Examples
@@ -44,7 +43,7 @@ def axes_of(shape: tuple[int, ...]) -> tuple[DirectionName, ...]:
     return axes[: len(shape)]
 
 
-def lag_offsets(direction: Direction, lags: NDArray[np.integer], n_axes: int = 2) -> Ints:
+def lag_offsets(direction: Direction, lags: Integers, n_axes: int = 2) -> Ints:
     """Return the offset (layers,) rows, columns from x to x + h of each lag."""
     if _is_azimuth(direction):
         angle = np.deg2rad(float(direction))
@@ -96,9 +95,7 @@ def distinct_lags(direction: Direction, n_lags: int) -> tuple[Ints, Floats]:
     return lags, np.hypot.reduce(offsets[lags].astype(float), axis=1)
 
 
-def lags_within(
-    shape: tuple[int, ...], direction: Direction, lags: Lags | None
-) -> tuple[Ints, Ints]:
+def lags_within(shape: Shape, direction: Direction, lags: Lags | None) -> tuple[Ints, Ints]:
     """Return the lags, by default as far as they fit up to 100, and their offsets, (n_lags, 3)."""
     if lags is None:
         steps = lags_that_fit(shape, direction, np.arange(MAX_LAG + 1))
@@ -120,12 +117,11 @@ def lags_within(
     return steps, np.pad(offsets, ((0, 0), (N_AXES - len(shape), 0)))
 
 
-def lags_that_fit(shape: tuple[int, ...], direction: Direction, lags: Ints) -> Ints:
+def lags_that_fit(shape: Shape, direction: Direction, lags: Ints) -> Ints:
     """Return the lags at which an image has pairs of cells."""
-    fits = (np.abs(lag_offsets(direction, lags, len(shape))) < shape).all(axis=1)
-    return lags[fits]
+    return lags[(np.abs(lag_offsets(direction, lags, len(shape))) < shape).all(axis=1)]
 
 
-def count_pairs(shape: tuple[int, ...], offsets: Ints) -> Ints:
+def count_pairs(shape: Shape, offsets: Ints) -> Ints:
     """Return the number of pairs x, x + h in an image for each offset of `lags_within`."""
     return np.prod(np.array(shape) - np.abs(offsets[:, N_AXES - len(shape) :]), axis=1)

@@ -3,21 +3,18 @@
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.engine.kernels import allocating_kernel, kernel, part_of_kernel
 from ccwsim.engine.stages.similarity import box_sums, summed_up
 from ccwsim.jobs.workers import check_stop
-from ccwsim.model.arrays import Bytes, Ints, Mask
+from ccwsim.model.arrays import Bytes, Ints, Mask, UInt64s
 from ccwsim.model.missing import UNKNOWN
 
 CELLS_OF_STRIP = 4_000_000  # number of cells whose patterns are counted at a time
 MAX_TABLE = 2**20  # possible patterns that are counted in a table; otherwise codes are sorted
 
 
-def count_patterns(
-    volume: Bytes, n_facies: int, height: int, size: int
-) -> tuple[NDArray[np.uint64], Ints]:
+def count_patterns(volume: Bytes, n_facies: int, height: int, size: int) -> tuple[UInt64s, Ints]:
     """Return the sorted codes of patterns (see `PatternHistogram`) and their counts."""
     n_cells = height * size * size
     if n_cells * np.log2(max(n_facies, 2)) < 64 and n_facies**n_cells <= MAX_TABLE:
@@ -35,7 +32,7 @@ def count_patterns(
     return distinct, counts
 
 
-def codes_in(volume: Bytes, n_facies: int, height: int, size: int) -> Iterator[NDArray[np.uint64]]:
+def codes_in(volume: Bytes, n_facies: int, height: int, size: int) -> Iterator[UInt64s]:
     """Yield the codes of patterns of known cells, for some layers and rows at a time."""
     fits = height * size * size * np.log2(max(n_facies, 2)) < 64
     nz, ny, nx = volume.shape
@@ -126,7 +123,7 @@ def _add_to(sums, values, weight):
         sums[j] += weight * values[j]
 
 
-def make_hash_table(codes: NDArray[np.uint64]) -> tuple[NDArray[np.uint64], Mask]:
+def make_hash_table(codes: UInt64s) -> tuple[UInt64s, Mask]:
     """Return a hash table of distinct codes for `are_unknown`, and the mask of the used slots."""
     n_places = 2 ** (4 * len(codes)).bit_length()
     keys, full = np.zeros(n_places, np.uint64), np.zeros(n_places, bool)

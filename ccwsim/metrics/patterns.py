@@ -4,15 +4,36 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
+from ccwsim import TrainingImage
 from ccwsim.engine.kernels import kernel, part_of_kernel
 from ccwsim.metrics.coarsening import coarsened_volume
 from ccwsim.metrics.pattern_codes import are_unknown, codes_in, count_patterns, make_hash_table
-from ccwsim.metrics.stack import Codes, Fraction, Images, Stack, as_image, as_stack, map_parallel
-from ccwsim.model.arrays import Bytes, Floats, Mask, as_array, as_integers, check_int
+from ccwsim.metrics.stack import (
+    Codes,
+    Fraction,
+    Images,
+    Stack,
+    as_image,
+    as_stack,
+    known_part,
+    map_parallel,
+)
+from ccwsim.model.arrays import (
+    Array,
+    ArrayLike,
+    Bytes,
+    Floats,
+    Integers,
+    Mask,
+    Shape,
+    UInt64s,
+    as_array,
+    as_integers,
+    check_int,
+    ratio,
+)
 from ccwsim.model.errors import CCWSIMError, refused, shown
-from ccwsim.model.training_image import TrainingImage
 
 PATTERN_SIZE, VOLUME_PATTERN_SIZE = 4, 3  # default side of patterns in maps and in volumes
 FACTORS = (1, 2, 3)  # coarsening factors of full, half and third resolution
@@ -22,7 +43,7 @@ FACTORS = (1, 2, 3)  # coarsening factors of full, half and third resolution
 class PatternHistogram:
     """Frequency of each pattern of size × size cells, or size × size × size cells in a volume."""
 
-    codes: NDArray[np.uint64]
+    codes: UInt64s
     """Sorted codes of the patterns that occur. The digits of a code in base n_facies are the facies
     of the pattern's cells. A code of more than 64 bits is replaced by a 64-bit hash."""
     frequencies: Floats
@@ -68,13 +89,11 @@ def thinnest_n_layers(stack: Stack, *others: Stack) -> int:
     return min(one.shape[0] for one in (stack, *others)) if stack.is_volumes else 1
 
 
-def _histogram(
-    volume: Bytes, facies: NDArray[np.integer], size: int, height: int
-) -> PatternHistogram:
+def _histogram(volume: Bytes, facies: Integers, size: int, height: int) -> PatternHistogram:
     size = check_int("pattern size", size, 1, min(volume.shape[1:]))
     pattern_codes, counts = count_patterns(volume, len(facies), height, size)
     return PatternHistogram(
-        pattern_codes, counts / counts.sum(), size, tuple(facies.tolist()), height
+        pattern_codes, ratio(counts, counts.sum()), size, tuple(facies.tolist()), height
     )
 
 
@@ -96,9 +115,13 @@ def pyramid_histograms(
     >>> [len(row) for row in pyramid_histograms(np.eye(12, dtype=int), factors=[1, 2])]
     [2]
     """
-    stack = as_stack(images, codes)
     factors = as_integers(as_array(factors, "factors"), "factors").reshape(-1).tolist()
-    side, thickest = pattern_size_of(stack, size), thinnest_n_layers(stack)
+    stack = as_stack(images, codes)
+    side = pattern_size_of(stack, size)
+    if max(factors) > 1:
+        part = known_part(stack)
+        stack = part if min(part.shape[-2:]) >= side * max(factors) else stack
+    thickest = thinnest_n_layers(stack)
     thinnest = thickest if layers is None else check_int("layers", layers, 1, thickest)
     height = min(side, thinnest)
     along_z = [max(min(factor, thinnest // height), 1) for factor in factors]
@@ -117,8 +140,9 @@ def js_divergence(a: PatternHistogram, b: PatternHistogram) -> float:
     """Return the Jensen–Shannon divergence of two histograms in bits, from 0 to 1.
 
     JS = ½ Σ a log₂(a / m) + ½ Σ b log₂(b / m) with m = (a + b) / 2 (Lin 1991). The divergence is 0
-    for equal histograms, and 1 for histograms without a common pattern. The square root is a
-    metric. Raises `CCWSIMError` for histograms of different pattern sizes or facies codes.
+    for equal histograms, 1 for histograms without a common pattern, and NaN for a histogram without
+    patterns. The square root is a metric. Raises `CCWSIMError` for histograms of different pattern
+    sizes or facies codes.
 
     Examples
     --------
@@ -194,8 +218,7 @@ def unseen_patterns(
     """
     image = as_image(training_image, codes)
     stack = as_stack(images, image.codes)
-    sides = min(image.shape[-2:] + stack.shape[-2:])
-    size = check_int("pattern size", size, 1, sides)
+    size = check_int("pattern size", size, 1, min(image.shape[-2:] + stack.shape[-2:]))
     n_facies, height = image.n_facies, min(size, thinnest_n_layers(image, stack))
     chosen = None if mask is None else _containing(mask, stack.shape, height, size)
     keys, full = make_hash_table(count_patterns(image.volume(0), n_facies, height, size)[0])
@@ -210,15 +233,14 @@ def unseen_patterns(
     return np.array(map_parallel(one, len(stack), progress))
 
 
-def _containing(mask: Mask, shape: tuple[int, ...], height: int, size: int) -> Mask:
+def _containing(mask: Mask, shape: Shape, height: int, size: int) -> Mask:
     """Return the flat mask of the locations whose pattern contains a cell of `mask`."""
     mask = as_array(mask, "mask")
     if mask.shape != shape or mask.dtype != np.bool_:
         raise refused("mask", shape=shape, dtype=mask.dtype, given=mask.shape)
     chosen = mask.reshape((-1, *shape[-2:]))
     for axis, side in enumerate((height, size, size)):
-        windows = np.lib.stride_tricks.sliding_window_view(chosen, side, axis)
-        chosen = windows.any(axis=-1)
+        chosen = np.lib.stride_tricks.sliding_window_view(chosen, side, axis).any(axis=-1)
     return chosen.ravel()
 
 
@@ -251,7 +273,7 @@ def divergences(
     return result + result.transpose(0, 2, 1)
 
 
-def _joined(histograms: list[PatternHistogram]) -> tuple[NDArray, NDArray, NDArray]:
+def _joined(histograms: list[PatternHistogram]) -> tuple[Array, Array, Array]:
     """Return codes and frequencies of all histograms, and the start of each histogram in them."""
     starts = np.cumsum([0] + [len(h.codes) for h in histograms])
     codes = np.concatenate([h.codes for h in histograms])
@@ -270,6 +292,8 @@ def _fill_row(codes, shares, starts, row, result):
 @part_of_kernel
 def _js_of(codes_a, shares_a, codes_b, shares_b):
     """Return the divergence of two sorted histograms; an unpaired pattern adds half its share."""
+    if len(codes_a) == 0 or len(codes_b) == 0:
+        return np.nan
     total, i, j = 0.0, 0, 0
     while i < len(codes_a) and j < len(codes_b):
         if codes_a[i] == codes_b[j]:

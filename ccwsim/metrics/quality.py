@@ -5,8 +5,8 @@ from math import nan
 from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ccwsim import Ensemble
 from ccwsim.jobs.workers import check_stop
 from ccwsim.metrics.connectivity import connectivity
 from ccwsim.metrics.copying import copying
@@ -14,7 +14,7 @@ from ccwsim.metrics.etype import facies_counts, proportions
 from ccwsim.metrics.lags import VERTICAL, Direction, axes_of, max_lag
 from ccwsim.metrics.patterns import pattern_distance
 from ccwsim.metrics.stack import Codes, Images, Stack, as_stack
-from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.arrays import Array, Ints
 
 CELLS_COMPARED = 1_000_000  # number of cells of each realization that are compared at a time
 
@@ -35,7 +35,8 @@ class Quality:
     """Spread of the realizations' divergences, each a mean over the three resolutions."""
     tau_errors: tuple[float, ...]
     """|mean τ(h) of the realizations − τ(h) of the training image|, averaged over lags with both
-    values, along E–W, N–S and, in volumes, vertically. NaN if no lag has both values."""
+    values, along E–W, N–S and, in volumes, vertically. NaN if no lag has both values. Realizations
+    with inactive cells count in `Study.whole_window`, because inactive cells cut geobodies."""
     facies: int
     """Code of the facies whose τ(h) is compared."""
     differing: float
@@ -73,11 +74,10 @@ class Quality:
         return self._of_worse_axis(self.tau_spreads)
 
     def _of_worse_axis(self, values: tuple[float, ...]) -> float:
-        errors = np.nan_to_num(self.tau_errors, nan=-1.0)
-        return values[int(np.argmax(errors))]
+        return values[int(np.argmax(np.nan_to_num(self.tau_errors, nan=-1.0)))]
 
 
-def judge(ensemble: Ensemble, facies: int | None = None) -> Quality:
+def judge(ensemble: Ensemble, facies: int | str | None = None) -> Quality:
     """Judge an ensemble by patterns, connectivity, proportions, copying, data and CPU time.
 
     Measuring copied pieces needs an ensemble with `sources`. τ(h) is computed for `facies`, by
@@ -122,7 +122,7 @@ def judge(ensemble: Ensemble, facies: int | None = None) -> Quality:
     )
 
 
-def _spread(each: NDArray[np.floating]) -> float:
+def _spread(each: Array) -> float:
     """Return the standard deviation between realizations; NaN for fewer than two."""
     return float(each.std(ddof=1)) if len(each) > 1 else nan
 
@@ -147,16 +147,16 @@ def differing_share(images: Images, codes: Codes | None = None) -> float:
     rows, agree, n_pairs = max(CELLS_COMPARED // nx, 1), 0, 0
     for first in range(0, lines.shape[1], rows):
         check_stop()
-        part = Stack(lines[:, first : first + rows], stack.codes)
-        counts = facies_counts(part).astype(np.int64)
+        counts = facies_counts(Stack(lines[:, first : first + rows], stack.codes)).astype(np.int64)
         agree += int((counts * (counts - 1)).sum())
         n_pairs += int((counts.sum(axis=0) * (counts.sum(axis=0) - 1)).sum())
     return 1 - agree / n_pairs if n_pairs else nan
 
 
-def lags_of(ensemble: Ensemble, way: Direction = "E-W") -> NDArray[np.int64]:
+def lags_of(ensemble: Ensemble, way: Direction = "E-W") -> Ints:
     """Return the lags at which τ(h) is compared: 1 to the largest useful lag of grid and image."""
-    grid_shape, image_shape = ensemble.indices.shape[1:], ensemble.training_image.array.shape
+    grid_shape = ensemble.study.whole_shape
+    image_shape = ensemble.training_image.array.shape
     directions = (VERTICAL,) if way == VERTICAL else ("E-W", "N-S")
     return np.arange(1, min(max_lag(way, grid_shape, image_shape) for way in directions) + 1)
 
@@ -167,7 +167,8 @@ def _tau_error(ensemble: Ensemble, facies: int, way: Direction) -> tuple[float, 
     if not len(lags):
         return nan, nan
     reference = connectivity(ensemble.training_image, facies, way, lags).tau[0]
-    tau = connectivity(ensemble, facies, way, lags).tau
+    whole = ensemble.indices[(slice(None), *ensemble.study.whole_window)]
+    tau = connectivity(Stack(whole, ensemble.training_image.codes), facies, way, lags).tau
     n_known = np.count_nonzero(~np.isnan(tau), axis=0)
     comparable = (n_known > 0) & ~np.isnan(reference)
     if not comparable.any():

@@ -4,13 +4,22 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from ccwsim import Grid, HardData, TrainingImage
-from ccwsim.metrics.data_fit import MIN_Z, paired_z, well_numbers
+from ccwsim.metrics.data_fit import MIN_Z, paired_z, smooth_data, well_numbers
 from ccwsim.metrics.etype import EType
 from ccwsim.metrics.stack import Codes, Images, as_image, as_values, codes_or_places, index_of
-from ccwsim.model.arrays import Floats, Ints, Mask, as_floats, check_int, check_type, ratio
+from ccwsim.model.arrays import (
+    ArrayLike,
+    Floats,
+    Integers,
+    Ints,
+    Mask,
+    as_floats,
+    check_int,
+    check_type,
+    ratio,
+)
 from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.missing import UNKNOWN
 from ccwsim.model.study import Study
@@ -112,12 +121,9 @@ def calibration(
     return pooled_calibration(chances, np.concatenate([(true == k)[mask] for k in which]), n_bins)
 
 
-def pooled_calibration(
-    chances: Floats, came: NDArray[np.float64 | np.bool_], n_bins: int
-) -> Calibration:
+def pooled_calibration(chances: Floats, came: Floats | Mask, n_bins: int) -> Calibration:
     """Return the reliability of probabilities `chances`, shape (n,), of events or shares `came`."""
     n_bins = check_int("n_bins", n_bins, 1, 10_000)
-    edges = np.linspace(0, 1, n_bins + 1)
     bins = np.clip(np.floor(chances * n_bins + 1e-9).astype(int), 0, n_bins - 1)
     count, forecasts, observed = (
         np.bincount(bins, weights=w, minlength=n_bins)
@@ -125,7 +131,7 @@ def pooled_calibration(
     )
     mean, share = ratio(forecasts, count), ratio(observed, count)
     error = float(np.abs(forecasts - observed).sum() / count.sum())
-    return Calibration(edges, mean, share, count.astype(np.int64), error)
+    return Calibration(np.linspace(0, 1, n_bins + 1), mean, share, count.astype(np.int64), error)
 
 
 def _checked(
@@ -133,7 +139,7 @@ def _checked(
     truth: TrainingImage | ArrayLike,
     scored: Mask | None,
     codes: Codes | None,
-) -> tuple[Floats, NDArray[np.integer], Ints, Mask]:
+) -> tuple[Floats, Integers, Ints, Mask]:
     """Return probabilities, codes, indices of the true facies, and the mask of scored cells."""
     if isinstance(probability, EType):
         p, codes = probability.probability, probability.codes
@@ -207,6 +213,10 @@ class LeaveOut:
     proportions."""
     z: float
     """Difference of these two Brier scores in standard errors; positive if simulation is better."""
+    smoothing: float
+    """Skill of smoothing the other data, without an image."""
+    z_smoothing: float
+    """Difference of the Brier scores of smoothing and simulation in standard errors."""
     log_score: float
     """Mean −ln P of the datum's facies, where the proportions count as one more realization."""
     slope: float
@@ -216,14 +226,15 @@ class LeaveOut:
 
     @property
     def words(self) -> str:
-        """The verdict in at most eight words."""
+        """The verdict: the skill, that of smoothing, and whether probabilities are too sure."""
         if len(self.probability) < MIN_SLOPE_DATA:
             return "Too few data to judge the probabilities"
-        if self.slope < TOO_SURE:
-            return "Probabilities are too sure"
         if self.z < MIN_Z:
             return "Simulation predicts no better than proportions"
-        return "Probabilities are as sure as they should be"
+        skill = f"Explains {self.skill:.2f} of the uncertainty, smoothing {self.smoothing:.2f}"
+        if self.z_smoothing < MIN_Z:
+            return f"{skill}: no gain from this image"
+        return f"{skill}{'; probabilities are too sure' if self.slope < TOO_SURE else ''}"
 
 
 def leave_out(
@@ -267,21 +278,21 @@ def leave_out(
     watch = Watch.of_share(progress)
     for k in range(folds):
         out, part = fold == k, watch.part(k / folds, (k + 1) / folds)
-        used = HardData(data.cells[~out], data.facies[~out])
+        used = data.part(~out)
         without = replace(study, hard_data=used, seed=(study.seed + k) % 2**31)
         ensemble = simulate_study(without, n, progress=part.progress, cancel=cancel)
         predicted = ensemble.indices[(slice(None), *data.cells[out].T)]
         p[out] = np.stack([(predicted == f).mean(axis=0) for f in range(n_facies)], axis=1)
         shares[out] = np.bincount(facies[~out], minlength=n_facies) / (~out).sum()
-    return _scored(p, shares, facies, n)
+    return _scored(p, shares, smooth_data(data.cells, facies, n_facies), facies, n)
 
 
-def _scored(p: Floats, shares: Floats, facies: Ints, n: int) -> LeaveOut:
-    """Return the scores of probabilities from n realizations, and of the proportions `shares`."""
+def _scored(p: Floats, shares: Floats, smoothed: Floats, facies: Ints, n: int) -> LeaveOut:
+    """Return the scores of probabilities from n realizations, of proportions, and of smoothing."""
     observed = np.eye(p.shape[1])[facies]
     chance = p * (1 - p) / (n - 1)  # variance of a probability that n realizations estimate
     brier = ((p - observed) ** 2 - chance).sum(axis=1)
-    of_shares = ((shares - observed) ** 2).sum(axis=1)
+    of_shares, of_smoothing = (((q - observed) ** 2).sum(axis=1) for q in (shares, smoothed))
     right = np.arange(len(p)), facies
     departure = p - shares
     explained = (departure**2 - chance).sum()
@@ -289,6 +300,8 @@ def _scored(p: Floats, shares: Floats, facies: Ints, n: int) -> LeaveOut:
         probability=p,
         skill=float(1 - brier.sum() / max(of_shares.sum(), 1e-12)),
         z=paired_z(of_shares - brier),
+        smoothing=float(1 - of_smoothing.sum() / max(of_shares.sum(), 1e-12)),
+        z_smoothing=paired_z(of_smoothing - brier),
         log_score=float(-np.log((p[right] * n + shares[right]).clip(1e-4) / (n + 1)).mean()),
         slope=float((departure * (observed - shares)).sum() / max(explained, 1e-9)),
         reliability=calibration(p.T[:, None], facies[None]),

@@ -9,14 +9,12 @@ counts if it is larger, but only up to a multiple of that of the crops. Otherwis
 of worse realizations would hide their errors.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import product
 from math import isqrt, prod
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 from scipy.special import ndtri, stdtrit
 
 from ccwsim import Ensemble, Grid, TrainingImage
@@ -28,11 +26,15 @@ from ccwsim.metrics.lags import Direction, distinct_lags, max_lag
 from ccwsim.metrics.pattern_codes import count_patterns
 from ccwsim.metrics.patterns import PatternHistogram, js_divergence
 from ccwsim.metrics.stack import N_AXES, Stack, as_volume
+from ccwsim.model.active_cells import active_windows, even_corners, windows_at
 from ccwsim.model.arrays import (
+    ArrayLike,
     Bytes,
     Floats,
+    Integers,
     Mask,
     Shape,
+    UInt64s,
     as_floats,
     check_choice,
     check_int,
@@ -45,16 +47,29 @@ MIN_SIDE, MAX_SIDE = 8, 512
 MAX_CROP_CELLS = 2_000_000  # maximum number of cells in a crop from a volume
 MAX_CROPS_ALONG = 4  # maximum number of crops along an axis; crops overlap by about half or less
 MAX_CROPS_ABOVE = 2  # maximum number of crops along z in a volume
-MIN_CROPS = 3  # crops in which a value is not NaN; otherwise the value is not judged
+MIN_CROPS, MIN_SHARE = 3, 0.75
+"""Minimum number of crops and of pieces that have a judged value, and minimum share of crops that
+have it, because connectivity at long lags is that of few cells in few crops."""
 MAX_PIECES = 32  # more pieces would not help, because the crops limit the precision
 ERROR_LIMITS = {
-    "proportions": (2.5, 3.0),
-    "variogram": (3.5, 4.0),
+    "proportions": (3.0, 3.0),
+    "variogram": (4.0, 4.0),
     "connectivity": (4.0, 4.0),
     "geobodies": (3.0, 2.5),
     "patterns": (3.0, 3.0),
 }
 """Allowed differences in standard errors, for maps and for volumes."""
+USEFUL_TOLERANCES = {
+    "proportions": (0.3, True),
+    "variogram": (0.5, True),
+    "connectivity": (0.3, False),
+    "geobodies": (0.5, False),
+    "patterns": (1.0, True),
+    "joins": (1.0, True),
+    "measures": (0.5, True),
+    "flow": (0.15, False),
+}
+"""Median tolerance above which agreement confirms nothing, and whether it is relative to crops."""
 STUDENT_PROBABILITY = 0.001
 """Probability at which limits for few crops widen: by Student's t quantile / normal quantile."""
 MAX_OWN = (2.0, 3.0)  # limit of the spread of pieces, in spreads of crops, for maps and volumes
@@ -63,8 +78,9 @@ MIN_PROPORTION_GAP = 0.05  # smallest reported difference, relative to the image
 PATTERN_SIZES = (2, 3)  # sides of compared patterns, which are squares, or cubes in volumes
 MIN_GAMMA_GAP, MIN_PERCOLATION_GAP = 0.1, 0.25
 """Smallest reported differences of Γ and of the share of pieces that percolate."""
-MIN_TAU_SPREAD, MIN_GEOBODY_SPREAD = 0.05, 0.1
-"""Smallest standard deviation between crops of τ, and of Γ and the share that percolates."""
+MIN_CONNECTED_SPREAD = 0.1
+"""Smallest standard deviation between crops of τ, Γ and the share that percolates: crops of one
+image share its long bodies, so they differ less than images do."""
 MIN_PATTERN_SPREAD = 0.5  # smallest deviation of pattern distances, relative to their mean
 ValuesOf = Callable[[Stack], Floats]
 
@@ -85,6 +101,30 @@ class Fit:
     """(Layers,) rows and columns of crops and pieces."""
     one_sided: bool | Mask = False
     """Whether only values above `reference` are outside the band, one for all values or a mask."""
+    useful_tolerance: tuple[float, bool] = (np.inf, True)
+    """As in `USEFUL_TOLERANCES`."""
+
+    @property
+    def relative_tolerance(self) -> Floats:
+        """Tolerance of each value as it is compared with `useful_tolerance`.
+
+        If less is never a fault, the tolerance of a value below the crops is 0.
+        """
+        one_sided = np.where(self.one_sided & (self.found <= self.reference), 0.0, self.tolerance)
+        if not self.useful_tolerance[1]:
+            return one_sided
+        return ratio(one_sided, np.abs(self.reference))
+
+    @property
+    def median_tolerance(self) -> float:
+        """Median of the relative tolerances, ∞ where there is nothing to compare with."""
+        comparable = self.relative_tolerance[np.isfinite(self.relative_tolerance)]
+        return float(np.median(comparable)) if comparable.size else np.inf
+
+    @property
+    def cannot_tell(self) -> bool:
+        """Whether no value is outside a band that is so wide that most faults would be inside."""
+        return self.fits and self.median_tolerance > self.useful_tolerance[0]
 
     @property
     def judged(self) -> bool:
@@ -141,6 +181,8 @@ class ReferenceBand:
     """Smallest standard deviation of each value between crops."""
     one_sided: bool = False
     """Whether only values above those of the crops are outside the band."""
+    useful_tolerance: tuple[float, bool] = (np.inf, True)
+    """As in `USEFUL_TOLERANCES`."""
 
     def compare(self, pieces: ArrayLike, n_pieces: float | None = None) -> Fit:
         """Compare the values of pieces of realizations, shape (n, m), with the crops.
@@ -148,26 +190,27 @@ class ReferenceBand:
         `n_pieces` is the number of independent pieces, by default n.
         """
         values = as_floats(pieces, "values")
-        n = (~np.isnan(self.values)).sum(axis=0)
-        enough = n >= MIN_CROPS
+        n, n_valid = ((~np.isnan(each)).sum(axis=0) for each in (self.values, values))
+        enough = n >= max(MIN_CROPS, MIN_SHARE * len(self.values))
+        enough &= n_valid >= min(MIN_CROPS, len(values))
         reference, spread = (np.where(enough, each, np.nan) for each in _moments(self.values))
         spread = np.maximum(spread, self.min_spread)
         mean_of_pieces, spread_of_pieces = _moments(values)
         largest = MAX_OWN[len(self.crop_shape) - 2] * spread
         spread = np.maximum(spread, np.minimum(np.nan_to_num(spread_of_pieces), largest))
-        k, m = np.minimum(self.n_independent, np.maximum(n, 1)), n_pieces or len(values)
+        k, m = np.minimum(self.n_independent, np.maximum(n, 1)), n_pieces or np.maximum(n_valid, 1)
         few = stdtrit(np.maximum(k + m - 2, 1.0), 1 - STUDENT_PROBABILITY / 2) / ndtri(
             1 - STUDENT_PROBABILITY / 2
         )
         error = spread * np.sqrt(1 / k + 1 / m) * few  # the spread of few crops is uncertain
-        tolerance = np.maximum(self.n_errors * error, self.min_gap)
         return Fit(
             at=self.at,
             found=mean_of_pieces,
             reference=reference,
-            tolerance=tolerance,
+            tolerance=np.maximum(self.n_errors * error, self.min_gap),
             crop_shape=self.crop_shape,
             one_sided=self.one_sided,
+            useful_tolerance=self.useful_tolerance,
         )
 
 
@@ -202,13 +245,21 @@ def crop_shape(image_shape: Shape, grid_shape: Shape) -> Shape | None:
 
 
 def shape_of_crops(ensemble: Ensemble) -> Shape | None:
-    """Return the `crop_shape` of an ensemble; None if patches come from other images.
+    """Return the `crop_shape` of an ensemble in a window without inactive cells.
 
-    Crops of the training image are no reference for patches of other, turned or scaled images.
+    It is None if crops of the training image are no reference: if patches come from other, turned
+    or scaled images, or if given probabilities ask for another amount of a facies.
     """
-    if ensemble.is_of_other_images:
+    if ensemble.is_of_other_images or asks_other_amount(ensemble):
         return None
-    return crop_shape(ensemble.training_image.shape, ensemble.grid.shape)
+    return crop_shape(ensemble.training_image.shape, ensemble.study.whole_shape)
+
+
+def asks_other_amount(ensemble: Ensemble) -> bool:
+    """Return whether given probabilities ask for proportions outside the band of the image's."""
+    fit = fit_proportions(ensemble) if ensemble.has_probabilities else None
+    image_shares = ensemble.training_image.proportions
+    return fit is not None and bool((np.abs(fit.reference - image_shares) > fit.tolerance).any())
 
 
 def largest_crop(image_shape: Shape, grid_shape: Shape) -> Shape:
@@ -224,35 +275,23 @@ def crops_of(image: Bytes, shape: Shape) -> Bytes:
     """Return evenly spaced crops, shape (n, *shape): at most 4 × 4, or 2 × 4 × 4 of a volume."""
     most = (MAX_CROPS_ABOVE, MAX_CROPS_ALONG, MAX_CROPS_ALONG)[-len(shape) :]
     needed = (1 + -(-2 * (n - side) // side) for n, side in zip(image.shape, shape, strict=True))
-    windows = _windows(image.shape, shape, map(min, most, needed))
-    return np.array([image[window] for window in windows])
+    corners = even_corners(image.shape, shape, map(min, most, needed))
+    return np.array([image[window] for window in windows_at(corners, shape)])
 
 
-def pieces_of(realizations: Bytes, shape: Shape) -> Bytes:
-    """Return m ≤ `MAX_PIECES` pieces of realizations without overlap, shape (m, *shape)."""
-    sides = realizations.shape[1:]
-    windows = _windows(sides, shape, (n // side for n, side in zip(sides, shape, strict=True)))
+def pieces_of(ensemble: Ensemble, shape: Shape) -> Stack:
+    """Return m ≤ `MAX_PIECES` pieces of realizations, without overlap and inactive cells."""
+    windows, realizations = active_windows(ensemble.study.active_mask, shape), ensemble.indices
     total = len(realizations) * len(windows)
     chosen = np.linspace(0, total - 1, min(total, MAX_PIECES)).astype(int)
     numbers, which = np.divmod(chosen, len(windows))
     pairs = zip(numbers, which, strict=True)
-    return np.array([realizations[number][windows[window]] for number, window in pairs])
-
-
-def _windows(sides: Shape, shape: Shape, counts: Iterable[int]) -> list[tuple[slice, ...]]:
-    """Return evenly spaced windows of a shape, with these numbers of windows along the sides."""
-    starts = [
-        np.linspace(0, side - length, count).astype(int)
-        for side, length, count in zip(sides, shape, counts, strict=True)
-    ]
-    return [
-        tuple(slice(first, first + n) for first, n in zip(corner, shape, strict=True))
-        for corner in product(*starts)
-    ]
+    pieces = [realizations[number][windows[window]] for number, window in pairs]
+    return Stack(np.array(pieces), ensemble.training_image.codes)
 
 
 def fit_curve(
-    ensemble: Ensemble, statistic: Statistic, facies: int, direction: Direction = "E-W"
+    ensemble: Ensemble, statistic: Statistic, facies: int | str, direction: Direction = "E-W"
 ) -> Fit | None:
     """Compare a curve of realizations with the curves of crops of their training image.
 
@@ -268,7 +307,7 @@ def fit_curve(
     True
     """
     image = ensemble.training_image
-    index = image.index_of(facies)
+    facies, index = image.code_of(facies), image.index_of(facies)
     check_choice("statistic", statistic, STATISTICS)
     shape = shape_of_crops(ensemble)
     if shape is None or not max_lag(direction, shape):  # there is no lag along a single layer
@@ -278,7 +317,7 @@ def fit_curve(
     def values(images: Stack) -> Floats:
         return curves_of(statistic, images, facies, direction, lags[1:])
 
-    gap, spread = MIN_GAP, MIN_TAU_SPREAD
+    gap, spread = MIN_GAP, MIN_CONNECTED_SPREAD
     if statistic == "variogram":
         p = float(image.proportions[index])
         gap, spread = MIN_GAP * (p * (1 - p)), 0.0
@@ -286,13 +325,15 @@ def fit_curve(
     return fit_values(ensemble, name, distances[1:], values, min_gap=gap, min_spread=spread)
 
 
-def fit_geobodies(ensemble: Ensemble, facies: int, neighbours: int | None = None) -> Fit | None:
+def fit_geobodies(
+    ensemble: Ensemble, facies: int | str, neighbours: int | None = None
+) -> Fit | None:
     """Compare Γ and the percolation of a facies with crops of the training image.
 
     The values are Γ and the share of pieces that percolate E–W, N–S and, in volumes, vertically.
     """
     image = ensemble.training_image
-    index = image.index_of(facies)
+    facies = image.code_of(facies)
 
     def values(images: Stack) -> Floats:
         geobodies = geobody_statistics(images, facies, neighbours)
@@ -301,8 +342,10 @@ def fit_geobodies(ensemble: Ensemble, facies: int, neighbours: int | None = None
         return np.column_stack([geobodies.gamma, *shares])
 
     gap = np.array([MIN_GAMMA_GAP, *[MIN_PERCOLATION_GAP] * image.n_dimensions])
-    positions, name = np.arange(len(gap), dtype=float), ("geobodies", index, neighbours)
-    return fit_values(ensemble, name, positions, values, min_gap=gap, min_spread=MIN_GEOBODY_SPREAD)
+    positions, name = np.arange(len(gap), dtype=float), ("geobodies", facies, neighbours)
+    return fit_values(
+        ensemble, name, positions, values, min_gap=gap, min_spread=MIN_CONNECTED_SPREAD
+    )
 
 
 def fit_values(
@@ -317,10 +360,10 @@ def fit_values(
 ) -> Fit | None:
     """Compare m values of pieces of realizations with the values of crops of the training image.
 
-    The first entry of the unique `name` is a key of `ERROR_LIMITS`, unless `n_errors` has the
-    allowed differences. `values` maps a stack of n images to shape (n, m); `of_crops` does so for
-    crops, by default `values`. The other arguments are those of `ReferenceBand`. The result is None
-    if crops are too small.
+    The first entry of the unique `name` is a key of `USEFUL_TOLERANCES`, and of `ERROR_LIMITS`
+    unless `n_errors` has the allowed differences. `values` maps a stack of n images to shape
+    (n, m); `of_crops` does so for crops, by default `values`. The other arguments are those of
+    `ReferenceBand`. The result is None if crops are too small.
     """
     image, shape = ensemble.training_image, shape_of_crops(ensemble)
     if shape is None:
@@ -335,7 +378,7 @@ def fit_values(
         min_spread=min_spread,
         n_errors=n_errors,
     )
-    return reference.compare(values(Stack(pieces_of(ensemble.indices, shape), image.codes)))
+    return reference.compare(values(pieces_of(ensemble, shape)))
 
 
 def fit_proportions(ensemble: Ensemble) -> Fit | None:
@@ -353,12 +396,12 @@ def fit_proportions(ensemble: Ensemble) -> Fit | None:
     """
     image = ensemble.training_image
     several = ensemble.secondary is not None and ensemble.secondary.images
-    shape = None if several else crop_shape(image.shape, ensemble.grid.shape)
+    shape = None if several else crop_shape(image.shape, ensemble.study.whole_shape)
     if shape is None:
         return None
     positions, gap = image.codes.astype(float), MIN_PROPORTION_GAP * image.proportions
     crops = band_of_crops(image, ("proportions",), shape, positions, proportions, min_gap=gap)
-    each = proportions(Stack(pieces_of(ensemble.indices, shape), image.codes))
+    each = proportions(pieces_of(ensemble, shape))
     n_pieces = ensemble.n * ensemble.n_active / prod(shape)
     fit = crops.compare(each, n_pieces)
     expected = ensemble.expected_proportions
@@ -405,10 +448,10 @@ def fit_patterns(ensemble: Ensemble, sizes: Sequence[int] = PATTERN_SIZES) -> Fi
     crops = band_of_crops(image, ("patterns", *sides), shape, positions, without_crop, min_gap=0.0)
     least = MIN_PATTERN_SPREAD * np.nanmean(crops.values, axis=0)
     crops = replace(crops, min_spread=least, one_sided=True)
-    return crops.compare(distances(Stack(pieces_of(ensemble.indices, shape), image.codes)))
+    return crops.compare(distances(pieces_of(ensemble, shape)))
 
 
-Counts = tuple[NDArray[np.uint64], NDArray[np.integer]]
+Counts = tuple[UInt64s, Integers]
 
 
 def _without(of_image: Counts, of_crop: Counts) -> Counts:
@@ -434,17 +477,16 @@ def band_of_crops(
     """Return the band of an image's crops, which is computed once for each name and crop shape."""
 
     def computed() -> ReferenceBand:
-        crops = values(Stack(crops_of(image.indices, shape), image.codes))
-        n_independent = np.count_nonzero(image.indices < image.n_facies) / prod(shape)
         allowed = ERROR_LIMITS[name[0]][image.n_dimensions - 2] if n_errors is None else n_errors
         return ReferenceBand(
             at=positions,
-            values=crops,
-            n_independent=n_independent,
+            values=values(Stack(crops_of(image.indices, shape), image.codes)),
+            n_independent=np.count_nonzero(image.indices < image.n_facies) / prod(shape),
             n_errors=allowed,
             min_gap=min_gap,
             crop_shape=shape,
             min_spread=min_spread,
+            useful_tolerance=USEFUL_TOLERANCES[name[0]],
         )
 
     return _bands.value((image.digest, *name, shape), computed)

@@ -1,7 +1,6 @@
 """Match of an ensemble with given probabilities of facies, and limits that the image sets."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim import Ensemble, Grid, Parameters, Secondary, TrainingImage
 from ccwsim.engine.corrections.guidance import guide_terms
@@ -9,23 +8,26 @@ from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.raster import CANDIDATE_SLACK, make_plan
 from ccwsim.engine.stages.path import Box
 from ccwsim.engine.stages.similarity import box_sums, summed_up
-from ccwsim.metrics.direction import main_direction
+from ccwsim.metrics.direction import MAX_SPREAD, main_direction
 from ccwsim.metrics.etype import facies_counts
 from ccwsim.metrics.reference import Calibration, pooled_calibration
+from ccwsim.model.arrays import Array, Floats, Mask, listing
 from ccwsim.model.errors import refused
 from ccwsim.model.missing import UNKNOWN
 from ccwsim.model.numbers import minus
+from ccwsim.model.secondary import note_on_radians
 from ccwsim.model.study import Study
 
 NOTED = 0.05  # minimum noted difference between a requested and the nearest possible proportion
 MIN_BIN_SHARE = 0.02  # bins of probability with a smaller share of the cells are not noted
 MIN_FITTING_LOCATIONS, MAX_POOR_SHARE = 5, 0.2
 """Fewer than this number of locations are noted if more than this share of patches have so few."""
-MAX_SPREAD = 25.0  # mean difference, in degrees, of directions from the main one that is noted
 N_PATCHES = 200  # maximum number of patches that are examined
 
 
-def reliability(ensemble: Ensemble, facies: int | None = None, n_bins: int = 10) -> Calibration:
+def reliability(
+    ensemble: Ensemble, facies: int | str | None = None, n_bins: int = 10
+) -> Calibration:
     """Return the share of each facies in the cells for which similar probabilities were given.
 
     In the result, `forecast` is the mean given probability of a bin and `observed` the share of the
@@ -45,9 +47,9 @@ def reliability(ensemble: Ensemble, facies: int | None = None, n_bins: int = 10)
     probabilities = ensemble.secondary.probabilities if ensemble.secondary else None
     if probabilities is None:
         raise refused("no_probabilities")
-    image, active = ensemble.training_image, ensemble.active
+    image = ensemble.training_image
     which = range(image.n_facies) if facies is None else [image.index_of(facies)]
-    scored = ~np.isnan(probabilities[0]) if active is None else ~np.isnan(probabilities[0]) & active
+    scored = ~np.isnan(probabilities[0]) & ensemble.study.active_mask
     shares = facies_counts(ensemble) / ensemble.n
     chances = np.concatenate([probabilities[k][scored] for k in which])
     return pooled_calibration(chances, np.concatenate([shares[k][scored] for k in which]), n_bins)
@@ -102,6 +104,7 @@ def warn_of_probabilities(
     """
     notes = _warn_of_few_locations(secondary, image, parameters) if secondary.guides else []
     if secondary.angle is not None:
+        notes += filter(None, [note_on_radians(secondary.angle)])
         main, spread = main_direction(image)
         note = (
             f"the image has no main direction that follows angles: its directions differ from "
@@ -111,6 +114,11 @@ def warn_of_probabilities(
     if secondary.probabilities is None:
         return notes
     template, probabilities = parameters.along(image.shape).template, secondary.probabilities
+    per_share = [p / max(q, 1e-300) for p, q in zip(probabilities, image.proportions, strict=True)]
+    alike = [sum(np.allclose(k, other, equal_nan=True) for other in per_share) for k in per_share]
+    if 1 < max(alike) < image.n_facies:
+        rest = listing(name for name, n in zip(image.facies_names, alike, strict=True) if n > 1)
+        notes.append(f"{rest} share the rest of the probabilities, as in the training image")
     for k, name in enumerate(image.facies_names):
         available = _means_of_pieces(image.indices == k, image.indices != UNKNOWN, template)
         valid = ~np.isnan(probabilities[k])
@@ -158,9 +166,7 @@ def _warn_of_few_locations(
     return [note] if share > 100 * MAX_POOR_SHARE else []
 
 
-def _means_of_pieces(
-    values: NDArray, valid: NDArray[np.bool_], size: tuple[int, ...]
-) -> NDArray[np.float64]:
+def _means_of_pieces(values: Array, valid: Mask, size: tuple[int, ...]) -> Floats:
     """Return the means of all pieces without unknown cells; if there are none, the overall mean."""
     volume = valid.reshape((1, *valid.shape)[-3:])
     sides = tuple(min(n, t) for n, t in zip(volume.shape, size, strict=True))

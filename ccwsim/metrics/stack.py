@@ -1,21 +1,20 @@
 """Conversion of ensembles, training images and arrays to one type, `Stack`, for all metrics."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from ccwsim.jobs.workers import check_stop, run_all
-from ccwsim.model.arrays import as_array, as_integers, codes_of, is_integer
+from ccwsim.model.active_cells import smallest_box
+from ccwsim.model.arrays import Array, ArrayLike, Bytes, Integers, as_array, as_integers, codes_of
 from ccwsim.model.bounds import MAX_FACIES
 from ccwsim.model.ensemble import Ensemble, codes_with_nan
 from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.missing import UNKNOWN
-from ccwsim.model.training_image import TrainingImage
-from ccwsim.model.watch import Fraction as Fraction
-from ccwsim.model.watch import Watch as Watch
+from ccwsim.model.training_image import TrainingImage, index_of
+from ccwsim.model.watch import Fraction as Fraction, Watch as Watch
 from ccwsim.system.machine import n_cores
 
 N_AXES = 3  # axes of a volume: layers from the bottom, rows from the south, columns from the west
@@ -29,8 +28,9 @@ class Stack:
     """Images as facies indices, with the codes of all facies, including absent facies."""
 
     # shape (n, ny, nx), or (n, nz, ny, nx) for volumes; 255 in unknown and inactive cells
-    indices: NDArray[np.uint8]
-    codes: NDArray[np.integer]  # shape (n_facies,): sorted
+    indices: Bytes
+    codes: Integers  # shape (n_facies,): sorted
+    names: tuple[str, ...] = ()  # of the facies of an ensemble or training image
 
     def __len__(self) -> int:
         return len(self.indices)
@@ -50,21 +50,13 @@ class Stack:
         """Whether the images are volumes."""
         return len(self.shape) == N_AXES
 
-    def volume(self, k: int) -> NDArray[np.uint8]:
+    def volume(self, k: int) -> Bytes:
         """Return image k as a volume, shape (nz, ny, nx); a map has one layer."""
         return as_volume(self.indices[k])
 
-    def index_of(self, code: int, name: str = "facies") -> int:
-        """Return the index of a code, or raise `CCWSIMError`."""
-        return index_of(self.codes, code, name)
-
-
-def index_of(codes: NDArray[np.integer], code: int, name: str = "facies") -> int:
-    """Return the index of a facies code in `codes`, or raise `CCWSIMError`."""
-    indices = np.flatnonzero(codes == code) if is_integer(code) else np.empty(0, int)
-    if not len(indices):
-        raise CCWSIMError(f"{name} = {shown(code)} must be one of the codes {_listed(codes)}")
-    return int(indices[0])
+    def index_of(self, facies: int | str, name: str = "facies") -> int:
+        """Return the index of a facies, given by code or name, or raise `CCWSIMError`."""
+        return index_of(self.codes, facies, name, self.names)
 
 
 Images = Stack | Ensemble | TrainingImage | ArrayLike
@@ -78,9 +70,10 @@ def as_stack(images: Images, codes: Codes | None = None, n_axes: int = 2) -> Sta
     if isinstance(images, Stack):
         stack = images
     elif isinstance(images, Ensemble):
-        stack = Stack(np.asarray(images.indices), images.training_image.codes)
+        image = images.training_image
+        stack = Stack(np.asarray(images.indices), image.codes, image.facies_names)
     elif isinstance(images, TrainingImage):
-        stack = Stack(images.indices[None], images.codes)
+        stack = Stack(images.indices[None], images.codes, images.facies_names)
     else:
         values, valid = as_values(images, n_axes), None
         if values.dtype.kind == "f":
@@ -102,6 +95,13 @@ def as_stack(images: Images, codes: Codes | None = None, n_axes: int = 2) -> Sta
     return Stack(places[stack.indices], wanted)
 
 
+def known_part(images: Images, codes: Codes | None = None) -> Stack:
+    """Return images in the smallest window that has all cells with a facies in any image."""
+    stack = as_stack(images, codes)
+    window = slice(None), *smallest_box(stack.indices.min(axis=0) != UNKNOWN)
+    return replace(stack, indices=stack.indices[window])
+
+
 def as_image(image: Images, codes: Codes | None = None, n_axes: int = 2) -> Stack:
     """Return one image as a stack; an array of several layers is a volume."""
     if not isinstance(image, (Stack, Ensemble, TrainingImage)):
@@ -114,7 +114,7 @@ def as_image(image: Images, codes: Codes | None = None, n_axes: int = 2) -> Stac
     return stack
 
 
-def as_values(images: Images, n_axes: int = 2) -> NDArray:
+def as_values(images: Images, n_axes: int = 2) -> Array:
     """Return facies codes, shape (n, ny, nx) or (n, nz, ny, nx); NaN in unknown cells."""
     if isinstance(images, Stack):
         has_unknown = bool((images.indices == UNKNOWN).any())
@@ -138,17 +138,17 @@ def as_values(images: Images, n_axes: int = 2) -> NDArray:
     return array[None] if is_one else array
 
 
-def as_volume(image: NDArray) -> NDArray:
+def as_volume(image: Array) -> Array:
     """Return a map or volume as a volume: a map has one layer."""
     return image if image.ndim == N_AXES else image[None]
 
 
-def _listed(codes: NDArray[np.integer]) -> str:
+def _listed(codes: Integers) -> str:
     """Return the first ten codes as text."""
     return ", ".join(map(str, codes[:10].tolist())) + (" …" if len(codes) > 10 else "")
 
 
-def codes_or_places(codes: Codes | None, n_facies: int) -> NDArray[np.integer]:
+def codes_or_places(codes: Codes | None, n_facies: int) -> Integers:
     """Return the codes of `n_facies` facies; the default is 0 … n_facies − 1."""
     facies_codes = np.arange(n_facies) if codes is None else checked_codes(codes)
     if len(facies_codes) != n_facies or not (codes is None or np.array_equal(facies_codes, codes)):
@@ -156,7 +156,7 @@ def codes_or_places(codes: Codes | None, n_facies: int) -> NDArray[np.integer]:
     return facies_codes
 
 
-def checked_codes(codes: Codes) -> NDArray[np.integer]:
+def checked_codes(codes: Codes) -> Integers:
     """Return facies codes as a sorted array, or raise `CCWSIMError`."""
     values = as_integers(list(codes) if isinstance(codes, range) else codes, "codes")
     distinct = np.unique(values)
@@ -165,7 +165,7 @@ def checked_codes(codes: Codes) -> NDArray[np.integer]:
     return distinct
 
 
-def _codes_in(values: NDArray[np.integer]) -> NDArray[np.integer]:
+def _codes_in(values: Integers) -> Integers:
     """Return the codes that occur, sorted."""
     codes = np.unique(np.concatenate([codes_of(as_integers(v, "facies codes")) for v in values]))
     if len(codes) > MAX_FACIES:
@@ -173,7 +173,7 @@ def _codes_in(values: NDArray[np.integer]) -> NDArray[np.integer]:
     return codes
 
 
-def _indices(values: NDArray[np.integer], codes: NDArray[np.integer]) -> NDArray[np.uint8]:
+def _indices(values: Integers, codes: Integers) -> Bytes:
     """Return the index in `codes` of each cell's code."""
     n = len(codes)
     if codes[0] == 0 and codes[-1] == n - 1:  # codes equal indices
@@ -191,9 +191,7 @@ def _indices(values: NDArray[np.integer], codes: NDArray[np.integer]) -> NDArray
     return indices
 
 
-def in_pieces(
-    function: Callable[[NDArray], NDArray], rows: NDArray, n_cells: int
-) -> NDArray[np.integer]:
+def in_pieces(function: Callable[[Array], Array], rows: Array, n_cells: int) -> Integers:
     """Return function(rows), computed for a few rows at a time, so that a user can cancel.
 
     A row has `n_cells` cells.

@@ -6,12 +6,11 @@ from itertools import product
 from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.metrics.etype import proportions
 from ccwsim.metrics.stack import Codes, Images, Stack, as_image, as_volume
 from ccwsim.metrics.variograms import variogram
-from ccwsim.model.arrays import Floats, Ints, Mask, ratio
+from ccwsim.model.arrays import Array, Float32s, Floats, Int32s, Ints, Mask, ratio
 from ccwsim.model.errors import refused
 from ccwsim.model.missing import UNKNOWN
 
@@ -42,8 +41,6 @@ class Stationarity:
 
     proportions: Floats
     """Proportions of the quarters in the order of `QUARTERS`, shape (4, n_facies)."""
-    proportion_shift: Floats
-    """|p of the quarter − p| / √(p (1 − p)), shape (4, n_facies)."""
     lags: Ints
     variograms: Floats
     """γ(h) of each quarter, shape (4, n_facies, 2, n_lags), E-W first, then N-S."""
@@ -72,7 +69,7 @@ class Stationarity:
         """Mask of proportions that differ by more than limit and chance, shape (8, n_facies)."""
         return self._differ(self.differences, self.errors)
 
-    def _differ(self, differences: NDArray, errors: NDArray) -> Mask:
+    def _differ(self, differences: Array, errors: Array) -> Mask:
         """Return the mask of the differences above `PROPORTION_LIMIT` and `PROPORTION_DOUBT`."""
         p = self.proportions.mean(axis=0)
         limit = np.maximum(PROPORTION_LIMIT * np.sqrt(p * (1 - p)), PROPORTION_DOUBT * errors)
@@ -118,12 +115,10 @@ def stationarity(image: Images, codes: Codes | None = None) -> Stationarity:
     quarters = [Stack(quarter[None], stack.codes) for quarter in _quarters(indices)]
     shares = np.array([proportions(quarter)[0] for quarter in quarters])
     whole = proportions(stack)[0]
-    deviation = np.sqrt(whole * (1 - whole))
     lags = np.arange(min(ny, nx) // 4 + 1)
     curves = np.array([_curves(quarter, lags) for quarter in quarters])
     distance = np.sqrt(np.mean((curves - _curves(stack, lags)) ** 2, axis=3))
-    shift = ratio(np.abs(shares - whole), deviation, 0.0)  # 0 for a facies in all cells or in none
-    variogram_shift = ratio(distance, (deviation**2)[:, None], 0.0)
+    sills = whole * (1 - whole)  # 0 for a facies in all cells or in none
     volume = as_volume(np.ma.masked_equal(indices, UNKNOWN) if UNKNOWN in indices else indices)
     facies = [volume == k for k in range(n_facies)]
     compared = [_compare_parts(one.mean(axis=0, dtype=float)) for one in facies]
@@ -137,10 +132,9 @@ def stationarity(image: Images, codes: Codes | None = None) -> Stationarity:
     vertical = _compare_halves(facies) if stack.is_volumes else (None, None)
     return Stationarity(
         proportions=shares,
-        proportion_shift=shift,
         lags=lags,
         variograms=curves,
-        variogram_shift=variogram_shift,
+        variogram_shift=ratio(distance, sills[:, None], 0.0),
         differences=differences,
         errors=errors,
         variogram_scores=scores,
@@ -162,13 +156,13 @@ def _compare_halves(facies: Sequence[Mask]) -> tuple[Floats, Floats]:
     return np.array([field.mean() for field in fields]), np.sqrt(variances)
 
 
-def _quarters(field: NDArray) -> list[NDArray]:
+def _quarters(field: Array) -> list[Array]:
     ny, nx = field.shape[-2:]
     rows, columns = (slice(0, ny // 2), slice(ny // 2, ny)), (slice(0, nx // 2), slice(nx // 2, nx))
     return [field[..., r, c] for r in rows for c in columns]
 
 
-def _half_squares(facies: Mask, axis: int) -> NDArray[np.float32]:
+def _half_squares(facies: Mask, axis: int) -> Float32s:
     """Return ½ (I(x) − I(x + h))² of each cell, averaged over ±h and over the lags 1, 2, 4, …"""
     indicator = facies.T if axis == 0 else facies
     n, total = indicator.shape[1], np.zeros_like(indicator, np.float32)
@@ -186,7 +180,7 @@ def _half_squares(facies: Mask, axis: int) -> NDArray[np.float32]:
     return mean.T if axis == 0 else mean
 
 
-def _compare_parts(field: NDArray) -> tuple[Floats, Floats]:
+def _compare_parts(field: Array) -> tuple[Floats, Floats]:
     """Return each part's mean minus the mean of the image, and the standard errors.
 
     A quarter without known cells gets the mean of the others, with an infinite error.
@@ -199,7 +193,7 @@ def _compare_parts(field: NDArray) -> tuple[Floats, Floats]:
     return np.where(np.abs(differences) < 1e-9, 0.0, differences), errors
 
 
-def _mean_variance(field: NDArray) -> float:
+def _mean_variance(field: Array) -> float:
     """Return the variance of a field's mean over a quarter, from the covariance of the field."""
     from scipy.ndimage import label  # imported here because loading takes time
 
@@ -216,14 +210,14 @@ def _mean_variance(field: NDArray) -> float:
         return 0.0
     within = (rows <= ny // 2)[:, None] & (columns <= nx // 2)
     certain = within & (covariance >= MIN_CORRELATION * covariance[ny, nx])
-    pieces, _ = cast(tuple[NDArray[np.int32], int], label(certain))
+    pieces, _ = cast(tuple[Int32s, int], label(certain))
     near = pieces == pieces[ny, nx]
     n_pairs = float(ny * nx) ** 2
     taken = (1 + SLOPES) * pairs[near].sum() / n_pairs  # share removed with means and plane
     return float(sums[near].sum() / n_pairs / max(1 - taken, 0.25))
 
 
-def _blocks(quarter: NDArray) -> Floats:
+def _blocks(quarter: Array) -> Floats:
     """Return the means of blocks of a quarter; a side has at most `BLOCKS` blocks."""
     ny, nx = quarter.shape
     down, along = -(-ny // BLOCKS), -(-nx // BLOCKS)
@@ -240,7 +234,7 @@ def _without_plane(parts: np.ma.MaskedArray) -> np.ma.MaskedArray:
     return centred
 
 
-def _curves(stack: Stack, lags: NDArray) -> Floats:
+def _curves(stack: Stack, lags: Array) -> Floats:
     return np.array(
         [
             [variogram(stack, int(code), way, lags).gamma[0] for way in ("E-W", "N-S")]

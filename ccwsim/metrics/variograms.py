@@ -3,13 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import fft
 
 from ccwsim.engine.kernels import allocating_kernel
 from ccwsim.metrics.lags import Direction, Lags, count_pairs, lags_within
 from ccwsim.metrics.stack import N_AXES, Codes, Fraction, Images, as_stack, in_pieces, map_parallel
-from ccwsim.model.arrays import Bytes, Floats, Ints, check_int, ratio
+from ccwsim.model.arrays import Array, Bytes, Floats, Ints, Shape, check_int, ratio
 from ccwsim.model.bounds import MAX_LAG
 from ccwsim.model.errors import refused
 from ccwsim.model.missing import UNKNOWN
@@ -39,7 +38,7 @@ class VariogramMap:
 
 def variogram(
     images: Images,
-    facies: int,
+    facies: int | str,
     direction: Direction = "E-W",
     lags: Lags | None = None,
     progress: Fraction | None = None,
@@ -55,7 +54,7 @@ def variogram(
     steps, offsets = lags_within(stack.shape, direction, lags)
     index = stack.index_of(facies)
 
-    def one(k: int) -> NDArray[np.floating]:
+    def one(k: int) -> Array:
         volume, n = stack.volume(k), stack.n_facies
         if (volume == UNKNOWN).any():
             pairs = _known_transitions(volume, n, offsets)
@@ -73,7 +72,7 @@ def variogram(
 
 
 def variogram_map(
-    images: Images, facies: int, max_lag: int | None = None, progress: Fraction | None = None
+    images: Images, facies: int | str, max_lag: int | None = None, progress: Fraction | None = None
 ) -> VariogramMap:
     """Return the exact γ(h) of a facies in maps for all lags up to max_lag rows and columns.
 
@@ -152,37 +151,7 @@ def transiograms(
         lambda k: _known_transitions(stack.volume(k), stack.n_facies, offsets), len(stack), progress
     )
     counts = np.moveaxis(np.array(counted, dtype=float), 1, 3)
-    tails = counts.sum(axis=2, keepdims=True)
-    return Transiograms(steps, ratio(counts, tails))
-
-
-def transition_map(
-    images: Images,
-    tail: int,
-    head: int,
-    max_lag: int | None = None,
-    progress: Fraction | None = None,
-) -> Floats:
-    """Return the exact P(x + h in head | x in tail) in maps for all lags up to max_lag, by FFT.
-
-    `tail` and `head` are facies codes. The result has shape (n, 2 max_lag + 1, 2 max_lag + 1); lags
-    increase to the north along rows and to the east along columns, with lag 0 in the middle.
-
-    Examples
-    --------
-    >>> transition_map(np.eye(3, dtype=int), 1, 1, 1)[0, 2].tolist()
-    [0.0, 0.0, 1.0]
-    """
-    stack = as_stack(images)
-    reach = int(_lags_of_map(max_lag, stack.shape)[-1])
-    first, second = stack.index_of(tail, "tail"), stack.index_of(head, "head")
-
-    def one(k: int) -> Floats:
-        start, valid = stack.indices[k] == first, stack.indices[k] != UNKNOWN
-        pairs = _product_sums(start, stack.indices[k] == second, reach)
-        return ratio(pairs, _product_sums(start, valid, reach))
-
-    return np.array(map_parallel(one, len(stack), progress))
+    return Transiograms(steps, ratio(counts, counts.sum(axis=2, keepdims=True)))
 
 
 def _known_transitions(volume: Bytes, n_facies: int, offsets: Ints) -> Ints:
@@ -206,7 +175,7 @@ def _count_transitions(image, n_facies, offsets):
     return counts
 
 
-def _lags_of_map(max_lag: int | None, shape: tuple[int, ...]) -> Ints:
+def _lags_of_map(max_lag: int | None, shape: Shape) -> Ints:
     """Return the lags −max_lag … max_lag, by default up to 50 or the longest lag that fits."""
     if len(shape) == N_AXES:
         raise refused("lags_of_volume", n=shape[0])
@@ -217,7 +186,7 @@ def _lags_of_map(max_lag: int | None, shape: tuple[int, ...]) -> Ints:
     return np.arange(-max_lag, max_lag + 1)
 
 
-def _product_sums(tail: NDArray, head: NDArray, max_lag: int) -> Floats:
+def _product_sums(tail: Array, head: Array, max_lag: int) -> Floats:
     """Return the exact sum Σ tail(x) · head(x + h) for each lag h of two masks (ny, nx)."""
     size = [fft.next_fast_len(n + max_lag, real=True) for n in tail.shape]
     one, other = (np.asarray(fft.rfft2(np.asarray(a, float), size)) for a in (tail, head))

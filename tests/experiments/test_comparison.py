@@ -76,9 +76,7 @@ def test_curves_of_another_facies_can_be_added(found):
     more = add_curves(found, 0)
     assert {key[0] for key in more.curves} == {0, 2}
     assert more.anodi is found.anodi
-    with pytest.raises(
-        CCWSIMError, match="facies 3 is not in the training image, which has 0, 1, 2"
-    ):
+    with pytest.raises(CCWSIMError, match="facies = 3 must be one of 0, 1, 2"):
         add_curves(found, 3)
 
 

@@ -9,17 +9,23 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from ccwsim import CCWSIMError, HardData, Parameters, TrainingImage, datasets, simulate
 from ccwsim.experiments.plan import label, plan_sweep, varied
-from ccwsim.experiments.sweep import Sweep, SweepRow, pareto_front, recommended, sweep
+from ccwsim.experiments.sweep import (
+    Sweep,
+    SweepRow,
+    nearest_on_front,
+    pareto_front,
+    recommended,
+    sweep,
+)
 from ccwsim.experiments.timing import typical_seconds
 from ccwsim.figures import DARK, LIGHT, sweep_chart
 from ccwsim.figures.sweep import LABEL_POSITIONS, LETTER_WIDTH, LINE_HEIGHT, POINT_GAP, label_sides
 from ccwsim.metrics import judge
-from ccwsim.model.parameters import METHODS
+from ccwsim.model.parameters import METHODS, fitted
 from tests.small_images import blobs
 
 BASE = Parameters(template_size=16, overlap_size=4, wavelet_level=1, n_candidates=5)
@@ -35,7 +41,7 @@ def found():
 
 def fits(changes: dict) -> bool:
     try:
-        return replace(BASE, **changes).template_size <= 64
+        return bool(replace(BASE, **changes))
     except CCWSIMError:
         return False
 
@@ -49,12 +55,18 @@ def test_settings_are_all_combinations_that_fit():
     }
     combinations = [dict(zip(ranges, v, strict=True)) for v in product(*ranges.values())]
     fitting = [replace(BASE, **c) for c in combinations if fits(c)]
-    plan = plan_sweep(BASE, ranges, IMAGE.shape)
+    plan = plan_sweep(BASE, ranges)
     assert set(plan) == set(fitting)
     assert len(plan) == len(fitting)
     assert len(plan.left_out) == len(combinations) - len(fitting)
-    reasons = {why for values, why in plan.left_out if values["template_size"] == 96}
-    assert "Template 96 is larger than the training image of 72 × 64" in reasons
+    rounded = plan_sweep(BASE, ranges, IMAGE.shape)
+    assert (
+        set(rounded)
+        == {fitted(BASE, IMAGE.shape, **c) for c in combinations}
+        > {p for p in fitting if p.template_size <= 64}
+    )
+    assert len(rounded) + rounded.n_equal == len(combinations)
+    assert not rounded.left_out
 
 
 def test_what_means_the_same_is_tried_once():
@@ -168,10 +180,15 @@ def test_unknown_errors_are_not_on_the_front():
         pareto_front([1, 2], [3])
 
 
-def judged(found: Sweep, numbers: list[dict], image_shape=(640, 640)) -> Sweep:
-    """Return a sweep of the same settings with other results."""
+def judged(found: Sweep, numbers: list[dict], image_shape=(640, 640), thickness=4) -> Sweep:
+    """Return a sweep of the same settings with other results and facies of another thickness."""
+    image = TrainingImage(np.arange(72) // thickness % 2 * np.ones((64, 1), int))
     rows = [
-        replace(row, quality=replace(row.quality, **changes))
+        replace(
+            row,
+            quality=replace(row.quality, **changes),
+            trial=replace(row.trial, training_image=image),
+        )
         for row, changes in zip(found.rows, numbers, strict=True)
     ]
     return replace(found, rows=tuple(rows), image_shape=image_shape)
@@ -261,6 +278,27 @@ def test_a_template_that_hardly_fits_the_image_is_not_recommended(found):
     assert choice.index == 1
     assert "2 other settings have templates so large" in choice.reason
     assert recommended(judged(found, each)).index == 3
+
+
+def test_no_level_is_recommended_whose_blocks_are_larger_than_the_thinnest_facies(found):
+    each = [numbers(2.0, 5), numbers(1.0, 1), numbers(2.0, 4), numbers(1.0, 1)]
+    assert [row.parameters.wavelet_level for row in found.rows] == [1, 2, 1, 2]
+    assert recommended(judged(found, each)).index == 1
+    choice = recommended(judged(found, each, thickness=2))
+    assert choice.index == 2
+    assert "2 other settings have levels whose blocks are larger than the thinnest" in choice.reason
+    assert set(nearest_on_front(judged(found, each, thickness=2))) == {2}
+    choice = recommended(judged(found, each, thickness=1))
+    assert choice.index == 1
+    assert "All settings have levels whose blocks" in choice.reason
+
+
+def test_the_settings_on_the_front_nearest_to_the_recommended_one_are_offered(found):
+    each = [numbers(1.0, 9), numbers(2.0, 3), numbers(4.0, 1), numbers(3.0, 8)]
+    sweep_of_four = judged(found, each)
+    assert recommended(sweep_of_four).index == 0
+    assert nearest_on_front(sweep_of_four) == [2, 1, 0]
+    assert nearest_on_front(sweep_of_four, 2) == [1, 0]
 
 
 def test_nothing_is_recommended_before_anything_is_known(found):

@@ -57,7 +57,7 @@ CHARTS = {
         ONE[:1], ONE[:1], [EVIL], LIGHT, front=[0], selected=0, recommended=0, y_title=EVIL
     ),
     "timings_chart": lambda draw: draw(
-        [SERIES], [SERIES], {10**4: EVIL, 10**6: "b"}, LIGHT, y_title=EVIL, unit=EVIL
+        [SERIES], [SERIES], {10**4: EVIL, 10**6: "b"}, LIGHT, x_title=EVIL
     ),
     "transiogram_chart": lambda draw: draw({(0, 1): CURVES}, [0], [1], IMAGE.facies_names, LIGHT),
     "vertical_proportions_chart": lambda draw: draw(CURVES, LIGHT, **TITLES),

@@ -12,7 +12,6 @@ from ccwsim.figures import (
     Group,
     Strip,
     calibration_chart,
-    convergence_chart,
     data_status_chart,
     divergence_chart,
     lag_map_chart,
@@ -176,13 +175,3 @@ def test_repetition_marks_the_template():
     assert chart.layout.annotations[0].text == "T 32"
     assert chart.layout.xaxis.range[1] > 32
     assert chart.layout.yaxis.range[0] < np.sin(lags).min()
-
-
-def test_convergence_is_on_log_axes():
-    chart = convergence_chart([10, 100], [3.0, 1.0], 1000, LIGHT)
-    assert list(chart.data[0].x) == [10, 100]
-    assert list(chart.data[0].y) == [3.0, 1.0]
-    assert (chart.layout.xaxis.type, chart.layout.yaxis.type) == ("log", "log")
-    low, high = 10.0 ** np.array(chart.layout.xaxis.range)
-    assert 5 < low < 10
-    assert 1000 < high < 1500

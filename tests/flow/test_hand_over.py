@@ -67,8 +67,10 @@ def assert_balanced(model, heads, k) -> None:
 def test_another_program_reads_the_grdecl_cell_for_cell(tmp_path, grid):
     pyvista = pytest.importorskip("pyvista")
     e = ensemble(2, grid.shape, grid)
-    geometry, first, second = io.write_grdecl(tmp_path / "grid.grdecl", e, VALUES)
-    assert [f.name for f in (first, second)] == ["grid_1.inc", "grid_2.inc"]
+    geometry, *written = io.write_grdecl(tmp_path / "grid.grdecl", e, VALUES)
+    names = ["grid_1.inc", "grid_1_facies.inc", "grid_2.inc", "grid_2_facies.inc"]
+    assert [f.name for f in written] == names
+    second = written[2]
     both = tmp_path / "both.GRDECL"
     both.write_bytes(geometry.read_bytes() + second.read_bytes())
     mesh = pyvista.read_grdecl(both, elevation=True)
@@ -82,7 +84,7 @@ def test_another_program_reads_the_grdecl_cell_for_cell(tmp_path, grid):
 def test_bad_hand_over_is_one_sentence(tmp_path):
     pytest.importorskip("flopy")
     e = ensemble(1, MAP.shape, MAP)
-    with pytest.raises(CCWSIMError, match="must end in"):
+    with pytest.raises(CCWSIMError, match="choose one of grdecl"):
         io.write_grdecl(tmp_path / "grid.txt", e, VALUES)
     with pytest.raises(CCWSIMError, match="unit"):
         io.write_grdecl(tmp_path / "grid.grdecl", e, VALUES, unit="cm/s")
@@ -122,3 +124,39 @@ def test_models_hold_heads_that_vary_along_a_side_and_no_inactive_cell(tmp_path)
     assert [r[0] for r in sorted(rows)] == [r[0] for r in sorted(wanted)]
     for row, other in zip(sorted(rows), sorted(wanted), strict=True):
         assert row[1:] == pytest.approx(other[1:], rel=1e-8)
+
+
+@pytest.mark.parametrize(("crs", "metres"), [("EPSG:2226", 0.3048006096), ("EPSG:8065", 0.3048)])
+def test_a_grid_in_feet_gives_a_model_in_feet(tmp_path, crs, metres):
+    pytest.importorskip("rasterio")
+    pytest.importorskip("flopy")
+    in_feet = Grid(4, 5, (100.0, 50.0), (6306015.0, 1982413.0), crs=crs)
+    in_metres = replace(in_feet, cell_size=(100 * metres, 50 * metres), origin=(0, 0), crs="")
+    options = {"west_east": (2.0, 1.0), "wells": {(1, 2): -1e-6}}
+    e = ensemble(1, in_feet.shape, in_feet)
+    model = io.to_flopy(e, VALUES, tmp_path / "feet", **options).get_model()
+    assert model.dis.length_units.array == "feet"
+    assert model.dis.delr.array.tolist() == [100.0] * 5
+    k = 86400 * e.property(VALUES)[0] / metres
+    np.testing.assert_allclose(model.npf.k.array[0, ::-1], k)
+    # the same model in metres, with heads and thickness of the same number of metres
+    scaled = {"west_east": (2 * metres, metres), "wells": {(1, 2): -1e-6}, "thickness": metres}
+    e = ensemble(1, in_metres.shape, in_metres)
+    other = io.to_flopy(e, VALUES, tmp_path / "metres", **scaled).get_model()
+    assert other.dis.length_units.array == "meters"
+    np.testing.assert_allclose(model.ic.strt.array * metres, other.ic.strt.array, rtol=1e-6)
+
+
+@pytest.mark.parametrize("crs", ["EPSG:4326", "EPSG:4258", "WGS84"])
+def test_degrees_are_refused_with_the_remedy(tmp_path, crs):
+    pytest.importorskip("rasterio")
+    pytest.importorskip("flopy")
+    grid = Grid(4, 5, (1e-3, 1e-3), (9.0, 37.9), crs=crs)
+    e = ensemble(1, grid.shape, grid)
+    for write in (
+        lambda: io.to_flopy(e, VALUES, tmp_path, west_east=(1, 0)),
+        lambda: io.write_grdecl(tmp_path / "g.grdecl", e, VALUES),
+    ):
+        with pytest.raises(CCWSIMError, match=r"degrees.*UTM"):
+            write()
+    assert not [*tmp_path.iterdir()]

@@ -11,6 +11,7 @@ from itertools import product
 import numpy as np
 import pytest
 
+from benchmarks import verdicts
 from benchmarks.reproduction import (
     MAPS,
     SEED,
@@ -22,8 +23,13 @@ from benchmarks.reproduction import (
     simulated,
 )
 from ccwsim import Parameters, Secondary, TrainingImage, datasets, simulate
-from ccwsim.metrics import check_ensemble, fit_proportions
-from ccwsim.report.verdicts import describe_checks, describe_proportion, relative_text
+from ccwsim.metrics import check_ensemble, fit_curve, fit_geobodies, fit_proportions
+from ccwsim.report.verdicts import (
+    compare_proportion,
+    describe_checks,
+    describe_proportion,
+    relative_text,
+)
 from tests.metrics.test_reference_band import ensemble_of
 from tests.metrics.volumes import a_volume
 from tests.small_images import blobs
@@ -39,6 +45,22 @@ def test_good_fields_are_seldom_flagged():
     found += [checks for name in VOLUMES for checks in flagged(name, VOLUME_SHAPE, 1, SEEDS)]
     assert len(found) == 20
     assert sum(map(bool, found)) <= 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "case", "seed", "m"),
+    [
+        ("levees", "true, bundled", 9700, 12),  # τ of long bodies
+        ("levees", "true, other", 9701, 8),
+        ("dunes", "true, other", 9701, 12),
+        ("channels", "true, other", 9700, 40),  # γ
+    ],
+)
+def test_true_fields_of_long_bodies_are_not_flagged(name, case, seed, m):
+    number = None if case == "true, bundled" else seed
+    group = verdicts.GROUPS[m][-1]
+    assert not differing(verdicts.true_ensemble(name, seed, number, group))
 
 
 @pytest.mark.slow
@@ -73,11 +95,11 @@ def test_a_measure_that_differs_is_named_with_its_facies():
     image = TrainingImage(blobs((120, 120), 2, seed=1), facies_names=("mud", "sand"))
     holes = image.indices.copy()
     holes[::5, ::5] = 1 - holes[::5, ::5]
-    _, *differs = describe_checks(check_ensemble(ensemble_of(image, holes[None])), ("mud", "sand"))
-    words = {verdict.words: verdict.numbers for verdict in differs}
-    assert words["unseen patterns too many"].startswith("Unseen patterns, % ")
-    assert words["sand: boundary too rough"].startswith("Boundary, % ")
-    assert all(len(word.split()) <= 8 for word in words)
+    _, lines = describe_checks(check_ensemble(ensemble_of(image, holes[None])), ("mud", "sand"))
+    words = {(what, verdict.words): verdict.numbers for _, what, verdict in lines}
+    assert words["Measures", "unseen patterns too many"].startswith("Unseen patterns, % ")
+    assert words["Measures of sand", "boundary too rough"].startswith("Boundary, % ")
+    assert all(len(verdict.words.split()) <= 8 for *_, verdict in lines)
 
 
 @pytest.mark.parametrize(
@@ -137,8 +159,38 @@ def test_proportions_are_judged_by_given_probabilities():
     start = f"{image.facies_names[1]} {mean:.1f} % (given {100 * known:.1f} %, TI 27.0 %; "
     assert describe_proportion(e, 1).startswith(start)
     assert describe_proportion(e, 1).endswith(f"{relative_text(mean, 100 * known)})")
+    short = f"{image.facies_names[1]} {mean:.1f} % (given {100 * known:.1f} %)"
+    assert describe_proportion(e, 1, short=True) == short
+    assert compare_proportion(e, 1) == {
+        "simulated": f"{mean:.1f} %",
+        "given": f"{100 * known:.1f} %",
+        "TI": "27.0 %",
+        "relative difference": relative_text(mean, 100 * known),
+    }
     free = simulate(image, (128, 128), SMALL, None, 2, secondary=replace(given, soft_weight=0))
     assert free.expected_proportions.tolist() == free.image_proportions.tolist()
+
+
+@pytest.mark.parametrize(("share", "is_other"), [(0.27, False), (0.6, True)])
+def test_a_map_that_asks_for_another_amount_is_judged_only_by_its_amount(share, is_other):
+    image = datasets.load("channels")
+    given = Secondary(probabilities={1: share})
+    e = simulate(image, (128, 128), SMALL, None, 8, secondary=given)
+    checks = check_ensemble(e)
+    (shares,) = (check for check in checks if check.kind == "proportions")
+    assert shares.against == "given map"
+    assert {check.fit.judged for check in checks if check is not shares} == {not is_other}
+    assert (fit_curve(e, "connectivity", 1) is None) == is_other
+    assert (fit_geobodies(e, 1) is None) == is_other
+    headline, lines = describe_checks(checks, image.facies_names)
+    of_kind = {line.kind: line.verdict for line in lines}
+    assert of_kind["proportions"].numbers.endswith("in the given map")
+    assert len(of_kind) == 6
+    if is_other:
+        assert str(of_kind["patterns"]) == (
+            "not judged: the map of probabilities asks for another amount"
+        )
+        assert headline.words.startswith("the only check fits")
 
 
 def test_a_facies_without_given_probability_has_no_relative_difference():

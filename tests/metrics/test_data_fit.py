@@ -9,23 +9,31 @@ import pytest
 
 from benchmarks.data_fit import NAMES, SIDES, rejected
 from ccwsim import CCWSIMError, HardData, Parameters, TrainingImage, simulate
-from ccwsim.metrics import fit_data, leave_out, rank_images
+from ccwsim.metrics import fit_data, leave_out, rank_images, rank_variants
 from ccwsim.metrics.data_fit import (
+    AS_GIVEN,
     ImageRank,
     _Events,
     _Family,
     _pair_shares,
     _reach,
+    _variants,
+    better_variant,
     well_numbers,
     winner,
 )
 from ccwsim.model.grid import Grid
 from ccwsim.model.missing import UNKNOWN
 from ccwsim.model.study import Study
+from ccwsim.sharing.choices import ImageChoice
+from ccwsim.ui.session.resolve import image_of
 from tests.small_images import blobs
 
 P = Parameters(16, 4, 1)
 IMAGE = TrainingImage(blobs((64, 70), 3).astype(int) * 2 + 5, name="blobs")
+
+
+STRIPES = np.tile([[0], [0], [0], [0], [1], [1], [2]], (16, 112)).astype(np.uint8)
 
 
 def scattered(field: np.ndarray, n: int, seed: int = 0) -> HardData:
@@ -234,6 +242,19 @@ class TestLeaveOut:
             np.testing.assert_allclose(found.probability[k], expected)
         assert found.words == "Too few data to judge the probabilities"
 
+    def test_the_skill_stands_beside_that_of_smoothing(self):
+        data = scattered(STRIPES[:96, :96], 250)
+        halves = HardData(data.cells, (data.cells[:, 1] > 47).astype(int))
+        blobs_of_two = (IMAGE.array > 5).astype(int)
+        cases = [
+            (STRIPES, data, "Explains 1.00 of the uncertainty, smoothing 0."),
+            (STRIPES.T, data, "Simulation predicts no better than proportions"),
+            (blobs_of_two, halves, ": no gain from this image"),
+        ]
+        for image, left_out, words in cases:
+            study = Study(TrainingImage(image), Grid(96, 96), P, left_out)
+            assert words in leave_out(study, n=8).words
+
     def test_whole_wells_are_left_out(self):
         image = TrainingImage(np.repeat(IMAGE.indices[None, :40, :40], 4, axis=0))
         cells = np.array([(z, y, x) for z in range(4) for y, x in ((2, 3), (9, 30))])
@@ -280,3 +301,59 @@ def test_images_that_the_data_do_not_tell_apart_have_no_winner():
     ranks = [ImageRank(first, -0.4, 0.0, 300), ImageRank(second, -0.5, 1.2, 300)]
     assert winner(ranks) is None
     assert winner([ranks[0], ImageRank(second, -0.5, 2.1, 300)]) is first
+
+
+def preferring(field: np.ndarray, facies: int, times: float, n: int, seed: int = 0) -> HardData:
+    """Return n data at random cells; a cell of the facies is chosen so many times as often."""
+    weights = np.where(field.ravel() == facies, times, 1.0)
+    rng = np.random.default_rng(seed)
+    flat = rng.choice(field.size, n, replace=False, p=weights / weights.sum())
+    cells = np.column_stack(np.unravel_index(flat, field.shape))
+    return HardData(cells, field[tuple(cells.T)])
+
+
+def test_wells_that_prefer_a_facies_do_not_contradict_the_image():
+    image = TrainingImage(IMAGE.array, facies_names=["clay", "gravel", "silt"])
+    field = simulate(image, (120, 120), P, seed=5).realizations[0]
+    fit = fit_data(image, preferring(field, 7, 4.0, 300), field.shape, parameters=P)
+    assert fit.p <= 0.025
+    assert fit.words == "Wells prefer gravel, or the image lacks it; otherwise it fits"
+    assert not fit.contradicts
+    noise = np.random.default_rng(0).choice(image.codes, field.shape, p=image.proportions)
+    wrong = fit_data(image, preferring(noise, 7, 4.0, 300), field.shape, parameters=P)
+    assert wrong.contradicts
+    assert not wrong.preferred
+
+
+def test_a_turned_image_is_named_and_an_image_as_given_is_not():
+    image = TrainingImage(STRIPES)
+    like = scattered(np.tile(STRIPES, (1, 1)), 250)
+    turned = HardData(like.cells[:, ::-1], like.facies)
+    assert better_variant(rank_variants(image, like))[0] == AS_GIVEN
+    name, z = better_variant(rank_variants(image, turned))
+    assert "90°" in name or "270°" in name
+    assert z > 4
+    few = HardData(turned.cells[:150], turned.facies[:150])
+    assert better_variant(rank_variants(image, few))[0] == AS_GIVEN
+    recoloured = HardData(like.cells, np.array([1, 0, 2])[like.facies])
+    assert better_variant(rank_variants(image, recoloured))[0] == "facies 0 and facies 1 exchanged"
+
+
+@pytest.mark.parametrize("steps", [*product((False, True), range(4))])
+def test_a_variant_is_the_image_that_its_choice_gives(steps):
+    """Test all variants of the image in all eight positions in which it may be already."""
+    flipped, quarters = steps
+    choice = ImageChoice(flip_ew=flipped)
+    for _ in range(quarters):
+        choice = choice.rotated
+    names = set()
+    for variant in _variants(image_of(choice)):
+        if (other := choice.variant(variant.name)) != choice or variant.name == AS_GIVEN:
+            np.testing.assert_array_equal(image_of(other).array, variant.array)
+            names.add(variant.name)
+    assert len(names) == 8
+
+
+def test_a_variant_of_a_volume_keeps_its_layers():
+    image = TrainingImage(np.arange(24).reshape(2, 3, 4) % 5)
+    assert {variant.array.shape[0] for variant in _variants(image)} == {2}

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from scipy.ndimage import gaussian_filter
 from skimage.morphology import footprint_rectangle, opening
 
@@ -24,6 +23,7 @@ from ccwsim.metrics import (
     warn_of_edges,
     warn_of_level,
 )
+from ccwsim.metrics.direction import along_and_across
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.training_image import TrainingImage
@@ -77,8 +77,6 @@ def test_quarters_are_measured_each_for_itself():
     quarter = image[15:, :20]
     whole = (image == 1).mean()
     np.testing.assert_allclose(found.proportions[2], proportions(quarter, range(3))[0])
-    shift = abs((quarter == 1).mean() - whole) / np.sqrt(whole * (1 - whole))
-    assert found.proportion_shift[2, 1] == pytest.approx(shift)
     own = variogram(quarter, 1, "N-S", 7).gamma[0]
     np.testing.assert_allclose(found.variograms[2, 1, 1], own)
     distance = np.sqrt(np.mean((own - variogram(image, 1, "N-S", 7).gamma[0]) ** 2))
@@ -286,6 +284,44 @@ def test_a_volume_with_gaps_has_the_direction_of_its_middle_layer():
     volume = np.stack([STRIPES] * 5).astype(float)
     volume[0, :3, :3] = np.nan  # only in the lowest layer
     assert main_direction(TrainingImage(volume)) == main_direction(STRIPES) == (90.0, 0.0)
+
+
+def turned_stripes(azimuth, side=120):
+    """Return stripes along an azimuth."""
+    north, east = np.indices((side, side))
+    across = east * np.cos(np.radians(azimuth)) - north * np.sin(np.radians(azimuth))
+    return TrainingImage((across // 6 % 2).astype(int))
+
+
+@pytest.mark.parametrize(
+    ("azimuth", "directions"),
+    [
+        (90, ("E-W", "N-S")),
+        (0, ("N-S", "E-W")),
+        (42, (40.0, 130.0)),
+        (143, (145.0, 55.0)),
+        (179, ("N-S", "E-W")),
+    ],
+)
+def test_curves_are_along_and_across_geobodies(azimuth, directions):
+    assert along_and_across(turned_stripes(azimuth), 1) == directions
+
+
+def test_only_the_middle_of_a_large_image_tells_the_direction():
+    image = np.kron(np.ones((1, 10), int), stripes(540, 60, 6, 12))
+    image[:14], image[-14:] = 0, 1
+    assert along_and_across(TrainingImage(image), 1) == ("E-W", "N-S")
+
+
+@pytest.mark.parametrize("image", [np.zeros((40, 40), int), np.resize([0, 1], (1, 30))])
+def test_curves_have_no_direction_without_geobodies(image):
+    assert along_and_across(TrainingImage(image), 0) is None
+
+
+@pytest.mark.parametrize("side", [30, 300])
+def test_curves_have_no_direction_in_noise(side):
+    noise = gaussian_filter(np.random.default_rng(3).random((side, side)), 1.5) > 0.5
+    assert along_and_across(TrainingImage(noise.astype(int)), 1) is None
 
 
 @pytest.mark.parametrize("shape", [(1, 30), (30, 1), (3, 20, 20)])

@@ -12,7 +12,6 @@ from ccwsim.metrics import (
     etype,
     etype_of_counts,
     facies_counts,
-    proportion_quantiles,
     proportions,
 )
 from ccwsim.model.errors import CCWSIMError
@@ -24,15 +23,10 @@ def stack():
     return np.random.default_rng(0).choice([0, 1, 2], (11, 8, 9), p=[0.6, 0.3, 0.1])
 
 
-def test_proportions_and_their_quantiles(stack):
+def test_proportions_are_shares_of_cells(stack):
     found = proportions(stack, range(4))
     for k in range(4):
         np.testing.assert_allclose(found[:, k], (stack == k).mean(axis=(1, 2)))
-    np.testing.assert_allclose(
-        proportion_quantiles(stack, range(4), [0.3]), np.quantile(found, [0.3], axis=0)
-    )
-    with pytest.raises(CCWSIMError, match=r"quantile 1\.5"):
-        proportion_quantiles(stack, range(3), [1.5])
 
 
 def test_etype_is_the_share_of_realizations(stack):

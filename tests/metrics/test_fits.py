@@ -37,7 +37,7 @@ def test_patterns_of_pieces_are_as_far_as_pattern_distance_says(beds):
     own = windows(beds)
     fit = fit_patterns(ensemble_of(beds, own))
     assert fit.at.tolist() == [2, 3]
-    pieces = beds.codes[pieces_of(own, fit.crop_shape)]
+    pieces = beds.codes[pieces_of(ensemble_of(beds, own), fit.crop_shape).indices]
     for k, size in enumerate((2, 3)):
         alone = pattern_distance(pieces, beds, size=size, factors=(1,))
         assert fit.found[k] == pytest.approx(alone.mean())
@@ -79,7 +79,7 @@ def test_fewer_neighbours_connect_less(beds):
     sides, all_of_them = (fit_geobodies(ensemble, 7, n) for n in (6, 26))
     assert sides.found[0] <= all_of_them.found[0]
     assert np.array_equal(all_of_them.found, fit_geobodies(ensemble, 7).found)
-    pieces = beds.codes[pieces_of(ensemble.indices, sides.crop_shape)]
+    pieces = beds.codes[pieces_of(ensemble, sides.crop_shape).indices]
     alone = geobody_statistics(pieces, 7, 6).gamma
     assert sides.found[0] == pytest.approx(alone.mean())
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -30,6 +32,18 @@ def test_an_ensemble_like_its_image_flows_like_it():
     np.testing.assert_allclose(found.reference, found.each[0], rtol=1e-6)
     for axis in (0, 1):
         assert describe_flow(found, axis).good
+
+
+def test_realizations_that_all_flow_worse_than_an_image_of_their_size_are_no_tick():
+    found = fit_flow(ensemble(8, (64, 64)), 1)
+    assert found.is_of_image_size
+    assert found.fit is not None
+    below = replace(found, each=np.full((8, 2), 0.4), reference=np.array([0.6, 0.6]))
+    verdict = describe_flow(below, 0)
+    assert (verdict.words, verdict.good) == ("all 8 below the image's 0.60", None)
+    assert describe_flow(replace(below, is_of_image_size=False), 0).good
+    wide = replace(found.fit, tolerance=np.full(2, 0.258))
+    assert describe_flow(replace(found, fit=wide), 0).words == "cannot tell (± 26 %)"
 
 
 def test_an_image_that_is_too_small_is_not_judged():

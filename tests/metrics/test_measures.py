@@ -7,8 +7,7 @@ from itertools import groupby
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from scipy.ndimage import label
 
 from ccwsim import CCWSIMError, Ensemble, Parameters, TrainingImage, simulate
@@ -137,7 +136,7 @@ def test_volumes_have_a_measure_more_and_small_images_are_not_judged():
 
 
 def test_an_unknown_facies_is_refused():
-    with pytest.raises(CCWSIMError, match="facies 7 is not in the training image"):
+    with pytest.raises(CCWSIMError, match="facies = 7 must be one of 0, 1"):
         measure(simulate(TrainingImage(blobs((40, 40), 2)), (20, 20), P), 7)
 
 

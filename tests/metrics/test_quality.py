@@ -76,7 +76,7 @@ def test_tau_error_is_the_mean_difference_of_mean_curves(ensemble, facies):
 def test_the_last_facies_is_judged_where_none_is_chosen(ensemble):
     assert judge(ensemble) == judge(ensemble, 20)
     assert judge(ensemble).facies == 20
-    with pytest.raises(CCWSIMError, match="facies 2 is not in the training image, which has 0, 10"):
+    with pytest.raises(CCWSIMError, match="facies = 2 must be one of 0, 10"):
         judge(ensemble, 2)
 
 

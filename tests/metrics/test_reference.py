@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from ccwsim.metrics import calibration, etype, score_reference
 from ccwsim.model.errors import CCWSIMError
@@ -79,7 +78,7 @@ def test_what_cannot_be_scored_is_said():
         score_reference(p, truth, 7, np.zeros((6, 5), bool))
     with pytest.raises(CCWSIMError, match="n_realizations"):
         score_reference(p, truth, 0)
-    with pytest.raises(CCWSIMError, match="facies = 5 must be one of the codes 0, 1, 2"):
+    with pytest.raises(CCWSIMError, match="facies = 5 must be one of 0, 1, 2"):
         calibration(p, truth, 5)
     with pytest.raises(CCWSIMError, match="n_bins"):
         calibration(p, truth, n_bins=0)

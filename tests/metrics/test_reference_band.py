@@ -17,10 +17,12 @@ from ccwsim.metrics import (
     fit_proportions,
     reference_band,
 )
+from ccwsim.metrics.checks import Check, check_ensemble
 from ccwsim.metrics.lags import max_lag
 from ccwsim.metrics.reference_band import (
     ERROR_LIMITS,
-    MIN_TAU_SPREAD,
+    MIN_CONNECTED_SPREAD,
+    USEFUL_TOLERANCES,
     Fit,
     ReferenceBand,
     crop_shape,
@@ -30,6 +32,7 @@ from ccwsim.metrics.reference_band import (
 from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.grid import Grid
 from ccwsim.model.study import Study
+from ccwsim.report.verdicts import describe_checks, describe_curve, describe_curves
 from tests.small_images import blobs, noise
 
 SEEN = ("channels", "levees", "stone_wall", "barchans")
@@ -130,7 +133,7 @@ def test_a_field_drawn_as_the_image_was_fits(name):
 
 
 def test_levees_fail_with_opposite_signs_along_the_axes():
-    """Test that channels of levees are too little connected E–W and too much N–S.
+    """Test that channels of levees are too little connected E–W, and more than crops N–S.
 
     The two errors would cancel out in a sum over directions.
     """
@@ -140,7 +143,6 @@ def test_levees_fail_with_opposite_signs_along_the_axes():
     along, across = (fit_curve(found, "connectivity", river, way) for way in ("E-W", "N-S"))
     assert not along.fits
     assert along.found[along.worst] < along.reference[along.worst] - 0.2
-    assert not across.fits
     assert across.found[across.worst] > across.reference[across.worst] + 0.2
     shares = fit_proportions(found)
     splay = image.facies_names.index("crevasse splay")
@@ -152,7 +154,7 @@ def test_broken_channels_fail_although_they_scatter():
     image = datasets.load("channels")
     found = simulate(image, (256, 256), BROKEN, n_realizations=8, seed=1)
     fits = {key: fit_curve(found, key[0], 1, key[1]) for key in CURVES}
-    assert not fits["connectivity", "N-S"].fits
+    assert fits["connectivity", "N-S"].cannot_tell  # τ of crops of 128 cells differs too much
     assert not fits["variogram", "E-W"].fits
     assert not fits["variogram", "N-S"].fits
     assert not fit_proportions(found).fits
@@ -169,7 +171,8 @@ def test_worse_realizations_do_not_excuse_themselves_by_their_own_spread():
     wild = ensemble_of(image, np.array([noise((64, 64), 2, 1), *[np.eye(64, dtype=np.uint8)] * 3]))
     for statistic, way in CURVES:
         one, other = (fit_curve(e, statistic, 1, way) for e in (good, wild))
-        assert (other.tolerance <= 2.001 * one.tolerance).all()
+        most = 2.001 if statistic == "variogram" else 2.25  # τ is missing in some pieces
+        assert (other.tolerance <= most * one.tolerance).all()
     assert not fit_curve(wild, "variogram", 1, "E-W").fits
 
 
@@ -178,7 +181,7 @@ def test_the_tolerance_is_some_standard_errors_of_crops_and_pieces():
     found = ensemble_of(image, np.array([blobs((100, 100), 3, seed) for seed in range(5)]))
     shape = crop_shape(image.shape, (100, 100))
     assert shape == (48, 64)
-    crops, pieces = crops_of(image.indices, shape), pieces_of(found.indices, shape)
+    crops, pieces = crops_of(image.indices, shape), pieces_of(found, shape).indices
     assert len(crops) == 9
     assert len(pieces) == 10
 
@@ -193,7 +196,7 @@ def test_the_tolerance_is_some_standard_errors_of_crops_and_pieces():
     each, own = (connectivity(images, 2, "E-W", lags).tau for images in (crops, pieces))
     fit = fit_curve(found, "connectivity", 2, "E-W")
     np.testing.assert_allclose(fit.reference, each.mean(axis=0))
-    wanted = tolerance(each, own, "connectivity", MIN_TAU_SPREAD, 10)
+    wanted = tolerance(each, own, "connectivity", MIN_CONNECTED_SPREAD, 10)
     np.testing.assert_allclose(fit.tolerance, np.maximum(wanted, 0.1))
     np.testing.assert_allclose(fit.found, own.mean(axis=0))
     shares, own = (
@@ -227,10 +230,11 @@ def test_crops_and_pieces_stay_inside_and_few():
     assert crops[-1, -1, -1] == image[-1, -1]
     stack = np.zeros((50, 60, 60), np.uint8)
     stack[:, 59, 59] = 1
-    pieces = pieces_of(stack, (20, 20))
+    image = TrainingImage(np.eye(60, dtype=int))
+    pieces = pieces_of(ensemble_of(image, stack), (20, 20)).indices
     assert pieces.shape == (32, 20, 20)
     assert 0 < pieces.sum() < 32  # some pieces in the corner, others elsewhere
-    assert len(pieces_of(stack[:1], (20, 20))) == 9
+    assert len(pieces_of(ensemble_of(image, stack[:1]), (20, 20))) == 9
 
 
 def test_lags_of_steps_of_several_cells_fit_the_crops():
@@ -269,7 +273,7 @@ def test_a_direction_in_numbers_gives_what_its_name_gives(direction):
 def test_an_unknown_facies_or_statistic_is_an_error():
     image = TrainingImage(blobs((40, 40), 2))
     found = ensemble_of(image, np.zeros((1, 40, 40), np.uint8))
-    with pytest.raises(CCWSIMError, match="facies 2 is not in the training image, which has 0, 1"):
+    with pytest.raises(CCWSIMError, match="facies = 2 must be one of 0, 1"):
         fit_curve(found, "variogram", 2)
     with pytest.raises(CCWSIMError, match="must be one of variogram, connectivity"):
         fit_curve(found, "madogram", 1)
@@ -282,3 +286,79 @@ def test_the_worst_is_counted_in_tolerances():
     assert fit.worst == 1
     assert fit.judged
     assert not fit.fits
+
+
+def fit_with_tolerance(kind: str, tolerance: float) -> Fit:
+    """Return a fit of equal values with one tolerance, judged as a kind of check."""
+    values = np.full(3, 0.5)
+    return Fit(
+        at=np.arange(1.0, 4.0),
+        found=values,
+        reference=values,
+        tolerance=np.full(3, tolerance),
+        crop_shape=(64, 64),
+        useful_tolerance=USEFUL_TOLERANCES[kind],
+    )
+
+
+@pytest.mark.parametrize("kind", USEFUL_TOLERANCES)
+def test_agreement_within_a_wide_tolerance_confirms_nothing(kind):
+    useful, is_relative = USEFUL_TOLERANCES[kind]
+    limit = useful * (0.5 if is_relative else 1)
+    narrow, wide = (fit_with_tolerance(kind, share * limit) for share in (0.99, 1.01))
+    assert (narrow.cannot_tell, wide.cannot_tell) == (False, True)
+    far = replace(wide, found=wide.reference + 2 * limit)
+    assert not far.fits
+    assert not far.cannot_tell
+    checks = [Check(kind, None, None, fit) for fit in (narrow, wide, far)]
+    headlines = [
+        describe_checks(part, ["sand"])[0] for part in (checks[:1], checks[:2], checks[1:2])
+    ]
+    assert [each.words for each in headlines] == [
+        "the only check fits the training image",
+        "1 of 2 checks fit the training image, 1 cannot tell",
+        "no check can tell",
+    ]
+    assert [each.good for each in headlines] == [True, True, None]
+
+
+def test_a_tolerance_relative_to_nothing_has_no_size():
+    wide = fit_with_tolerance("joins", 0.3)
+    fit = replace(wide, found=np.zeros(3), reference=np.zeros(3))
+    assert fit.cannot_tell
+    assert describe_curve(fit, "variogram").words == "cannot tell"
+
+
+def test_a_curve_that_nothing_could_leave_gets_no_tick():
+    wide = fit_with_tolerance("connectivity", 0.45)
+    assert describe_curve(wide, "connectivity").words == "cannot tell (± 45 %)"
+    assert describe_curve(wide, "connectivity").good is None
+    narrow = fit_with_tolerance("connectivity", 0.1)
+    both = describe_curves({"E–W": narrow, "N–S": wide}, "connectivity")
+    assert both.words == "E–W inside the band; N–S cannot tell (± 45 %)"
+    assert both.good is None
+
+
+@pytest.mark.slow
+def test_most_checks_of_the_bundled_images_can_tell():
+    fits = [
+        check.fit
+        for name in datasets.BUNDLED_IMAGES
+        if (image := datasets.load(name)).n_dimensions == 2
+        for check in check_ensemble(simulate(image, (256, 256), n_realizations=12, seed=3))
+    ]
+    assert np.mean([fit.cannot_tell for fit in fits]) <= 0.4
+
+
+def test_a_value_that_few_crops_or_pieces_have_is_not_judged():
+    crops = np.tile([0.4, 0.5, 0.6, 0.5], (2, 4)).T
+    crops[:10, 1] = np.nan  # 6 of 16 crops have the value
+    band = ReferenceBand(np.arange(2.0), crops, 4.0, 3.0, np.zeros(2), (64, 64))
+    assert np.isnan(band.compare(np.full((8, 2), 0.1)).tolerance).tolist() == [False, True]
+    pieces = np.full((8, 2), 0.1)
+    pieces[:6, 0] = np.nan
+    assert np.isnan(band.compare(pieces).tolerance).tolist() == [True, True]
+    alone = ReferenceBand(np.arange(1.0), crops[:, :1], 4.0, 3.0, 0.0, (64, 64))
+    some = np.full((8, 1), 0.3)
+    some[:5] = np.nan
+    assert alone.compare(some).tolerance > alone.compare(np.full((8, 1), 0.3)).tolerance

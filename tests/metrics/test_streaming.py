@@ -113,7 +113,7 @@ def test_what_does_not_fit_is_said(stack):
     with pytest.raises(CCWSIMError, match="facies code 3 is not one of 0, 1, 2"):
         statistics.add(stack[0] + 1)
     assert statistics.n == 0
-    with pytest.raises(CCWSIMError, match="facies = 5 must be one of the codes 0, 1, 2"):
+    with pytest.raises(CCWSIMError, match="facies = 5 must be one of 0, 1, 2"):
         RunningStatistics((14, 17), range(3), facies=[5])
     curves = RunningCurves(2, 0.0, 1.0)
     with pytest.raises(CCWSIMError, match="is not inside the bins"):

@@ -8,19 +8,16 @@ from functools import partial
 import gstools
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from ccwsim.metrics import (
     band,
     connectivity,
     transiograms,
-    transition_map,
     variogram,
     variogram_map,
 )
 from ccwsim.metrics.lags import lags_within
-from ccwsim.metrics.stack import as_stack
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.training_image import TrainingImage
 
@@ -92,17 +89,6 @@ def test_transiograms_are_those_of_all_pairs(image, direction):
                 assert found[tail, head, lag] == pytest.approx(expected, nan_ok=True)
 
 
-@settings(deadline=None, max_examples=10)
-@given(image=images)
-def test_transition_map_holds_the_transiograms(image):
-    known = as_stack(image, range(3))  # even if the image lacks a facies
-    along = transiograms(known, None, "E-W", 4).probability[0, 1, 2]
-    across = transiograms(known, None, "N-S", 4).probability[0, 1, 2]
-    whole = transition_map(known, 1, 2, 4)[0]
-    np.testing.assert_allclose(whole[4, 4:], along)
-    np.testing.assert_allclose(whole[4:, 4], across)
-
-
 def test_transition_probabilities_sum_to_one():
     image = np.random.default_rng(3).integers(0, 4, (20, 20))
     np.testing.assert_allclose(transiograms(image, lags=10).probability.sum(axis=2), 1)
@@ -159,7 +145,6 @@ def test_default_lags_fit_the_image_and_given_lags_are_not_clipped(shape, direct
 def test_default_lags_of_maps_fit_the_image():
     small, large = np.eye(20, dtype=int), np.eye(60, dtype=int)
     assert variogram_map(small, 1).lags[-1] == 19
-    assert transition_map(small, 1, 1).shape == (1, 39, 39)
     assert variogram_map(large, 1).lags[-1] == 50
     with pytest.raises(CCWSIMError, match="max_lag = 50"):
         variogram_map(small, 1, 50)

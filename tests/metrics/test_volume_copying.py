@@ -101,7 +101,8 @@ def test_crops_have_all_layers_and_pieces_do_not_overlap():
     assert crops.shape == (2 * 3 * 4, 12, 30, 30)
     np.testing.assert_array_equal(crops[0], volume[:12, :30, :30])
     np.testing.assert_array_equal(crops[-1], volume[-12:, -30:, -30:])
-    pieces = pieces_of(volume[None].astype(np.uint8), (10, 20, 20))
+    image = TrainingImage(volume)
+    pieces = pieces_of(ensemble_of(image, volume[None]), (10, 20, 20)).indices
     assert pieces.shape == (2 * 3 * 4, 10, 20, 20)
     np.testing.assert_array_equal(np.sort(pieces, axis=None), np.sort(volume, axis=None))
 

@@ -14,12 +14,12 @@ from ccwsim.metrics import (
     anodi,
     coarsened,
     js_divergence,
+    pattern_codes as own,
     pattern_distance,
     pattern_histogram,
     pyramid_histograms,
     unseen_patterns,
 )
-from ccwsim.metrics import pattern_codes as own
 from ccwsim.model.errors import CCWSIMError
 from tests.metrics.volumes import a_volume
 

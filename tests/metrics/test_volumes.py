@@ -17,11 +17,9 @@ from ccwsim.metrics import (
     data_match,
     etype,
     geobody_statistics,
-    proportion_quantiles,
     proportions,
     score_reference,
     transiograms,
-    transition_map,
     variogram,
     variogram_map,
     vertical_proportions,
@@ -75,9 +73,6 @@ def test_shares_and_probabilities_are_those_of_counting(codes):
     volumes = np.array([a_volume(seed, codes=codes) for seed in range(5)])
     shares = np.array([[(v == code).mean() for code in codes] for v in volumes])
     np.testing.assert_allclose(proportions(volumes), shares)
-    np.testing.assert_allclose(
-        proportion_quantiles(volumes, probabilities=[0.5])[0], np.median(shares, axis=0)
-    )
     layers = [[[(z == code).mean() for z in v] for code in codes] for v in volumes]
     np.testing.assert_allclose(vertical_proportions(volumes), layers)
     np.testing.assert_allclose(vertical_proportions(volumes[0], codes)[0], layers[0])
@@ -222,6 +217,5 @@ def test_bad_input_is_explained():
         variogram(volume[None], 1, "up", 2)
     with pytest.raises(CCWSIMError, match="not all 0"):
         lag_offsets((0, 0, 0), np.array([1]), 3)
-    for function, facies in ((variogram_map, (1,)), (transition_map, (0, 1))):
-        with pytest.raises(CCWSIMError, match="not a volume of 7 layers"):
-            function(volume[None], *facies, 3)
+    with pytest.raises(CCWSIMError, match="not a volume of 7 layers"):
+        variogram_map(volume[None], 1, 3)
