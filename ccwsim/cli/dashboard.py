@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 import ccwsim
-from ccwsim.model.errors import CCWSIMError
+from ccwsim import CCWSIMError
 from ccwsim.model.extras import check_installed
 
 

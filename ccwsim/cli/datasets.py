@@ -2,8 +2,8 @@
 
 import click
 
-from ccwsim.cli.options import check_writable, suggestion
-from ccwsim.model.errors import CCWSIMError
+from ccwsim import CCWSIMError
+from ccwsim.cli.options import suggestion
 
 
 @click.command()
@@ -12,6 +12,7 @@ from ccwsim.model.errors import CCWSIMError
     "-o",
     "--output",
     metavar="FILE",
+    type=click.Path(),
     help="Write NAME to this file. The ending gives the format: npy, sgems, gslib, dat or png for "
     "a training image; csv, gslib or dat for hard data.",
 )
@@ -37,7 +38,6 @@ def command(name: str | None, output: str | None) -> None:
     else:
         from ccwsim.io import write_hard_data, write_training_image
 
-        check_writable(output)
         if name in hard_data:
             write_hard_data(output, datasets.load_hard_data(name))
         else:

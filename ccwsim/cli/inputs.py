@@ -1,9 +1,13 @@
 """Read the inputs of a run (image, grid, data, parameters, or a project) from a command line."""
 
 import csv
-from collections.abc import Callable, Iterable, Sequence
+import re
+import sys
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict
-from functools import reduce
+from functools import cache, reduce
+from io import BytesIO
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,6 +21,7 @@ from ccwsim.model.parameters import PARAMETER_CHOICES, PER_AXIS, parameter_table
 from ccwsim.sharing.codec import fields_of
 
 DEFAULT_SHAPE = (256, 256)
+MAX_DIAGNOSED = 1_000_000  # maximum number of cells of an image on which advice is printed
 OPTION_KINDS: dict[str, dict[str, Any]] = {
     "text": {},
     "number": {"type": float},
@@ -32,13 +37,16 @@ OPTION_KINDS: dict[str, dict[str, Any]] = {
     "edges": {"type": types.edges_or_codes},
     "piece": {"type": int, "nargs": 4, "callback": types.piece},
     "codes": {"type": types.code_and_code, "multiple": True},
-    "texts": {"multiple": True},
-    "pairs of texts": {"nargs": 2, "multiple": True},
+    "file": {},
+    "input": {"shell_complete": types.complete_input},
+    "inputs": {"shell_complete": types.complete_input, "multiple": True},
+    "files": {"multiple": True},
+    "pairs of files": {"nargs": 2, "multiple": True},
     "needed file": {"required": True},
     "needed files": {"multiple": True, "required": True},
     "ratio": {"type": float, "default": 1.0},
     "facies and number": {"type": types.facies_and_number, "multiple": True, "required": True},
-    "name and code": {"type": types.name_and_code, "multiple": True},
+    "name and facies": {"type": types.name_and_facies, "multiple": True},
 }
 """Arguments of `click.option`, by the kind of value in the table of options."""
 OPTION_EXAMPLES = {
@@ -107,7 +115,9 @@ def image_and_data_options(command: Any) -> Any:
         "Parameters of the simulation": ["parameters"],
         "Run": ["run"],
     }
-    argument = click.argument("training_image", metavar="[TI]", required=False)
+    argument = click.argument(
+        "training_image", metavar="[TI]", required=False, **OPTION_KINDS["input"]
+    )
     return argument(options_in(groups)(command))
 
 
@@ -118,6 +128,8 @@ def options_in(groups: dict[str, list[str]]) -> Callable[[Any], Any]:
         for row in [*_rows(names), *(_parameter_rows() if "parameters" in names else [])]:
             choices = {"type": click.Choice(row.kind.split("|"))}
             settings = choices if "|" in row.kind else OPTION_KINDS[row.kind]
+            if "file" in row.kind:
+                settings = settings | {"type": click.Path()}
             options.append(
                 click.option(
                     *row.option.split(),
@@ -157,6 +169,7 @@ def _parameter_rows() -> list[OptionRow]:
 def inputs_of(options: Any) -> SimulationInputs:
     """Return the inputs of a run, read from a project file or from options."""
     options.transpose = options.transpose or None
+    options.continuous = options.continuous or None
     options.facies_name = options.facies_name or None
     if options.project is not None:
         return _of_project(options)
@@ -166,9 +179,12 @@ def inputs_of(options: Any) -> SimulationInputs:
     hard_data, notes = hard_data_of(options, grid, image)
     usual = Parameters()
     if not _given(options, PER_AXIS):
-        from ccwsim.metrics import default_parameters  # takes long to import
+        from ccwsim.experiments.plan import describe_advice  # takes long to import
+        from ccwsim.metrics import default_parameters
 
         usual = default_parameters(image)
+        advice = "" if image.array.size > MAX_DIAGNOSED else describe_advice(image)
+        notes = *notes, *([advice] if advice else [])
     return SimulationInputs(
         training_image=image,
         grid=grid,
@@ -223,6 +239,39 @@ def read_parameter_options(options: Any, usual: Parameters) -> Parameters:
     return Parameters(**{**asdict(usual), **_given(options, names)})
 
 
+@cache
+def _standard_input() -> bytes:
+    return sys.stdin.buffer.read()
+
+
+def input_file(name: str, kind: str = "", bundled: Collection[str] = ()) -> Any:
+    """Return the path of an existing file, or the content of standard input for "-"."""
+    if name == "-":
+        return BytesIO(_standard_input())
+    if kind and not Path(name).exists():
+        raise refused(
+            "unknown_input",
+            name=name,
+            kind=kind,
+            there=", ".join(bundled),
+            suggestion=suggestion(name, bundled),
+        )
+    return name
+
+
+@contextmanager
+def options_in_messages(group: str) -> Iterator[None]:
+    """Name the options of a group in messages, instead of the arguments of the library."""
+    try:
+        yield
+    except CCWSIMError as error:
+        message = str(error)
+        for row in _rows([group]):
+            message = re.sub(rf"\b{row.argument}=", f"{row.option} ", message)
+        raise CCWSIMError(message) from error
+
+
+@options_in_messages("image")
 def read_image_option(options: Any, name: str | None = None) -> TrainingImage:
     """Return the training image given in a command line, or another one by its name."""
     from ccwsim import datasets
@@ -234,14 +283,9 @@ def read_image_option(options: Any, name: str | None = None) -> TrainingImage:
         if reading:
             raise refused("image_is_bundled", name=name)
         return datasets.load(name)
-    if not Path(name).exists():
-        choices = ", ".join(bundled)
-        raise refused(
-            "unknown_image", name=name, there=choices, suggestion=suggestion(name, bundled)
-        )
     if options.grid is not None and len(options.grid) == 3:
         reading["volume"] = True
-    return read_training_image(name, **reading)
+    return read_training_image(input_file(name, "a bundled training image", bundled), **reading)
 
 
 def grid_of(options: Any) -> Grid:
@@ -272,9 +316,10 @@ def _grid_of_image(options: Any) -> Grid | None:
     name = options.training_image
     if _given(options, _OF_GRID) or name in datasets.BUNDLED_IMAGES or options.transpose:
         return None
-    return read_geometry(name, **_given(options, IMAGE_ARGUMENTS))
+    return read_geometry(input_file(name), **_given(options, IMAGE_ARGUMENTS))
 
 
+@options_in_messages("data")
 def hard_data_of(
     options: Any, grid: Grid, image: TrainingImage
 ) -> tuple[HardData, tuple[str, ...]]:
@@ -285,17 +330,15 @@ def hard_data_of(
     name, bundled = options.hard_data, datasets.BUNDLED_DATA
     reading = {READING_DATA[key]: value for key, value in _given(options, READING_DATA).items()}
     collars, surveys = options.collars, options.surveys
-    if (reading or collars or surveys) and (name is None or name in bundled):
+    of_guides = {"facies_names"} if options.probability or options.other_images else set[str]()
+    is_read = reading.keys() - of_guides or collars or surveys
+    if is_read and (name is None or name in bundled):
         raise CCWSIMError("options for reading hard data need a file; give a file with --hard-data")
     if name is None:
         return HardData(), ()
     if name in bundled:
         return datasets.load_hard_data(name), ()
-    if not Path(name).exists():
-        choices = ", ".join(bundled)
-        raise refused(
-            "unknown_data", name=name, there=choices, suggestion=suggestion(name, bundled)
-        )
+    file = input_file(name, "the name of bundled hard data", bundled)
     if collars is None and surveys is not None:
         raise CCWSIMError("--surveys needs a table of well collars; give this table with --collars")
     for table, path in (("collars", collars), ("surveys", surveys)):
@@ -304,20 +347,21 @@ def hard_data_of(
             option = columns[0].replace("_", "-")
             raise CCWSIMError(f"--{option} names a column of a table of {table}; give --{table}")
     if collars is None:
-        report = import_hard_data(name, grid, image, **reading)
+        report = import_hard_data(file, grid, image, **reading)
     elif "coordinates" in reading:
         raise CCWSIMError("leave out --hard-coordinates, which cannot be used with --collars")
     else:
-        report = import_wells(collars, name, grid, image, surveys=surveys, **reading)
+        report = import_wells(collars, file, grid, image, surveys=surveys, **reading)
     return report.hard_data, report.notes
 
 
+@options_in_messages("guides")
 def read_secondary_options(options: Any, grid: Grid, image: TrainingImage) -> Secondary | None:
     """Return the secondary information given in a command line, or None if there is none."""
     from ccwsim.io import angles_along, read_active, read_lines, read_probabilities, read_values
     from ccwsim.metrics import main_direction
 
-    active = None if options.active is None else read_active(options.active, grid)
+    active = options.active and read_active(options.active, grid, options.active_codes)
     auxiliary, probabilities = [], {}
     for of_image, of_grid in options.auxiliary:
         auxiliary.append(
@@ -329,7 +373,7 @@ def read_secondary_options(options: Any, grid: Grid, image: TrainingImage) -> Se
         )
     for text in options.probability:
         name, _, path = ("", "", text) if Path(text).exists() else text.partition("=")
-        facies = int(name) if name.isdecimal() else name or None
+        facies = image.facies_names[image.index_of(int(name))] if name.isdecimal() else name or None
         probabilities |= read_probabilities(path or text, grid, facies)
 
     def field(name: str) -> Any:
@@ -340,7 +384,7 @@ def read_secondary_options(options: Any, grid: Grid, image: TrainingImage) -> Se
         try:
             return float(text)
         except ValueError:
-            lines = read_lines(text) if name == "angle" else None
+            lines = read_lines(text, grid) if name == "angle" else None
         if lines is None:
             return read_values(text, grid)
         return angles_along(lines, grid, round(main_direction(image)[0]))
@@ -360,5 +404,6 @@ def read_secondary_options(options: Any, grid: Grid, image: TrainingImage) -> Se
         weights=weights,
         **{name: field(name) for name in ("angle", "scale", "dip")},
         mirrored=options.mirrored or (),
+        facies=options.facies_name,
     )
-    return None if secondary.is_empty else secondary
+    return None if secondary.is_empty else secondary.fitted(grid, image)

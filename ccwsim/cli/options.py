@@ -1,21 +1,20 @@
-"""Groups of options, types of values and checks of output files, shared by commands."""
+"""Groups of options and types of values, shared by commands."""
 
 from __future__ import annotations
 
-import os
 import re
+import sys
 import tomllib
 from collections.abc import Iterable
 from contextlib import suppress
 from difflib import get_close_matches
+from glob import escape, glob
 from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.system.whole_files import check_replaceable
+from click.shell_completion import CompletionItem
 
 if TYPE_CHECKING:
     from ccwsim.model.classes import Classes
@@ -55,14 +54,23 @@ def suggestion(word: str, words: Iterable[str]) -> str:
     return f" Did you mean {close[0]}?" if close else ""
 
 
-def check_writable(path: str) -> None:
-    """Raise an error if a file cannot be written; called before a long run."""
-    folder = Path(path).parent
-    if not folder.is_dir():
-        raise CCWSIMError(f"{path}: there is no folder {folder}; create it first")
-    if Path(path).is_dir() or not os.access(folder, os.W_OK):
-        raise CCWSIMError(f"{path} cannot be written; choose another file")
-    check_replaceable(path)
+def complete_input(
+    context: click.Context, parameter: click.Parameter, incomplete: str
+) -> list[CompletionItem]:
+    """Return bundled names and files that begin with a text, or let the shell complete files."""
+    from ccwsim import datasets
+
+    is_data = parameter.name == "hard_data"
+    names = datasets.BUNDLED_DATA if is_data else datasets.BUNDLED_IMAGES
+    words = [name for name in names if name.startswith(incomplete)]
+    if words:
+        words += glob(f"{escape(incomplete)}*")
+    return [*map(CompletionItem, words)] or [CompletionItem(incomplete, type="file")]
+
+
+def output_file(path: str) -> Any:
+    """Return a path, or standard output for "-"."""
+    return sys.stdout.buffer if path == "-" else path
 
 
 def _refused(text: str, needed: str) -> click.BadParameter:
@@ -89,26 +97,20 @@ def sizes(text: str) -> tuple[int, ...]:
 
 def one_or_each(text: str) -> int | tuple[int, ...]:
     """Return one number for all axes, or the text `XxYxZ` as the numbers along (z, y, x)."""
-    if re.fullmatch(r"-?\d{1,9}", text.strip(), re.ASCII):
-        return int(text)
-    try:
-        numbers = sizes(text)
-    except click.BadParameter:
-        numbers = ()
-    if len(numbers) != 3:
-        raise _refused(text, "a whole number, or three along x, y and z, written XxYxZ")
-    return numbers
+    return _per_axis(text, int, "a whole number, or three along x, y and z, written XxYxZ")
 
 
 def number_or_each(text: str) -> float | tuple[float, ...]:
     """Return one number for all axes, or the text `XxYxZ` as the numbers along (z, y, x)."""
-    try:
-        numbers = [float(part) for part in text.split("x")]
-    except ValueError:
-        numbers = []
-    if len(numbers) not in (1, 3):
-        raise _refused(text, "a number, or three along x, y and z, such as 0x0x2")
-    return tuple(numbers[::-1]) if len(numbers) == 3 else numbers[0]
+    return _per_axis(text, float, "a number, or three along x, y and z, such as 0x0x2")
+
+
+def _per_axis(text: str, kind: Any, needed: str) -> Any:
+    with suppress(ValueError):
+        numbers = [kind(part) for part in text.lower().replace("×", "x").split("x")]
+        if len(numbers) in (1, 3):
+            return tuple(numbers[::-1]) if len(numbers) == 3 else numbers[0]
+    raise _refused(text, needed)
 
 
 def classes(text: str) -> Classes:
@@ -116,12 +118,12 @@ def classes(text: str) -> Classes:
     return int(text) if re.fullmatch(r"\d+", text) else edges_or_codes(text)
 
 
-def name_and_code(text: str) -> tuple[str, int]:
-    """Convert the text `NAME=CODE` to a facies name and a facies code."""
-    name, _, code = text.rpartition("=")
-    if not name.strip() or not re.fullmatch(r"\s*[+-]?\d{1,15}\s*", code, re.ASCII):
-        raise _refused(text, "a name and its facies code, such as Sand=1")
-    return name.strip(), int(code)
+def name_and_facies(text: str) -> tuple[str, int | str]:
+    """Convert the text `NAME=FACIES` to a name and the code or name of a facies of the image."""
+    name, _, facies = (part.strip() for part in text.rpartition("="))
+    if not name or not facies:
+        raise _refused(text, "a name and its facies in the image, such as Sand=1")
+    return name, _code_or_name(facies)
 
 
 def facies_and_number(text: str) -> tuple[int | str, float]:
@@ -129,8 +131,12 @@ def facies_and_number(text: str) -> tuple[int | str, float]:
     name, _, number = text.rpartition("=")
     with suppress(ValueError):
         if (name := name.strip()) and not isnan(value := float(number)):
-            return int(name) if re.fullmatch(r"-?\d{1,15}", name, re.ASCII) else name, value
+            return _code_or_name(name), value
     raise _refused(text, "a facies and a number, such as sand=1e-4")
+
+
+def _code_or_name(text: str) -> int | str:
+    return int(text) if re.fullmatch(r"[+-]?\d{1,15}", text, re.ASCII) else text
 
 
 def code_and_code(text: str) -> tuple[int, int | None]:

@@ -6,10 +6,11 @@ from pathlib import Path
 
 import click
 
+from ccwsim import CCWSIMError
 from ccwsim.cli.inputs import options_in
-from ccwsim.cli.options import EPILOGS, check_writable, quiet
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.cli.options import EPILOGS, quiet
 from ccwsim.model.numbers import duration
+from ccwsim.system.whole_files import check_writable
 
 
 @click.command(epilog=EPILOGS["paper"])

@@ -8,8 +8,8 @@ from io import TextIOWrapper
 import click
 
 import ccwsim
+from ccwsim import CCWSIMError
 from ccwsim.cli.options import EPILOGS, suggestion
-from ccwsim.model.errors import CCWSIMError
 
 COMMANDS = ("simulate", "flow", "dashboard", "datasets", "paper", "warm-up")
 """Names of commands. Each command is the function `command` of a module, loaded on demand."""

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from pathlib import Path
 from statistics import median
+from tempfile import gettempdir
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from ccwsim.cli.inputs import image_and_data_options, inputs_of
-from ccwsim.cli.options import EPILOGS, GroupedCommand, check_writable, quiet
+from ccwsim.cli.options import EPILOGS, GroupedCommand, output_file, quiet
 from ccwsim.model.errors import Cancelled, CCWSIMError, refused
 from ccwsim.model.extras import check_installed
 
 if TYPE_CHECKING:
+    from ccwsim.model.arrays import Shape
     from ccwsim.model.ensemble import Ensemble
 
 STREAMED = "npy"  # file ending of the only format that is written during the run
@@ -38,13 +42,14 @@ def command(**values: Any) -> int:
     and 480 rows along y, and a third number is the layers of a volume. x runs east, y north, z up.
     """
     options = SimpleNamespace(**values)
-    for output in options.output:
-        check_output(output)
+    check_outputs(options.output)
     streamed = streamed_output(options.output)
     if options.scheduler is not None:
         check_installed("distributed")
     inputs = inputs_of(options)
-    _say(options, inputs.notes)
+    check_outputs(options.output, (inputs.n_realizations, *inputs.grid.shape))
+    secondary = inputs.secondary
+    _say(options, [*inputs.notes, *([f"Guides: {secondary.describe()}."] if secondary else [])])
     from ccwsim.cli.progress import ProgressLine, stop_on_signals
     from ccwsim.run.simulation import simulate
 
@@ -74,7 +79,16 @@ def command(**values: Any) -> int:
         if message:
             click.echo(f"ccwsim: {message}", err=True)
         if ensemble is not None:
-            _write([path for path in options.output if path != streamed], ensemble)
+            others = [path for path in options.output if path != streamed]
+            _write(others, ensemble, streamed is not None)
+            if options.as_json:
+                names = inputs.training_image.facies_names
+                results = {
+                    "seed": ensemble.seed,
+                    "not_honoured": ensemble.n_mismatched.tolist(),
+                    "proportions": dict(zip(names, ensemble.proportions.T.tolist(), strict=True)),
+                }
+                click.echo(json.dumps(results))
             _say(
                 options,
                 [ensemble_summary(ensemble), *(f"Written: {path}" for path in options.output)],
@@ -99,13 +113,13 @@ def executor_of(options: Any) -> Iterator[Any]:
         client.close()
 
 
-def check_output(path: str) -> None:
-    """Raise an error if an output file cannot be written; called before a long run."""
-    from ccwsim.io.atomic import format_of
+def check_outputs(paths: Sequence[str], shape: Shape | None = None) -> None:
+    """Raise an error if n grids, `shape` (n, (nz,) ny, nx), cannot be written to some file."""
+    from ccwsim.io.atomic import check_output, format_of
     from ccwsim.io.realizations import REALIZATION_FORMATS
 
-    format_of(path, None, (*REALIZATION_FORMATS, STREAMED))
-    check_writable(path)
+    for path in filter("-".__ne__, paths):
+        check_output(path, format_of(path, None, (*REALIZATION_FORMATS, STREAMED)), shape)
 
 
 def streamed_output(paths: Sequence[str]) -> str | None:
@@ -118,6 +132,8 @@ def streamed_output(paths: Sequence[str]) -> str | None:
 
 def ensemble_summary(e: Ensemble) -> str:
     """Return a summary of an ensemble: size, times, honoured data and proportions."""
+    import numpy as np
+
     from ccwsim.model.arrays import describe_shape
 
     ti, n = e.training_image, e.hard_data.n
@@ -135,6 +151,16 @@ def ensemble_summary(e: Ensemble) -> str:
     elif n:
         tail = f"; at most {forced} of these data were forced as single cells" if forced else ""
         lines.append(f"Hard data: {n} of {n} honoured in every realization{tail}.")
+    if e.values:
+        image, values = ti.sorted_values, e.values_of()
+        return "\n".join(
+            [
+                *lines,
+                f"{ti.variable} (training image): mean {np.nanmean(values):.4g} "
+                f"({image.mean():.4g}), standard deviation {np.nanstd(values):.4g} "
+                f"({image.std():.4g}).",
+            ]
+        )
     shares = zip(ti.facies_names, e.proportions.mean(axis=0), ti.proportions, strict=True)
     parts = [
         f"{name} {100 * share:.1f} % ({100 * share_of_image:.1f} %)"
@@ -143,16 +169,22 @@ def ensemble_summary(e: Ensemble) -> str:
     return "\n".join([*lines, f"Proportions (training image): {', '.join(parts)}."])
 
 
-def _write(paths: Sequence[str], ensemble: Ensemble) -> None:
-    """Write all files; if some files cannot be written, raise an error at the end."""
+def _write(paths: Sequence[str], ensemble: Ensemble, is_saved: bool) -> None:
+    """Write all files; if some cannot be written, save an npz and raise an error at the end."""
     from ccwsim.io import write_realizations
 
     errors = []
     for path in paths:
         try:
-            write_realizations(path, ensemble)
-        except CCWSIMError as error:
-            errors.append(str(error))
+            write_realizations(output_file(path), ensemble, format="npz" if path == "-" else None)
+            is_saved |= path.lower().endswith(("-", ".npz"))
+        except Exception as error:
+            errors.append(str(error) or f"{path}: {type(error).__name__}")
+    if errors and not is_saved:
+        rescue = Path(gettempdir(), f"{Path(paths[0]).stem}_rescue.npz")
+        with suppress(CCWSIMError):
+            write_realizations(rescue, ensemble)
+            errors.append(f"all realizations are in {rescue}, which read_realizations reads")
     if errors:
         raise CCWSIMError("; ".join(errors))
 

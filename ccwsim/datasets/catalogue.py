@@ -5,7 +5,6 @@ Volumes are npz files. Hard data are CSV files with the columns x, y, (for volum
 Coordinates are cell centres, in cells from the south-west corner of the grid.
 """
 
-import tomllib
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -15,7 +14,8 @@ import numpy as np
 from PIL import Image
 
 from ccwsim import Grid, HardData, TrainingImage
-from ccwsim.model.arrays import Bytes, describe_shape
+from ccwsim.model.arrays import Bytes, Shape, describe_shape
+from ccwsim.model.assets import read_toml
 from ccwsim.model.errors import CCWSIMError, refused, shown
 
 ASSETS = Path(__file__).parents[1] / "assets"
@@ -26,7 +26,7 @@ Row = TypeVar("Row")
 class Dataset:
     """Description of a bundled training image."""
 
-    shape: tuple[int, ...]
+    shape: Shape
     facies_names: tuple[str, ...]
     picture: str
     good_for: str
@@ -37,11 +37,11 @@ class Survey:
     """Description of bundled hard data."""
 
     training_image: str
-    grid_shape: tuple[int, ...]
+    grid_shape: Shape
     picture: str
 
 
-_TABLES = tomllib.loads((ASSETS / "datasets.toml").read_text("utf-8"))
+_TABLES = read_toml("assets/datasets.toml")
 
 
 def _rows(kind: type[Row], table: str) -> dict[str, Row]:

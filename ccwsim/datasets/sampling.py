@@ -4,11 +4,10 @@ from math import prod
 
 import numpy as np
 from numpy.random import RandomState
-from numpy.typing import NDArray
 
-from ccwsim.model.arrays import as_array, as_integers, check_int
+from ccwsim import HardData
+from ccwsim.model.arrays import Array, Integers, Ints, as_array, as_integers, as_seed, check_int
 from ccwsim.model.errors import CCWSIMError, refused, shown
-from ccwsim.model.hard_data import HardData
 
 DIRECTIONS = ("N-S", "E-W")
 VERTICAL_WELLS = "vertical"
@@ -16,7 +15,7 @@ MAX_PERMUTED = 4_000_000
 """Maximum number of cells to permute; more cells would block other threads for too long."""
 
 
-def sample_random(field: NDArray[np.integer], n: int, seed: int = 0) -> HardData:
+def sample_random(field: Integers, n: int, seed: int = 0) -> HardData:
     """Sample hard data at `n` different random cells of a map or a volume."""
     shape = _shape(field)
     n, n_cells = check_int("the number of data", n, 1), prod(shape)
@@ -25,7 +24,7 @@ def sample_random(field: NDArray[np.integer], n: int, seed: int = 0) -> HardData
 
 
 def sample_wells(
-    field: NDArray[np.integer],
+    field: Integers,
     n: int,
     seed: int = 0,
     *,
@@ -57,7 +56,7 @@ def sample_wells(
     return _read(field, (rows.ravel(), columns.ravel()))
 
 
-def sample_grid(field: NDArray[np.integer], every: int) -> HardData:
+def sample_grid(field: Integers, every: int) -> HardData:
     """Sample a map on a regular, centred grid, or a volume along vertical wells on this grid."""
     *layers, ny, nx = _shape(field)
     every = min(check_int("every", every, 1), max(ny, nx))
@@ -66,12 +65,12 @@ def sample_grid(field: NDArray[np.integer], every: int) -> HardData:
     return _read(field, tuple(axis.ravel() for axis in cells))
 
 
-def _read(field: NDArray[np.integer], cells: tuple[NDArray, ...]) -> HardData:
+def _read(field: Integers, cells: tuple[Array, ...]) -> HardData:
     """Return the facies of a field in cells, given by (layers,) rows and columns."""
     return HardData(np.column_stack(cells), np.asarray(field)[cells])
 
 
-def _distinct(random: RandomState, n_cells: int, n: int) -> NDArray[np.int64]:
+def _distinct(random: RandomState, n_cells: int, n: int) -> Ints:
     """Return n different random cells; do not permute all cells if there are too many cells."""
     if n_cells <= MAX_PERMUTED or n > n_cells // 2:
         return random.choice(n_cells, n, replace=False)
@@ -84,10 +83,10 @@ def _distinct(random: RandomState, n_cells: int, n: int) -> NDArray[np.int64]:
 
 
 def _random(seed: int) -> RandomState:
-    return RandomState(check_int("seed", seed, 0, 2**32 - 1))
+    return RandomState(as_seed(seed, 2**32 - 1))
 
 
-def _shape(field: NDArray[np.integer]) -> tuple[int, ...]:
+def _shape(field: Integers) -> tuple[int, ...]:
     array = as_array(field, "field")
     if array.ndim not in (2, 3) or not array.size:
         raise refused("reference_field_shape", shape=array.shape)

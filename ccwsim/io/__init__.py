@@ -17,57 +17,74 @@ line numbers if there are any, for files that cannot be read or written, and dat
 """
 
 from ccwsim.io.atomic import can_write as can_write
-from ccwsim.io.flow_models import flopy_as_zip as flopy_as_zip
-from ccwsim.io.flow_models import grdecl_as_zip as grdecl_as_zip
-from ccwsim.io.flow_models import millidarcy as millidarcy
-from ccwsim.io.flow_models import to_flopy as to_flopy
-from ccwsim.io.flow_models import write_grdecl as write_grdecl
+from ccwsim.io.flow_models import (
+    flopy_as_zip as flopy_as_zip,
+    grdecl_as_zip as grdecl_as_zip,
+    millidarcy as millidarcy,
+    to_flopy as to_flopy,
+    write_grdecl as write_grdecl,
+)
 from ccwsim.io.formats.pictures import DEFAULT_COLOURS as DEFAULT_COLOURS
-from ccwsim.io.hard_data.columns import PointColumns as PointColumns
-from ccwsim.io.hard_data.columns import WellColumns as WellColumns
-from ccwsim.io.hard_data.files import hard_data_as_bytes as hard_data_as_bytes
-from ccwsim.io.hard_data.files import import_hard_data as import_hard_data
-from ccwsim.io.hard_data.files import read_hard_data as read_hard_data
-from ccwsim.io.hard_data.files import write_hard_data as write_hard_data
-from ccwsim.io.hard_data.placing import Conversion as Conversion
-from ccwsim.io.hard_data.placing import HardDataImport as HardDataImport
-from ccwsim.io.hard_data.placing import PlacedPoints as PlacedPoints
-from ccwsim.io.hard_data.placing import fit_grid as fit_grid
-from ccwsim.io.hard_data.placing import place_points as place_points
-from ccwsim.io.hard_data.placing import resolve_points as resolve_points
-from ccwsim.io.hard_data.points import ImportedPoints as ImportedPoints
-from ccwsim.io.hard_data.points import PointsPreview as PointsPreview
-from ccwsim.io.hard_data.points import preview_points as preview_points
-from ccwsim.io.hard_data.points import read_points as read_points
-from ccwsim.io.hard_data.wells import import_wells as import_wells
-from ccwsim.io.hard_data.wells import preview_wells as preview_wells
-from ccwsim.io.hard_data.wells import read_well_points as read_well_points
-from ccwsim.io.hard_data.wells import read_wells as read_wells
-from ccwsim.io.limits import limited as limited
-from ccwsim.io.limits import upload_limits as upload_limits
-from ccwsim.io.maps import MAP_FORMATS as MAP_FORMATS
-from ccwsim.io.maps import maps_as_bytes as maps_as_bytes
-from ccwsim.io.maps import write_maps as write_maps
-from ccwsim.io.opening import FileSummary as FileSummary
-from ccwsim.io.opening import VariableSummary as VariableSummary
-from ccwsim.io.opening import inspect as inspect
-from ccwsim.io.realizations import REALIZATION_FORMATS as REALIZATION_FORMATS
-from ccwsim.io.realizations import parameters_from_json as parameters_from_json
-from ccwsim.io.realizations import parameters_to_json as parameters_to_json
-from ccwsim.io.realizations import read_realizations as read_realizations
-from ccwsim.io.realizations import realizations_as_bytes as realizations_as_bytes
-from ccwsim.io.realizations import write_realizations as write_realizations
-from ccwsim.io.secondary import angles_along as angles_along
-from ccwsim.io.secondary import read_active as read_active
-from ccwsim.io.secondary import read_lines as read_lines
-from ccwsim.io.secondary import read_probabilities as read_probabilities
-from ccwsim.io.secondary import read_values as read_values
-from ccwsim.io.training_images import guess_answers as guess_answers
-from ccwsim.io.training_images import read_colours as read_colours
-from ccwsim.io.training_images import read_geometry as read_geometry
-from ccwsim.io.training_images import read_grid as read_grid
-from ccwsim.io.training_images import read_training_image as read_training_image
-from ccwsim.io.training_images import training_image_as_bytes as training_image_as_bytes
-from ccwsim.io.training_images import write_training_image as write_training_image
-from ccwsim.model.classes import class_edges as class_edges
-from ccwsim.model.classes import classify as classify
+from ccwsim.io.hard_data.columns import PointColumns as PointColumns, WellColumns as WellColumns
+from ccwsim.io.hard_data.files import (
+    hard_data_as_bytes as hard_data_as_bytes,
+    import_hard_data as import_hard_data,
+    read_hard_data as read_hard_data,
+    write_hard_data as write_hard_data,
+)
+from ccwsim.io.hard_data.placing import (
+    Conversion as Conversion,
+    HardDataImport as HardDataImport,
+    PlacedPoints as PlacedPoints,
+    fit_grid as fit_grid,
+    place_points as place_points,
+    resolve_points as resolve_points,
+)
+from ccwsim.io.hard_data.points import (
+    ImportedPoints as ImportedPoints,
+    PointsPreview as PointsPreview,
+    preview_points as preview_points,
+    read_points as read_points,
+)
+from ccwsim.io.hard_data.wells import (
+    import_wells as import_wells,
+    preview_wells as preview_wells,
+    read_well_points as read_well_points,
+    read_wells as read_wells,
+)
+from ccwsim.io.limits import limited as limited, upload_limits as upload_limits
+from ccwsim.io.maps import (
+    MAP_FORMATS as MAP_FORMATS,
+    maps_as_bytes as maps_as_bytes,
+    write_maps as write_maps,
+)
+from ccwsim.io.opening import (
+    FileSummary as FileSummary,
+    VariableSummary as VariableSummary,
+    inspect as inspect,
+)
+from ccwsim.io.realizations import (
+    REALIZATION_FORMATS as REALIZATION_FORMATS,
+    parameters_from_json as parameters_from_json,
+    parameters_to_json as parameters_to_json,
+    read_realizations as read_realizations,
+    realizations_as_bytes as realizations_as_bytes,
+    write_realizations as write_realizations,
+)
+from ccwsim.io.secondary import (
+    angles_along as angles_along,
+    read_active as read_active,
+    read_lines as read_lines,
+    read_probabilities as read_probabilities,
+    read_values as read_values,
+)
+from ccwsim.io.training_images import (
+    guess_answers as guess_answers,
+    read_colours as read_colours,
+    read_geometry as read_geometry,
+    read_grid as read_grid,
+    read_training_image as read_training_image,
+    training_image_as_bytes as training_image_as_bytes,
+    write_training_image as write_training_image,
+)
+from ccwsim.model.classes import class_edges as class_edges, classify as classify

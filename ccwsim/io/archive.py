@@ -5,9 +5,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from io import BytesIO
 
+from ccwsim import CCWSIMError
 from ccwsim.io.data_file import broken
 from ccwsim.io.limits import check
-from ccwsim.model.errors import CCWSIMError
 
 _ENTRY = b"PK\x01\x02"
 _METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
@@ -43,7 +43,7 @@ def opened_archive(content: bytes, name: str) -> Iterator[Archive]:
     """Yield the members of a zip file; raise an error if the file is broken."""
     check(name, members=content.count(_ENTRY))  # opening a zip creates an object for each entry
     with (
-        broken(f"{name}: the zip file is broken", remedy="get the file again"),
+        broken(f"{name}: the zip file is broken; get the file again"),
         zipfile.ZipFile(BytesIO(content)) as archive,
     ):
         yield Archive(archive, name)

@@ -1,16 +1,28 @@
-"""Write a file completely or not at all, and derive a file's format from its name."""
+"""Write a file completely or not at all, derive its format, and check what the format needs."""
 
 import os
 from collections.abc import Collection
+from math import prod
 from pathlib import Path
 from typing import Any
 
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.extras import check_installed, is_installed
-from ccwsim.system.whole_files import WholeFile, unwritable
+from ccwsim.io.formats.pictures import sheet_layout
+from ccwsim.model.arrays import Shape
+from ccwsim.model.errors import CCWSIMError, refused
+from ccwsim.model.extras import check_installed
+from ccwsim.system.whole_files import WholeFile, check_writable, unwritable
 
-WRITERS = {"tif": "rasterio", "nc": "xarray"}
-"""Optional packages that write files, by the ending of the files."""
+PRECONDITIONS = {
+    **dict.fromkeys(("npz", "grdecl", "csv", "vti", "geojson"), ("", 3, 0)),
+    **dict.fromkeys(("gslib", "sgems", "dat"), ("", 3, 2)),
+    "npy": ("", 3, 1),
+    "png": ("", 2, 0),
+    "tif": ("rasterio", 2, 0),
+    "nc": ("xarray", 3, 1),
+    "flopy": ("flopy", 3, 0),
+}
+"""What each writer needs, by the ending of its files ("flopy" writes a folder): the optional
+package, the maximum dimension of grids, and the minimum bytes of a cell (0 if compressed)."""
 
 
 def write_bytes(path_or_file: Any, content: bytes) -> None:
@@ -38,17 +50,44 @@ def format_of(path_or_file: Any, format: str | None, allowed: Collection[str]) -
     if kind not in allowed:
         choices = ", ".join(sorted(allowed))
         raise CCWSIMError(f"format {kind or 'none'!r} cannot be written; choose one of {choices}")
-    if kind in WRITERS:
-        check_installed(WRITERS[kind])
+    check_format(kind)
     return kind
 
 
-def can_write(kind: str) -> bool:
-    """Return whether the package that writes a format is installed.
+def check_format(kind: str, shape: Shape | None = None) -> None:
+    """Raise an error if a format cannot contain n grids, `shape` (n, (nz,) ny, nx), or at all."""
+    package, n_dimensions, _ = PRECONDITIONS[kind]
+    if package:
+        check_installed(package)
+    if shape and len(shape) > n_dimensions + 1:
+        raise refused("format_of_maps", kind=kind.upper())
+    if shape and kind == "png":
+        sheet_layout(*shape)
+
+
+def can_write(kind: str, shape: Shape | None = None) -> bool:
+    """Return whether a format can contain n grids, `shape` (n, (nz,) ny, nx), or any at all.
 
     Examples
     --------
-    >>> can_write("vti")
-    True
+    >>> can_write("png", (4, 30, 40)), can_write("png", (400, 3000, 4000))
+    (True, False)
     """
-    return kind not in WRITERS or is_installed(WRITERS[kind])
+    try:
+        check_format(kind, shape)
+    except CCWSIMError:
+        return False
+    return True
+
+
+def check_output(path: str | os.PathLike[str], kind: str, shape: Shape | None = None) -> None:
+    """Raise an error if n grids, `shape` (n, (nz,) ny, nx), cannot be written; before a long run.
+
+    The kind "flopy" is a folder, which is created.
+    """
+    check_format(kind, shape)
+    if kind == "flopy":
+        with unwritable(path):
+            os.makedirs(path, exist_ok=True)
+        path = Path(path) / "mfsim.nam"
+    check_writable(path, PRECONDITIONS[kind][2] * prod(shape or (0,)))

@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from math import inf
+from math import atan2, degrees, inf
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.io.limits import check_cells
-from ccwsim.model.arrays import is_integer
+from ccwsim.model.arrays import Array, Integers, Ints, Mask, Shape, is_integer
 from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.grid import Grid, fault_of_crs
 from ccwsim.model.missing import known_values, unknown_note
+
+PARALLEL = 1e-4  # maximum slope of columns and rows that count as parallel to the axes
 
 
 @dataclass(frozen=True)
@@ -24,8 +25,9 @@ class Geometry:
     cell_size: tuple[float, ...] = ()  # empty if the file does not state it
     origin: tuple[float, ...] = ()  # outer corner of the first cell; empty if it is not stated
     crs: str = ""  # coordinate system, such as "EPSG:32632" or a text in WKT
+    azimuth: float = 90.0  # direction of the columns; a rotated grid has no cell size and origin
 
-    def grid(self, shape: tuple[int, ...]) -> Grid:
+    def grid(self, shape: Shape) -> Grid:
         """Return a grid of the given shape; unknown cells have the size 1 and begin at 0."""
         n, crs = len(shape), "" if fault_of_crs(self.crs) else self.crs
         size, origin = self.cell_size[:n] or (1.0, 1.0), self.origin[:n] or (0.0, 0.0)
@@ -48,13 +50,15 @@ class DataFile:
     kind: str  # name of the format, for messages
     name: str  # name of the file in messages
     # grids (nz, ny, nx), stacks of volumes, or columns of a table, shape (n,)
-    variables: dict[str, NDArray]
+    variables: dict[str, Array]
     # whether the variables are columns of a table: points, or a grid of unknown size
     is_table: bool = False
     # line number of each row of a table or text matrix in the file, from 1, shape (n,)
-    lines: NDArray[np.int64] | None = None
+    lines: Ints | None = None
     south_first: bool = True  # whether the first row is the south in this format
     asks_up: bool = False  # whether the user must check `south_first`
+    # whether the first layer in the file is the bottom, as it always is in `variables`
+    bottom_first: bool = True
     # codes for missing values that the file states; `CUSTOMARY_CODES` and NaN count too
     missing: tuple[float, ...] = ()
     geometry: Geometry = Geometry()
@@ -64,6 +68,7 @@ class DataFile:
     words: dict[str, tuple[str, ...]] = field(default_factory=dict)
     columns: tuple[str, ...] = ()  # names of all columns of a table, in file order
     counted: str = "line"  # unit of `lines`: "line", "row" or "cell"
+    numbering: str = "codes"  # what integers are: codes, or indices of a palette of "colours"
 
     def __post_init__(self) -> None:
         if not self.variables and not self.is_table:
@@ -102,7 +107,7 @@ class DataFile:
             raise CCWSIMError(f"{self.name} has no variable {shown(name)}; choose from {choices}")
         return same[0]
 
-    def grid_of(self, variable: str, shape: tuple[int, ...] | None) -> NDArray:
+    def grid_of(self, variable: str, shape: Shape | None) -> Array:
         """Return a variable in the shape (nz, ny, nx); a table (x fastest) needs `shape`."""
         values = self.variables[variable]
         if not self.is_table:
@@ -121,24 +126,39 @@ class DataFile:
         place = replace(self.geometry, cell_size=tuple(cell_size), origin=tuple(corner))
         return replace(self, geometry=place)
 
+    def along(self, columns: Sequence[float], rows: Sequence[float]) -> DataFile:
+        """Return the file with the directions (x, y) in which its columns and rows count.
+
+        Columns and rows parallel to the axes run east and north. Otherwise, columns keep their
+        direction, and rows run to the left of it.
+        """
+        (east, north), (rows_east, rows_north) = columns, rows
+        is_parallel = max(abs(north / (east or 1)), abs(rows_east / (rows_north or 1))) < PARALLEL
+        step = -1 if is_parallel and east < 0 else 1
+        south_first = step * (east * rows_north - north * rows_east) > 0
+        azimuth = degrees(atan2(east, north)) % 360
+        place = self.geometry if is_parallel else Geometry(crs=self.geometry.crs, azimuth=azimuth)
+        turned = {key: values[..., ::step] for key, values in self.variables.items()}
+        return replace(self, variables=turned, south_first=bool(south_first), geometry=place)
+
     def oriented(
         self,
-        grid: NDArray,
+        grid: Array,
         *,
         up: bool | None = None,
         slice_index: int | None = None,
         volume: bool = False,
         z_up: bool | None = None,
-    ) -> NDArray:
+    ) -> Array:
         """Return one layer or a whole volume, with row 0 at the south and layer 0 at the bottom."""
         if not volume:
             grid = self._layer(grid, slice_index)
-        elif z_up is False:
+        elif z_up not in (None, self.bottom_first):
             grid = grid[::-1]
         south_first = self.south_first if up is None else up
         return grid if south_first else np.flip(grid, -2)
 
-    def _layer(self, grid: NDArray, slice_index: int | None) -> NDArray:
+    def _layer(self, grid: Array, slice_index: int | None) -> Array:
         """Return one layer; if the grid is one cell wide, return the grid as a vertical section."""
         n = len(grid)
         if slice_index is None and (n == 1 or 1 in grid.shape[1:]):
@@ -148,11 +168,11 @@ class DataFile:
             raise refused("file_of_slices", name=self.name, n=n, last=n - 1, given=instead)
         return grid[slice_index]
 
-    def known(self, values: NDArray) -> NDArray[np.bool_]:
+    def known(self, values: Array) -> Mask:
         """Return a mask of `values` that are neither NaN nor a code for a missing value."""
         return known_values(values, self.missing)
 
-    def unknown_note(self, values: NDArray) -> str:
+    def unknown_note(self, values: Array) -> str:
         """Return a sentence about the cells without a value; empty if there is none."""
         return unknown_note(values, self.missing)
 
@@ -167,7 +187,7 @@ def listed(names: Sequence[str]) -> str:
     return first_of([repr(name) for name in names[:21]], 20)
 
 
-def named_lines(counted: str, lines: NDArray[np.integer]) -> str:
+def named_lines(counted: str, lines: Integers) -> str:
     """Return line numbers as a phrase: "lines 3, 7 and 12"."""
     different = np.unique(lines)  # many cells of a well have one line number
     numbers = [str(line) for line in different[:6]]
@@ -178,7 +198,7 @@ def named_lines(counted: str, lines: NDArray[np.integer]) -> str:
     return f"{many} {', '.join(numbers)} and {last}"
 
 
-def _full_shape(name: str, shape: tuple[int, ...], n: int) -> tuple[int, int, int]:
+def _full_shape(name: str, shape: Shape, n: int) -> tuple[int, int, int]:
     if len(shape) not in (2, 3) or not all(map(is_integer, shape)):
         raise CCWSIMError(f"{name}: shape = {shown(shape)} must be (rows, columns)")
     n_cells = check_cells(name, tuple(int(s) for s in shape))

@@ -1,6 +1,7 @@
 """Hand-over of realizations to programs for flow: MODFLOW 6 and Eclipse."""
 
 import os
+from collections.abc import Mapping
 from io import BytesIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -9,10 +10,13 @@ from zipfile import ZIP_DEFLATED, ZipFile
 
 import numpy as np
 
-from ccwsim.flow.darcy import Ends, Wells, darcy
-from ccwsim.io.atomic import write_bytes
+from ccwsim import Ensemble
+from ccwsim.flow.boundary import Edge
+from ccwsim.flow.darcy import Ends, Wells, cell_sizes, darcy
+from ccwsim.io.atomic import format_of, write_bytes
 from ccwsim.io.data_file import printable
-from ccwsim.io.formats.grdecl import geometry_as_bytes, keywords_as_bytes
+from ccwsim.io.formats.grdecl import geometry_as_bytes, keywords_as_bytes, regions_as_bytes
+from ccwsim.io.formats.rasters import metres_per_unit
 from ccwsim.model.arrays import (
     Floats,
     as_floats,
@@ -22,8 +26,6 @@ from ccwsim.model.arrays import (
     check_type,
 )
 from ccwsim.model.bounds import MAX_CONTRAST
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.errors import CCWSIMError, shown
 from ccwsim.model.extras import needs
 from ccwsim.model.facies_property import FaciesValues, cell_values, values_by_facies
 from ccwsim.system.whole_files import unwritable
@@ -33,6 +35,7 @@ VISCOSITY, DENSITY, GRAVITY = 1.002e-3, 998.2, 9.80665
 MILLIDARCY = 9.869233e-16  # one millidarcy in m²
 TIGHT = 1e-10  # closure of heads and residuals; MODFLOW's defaults lose some percent of the flow
 MODEL = "flow"  # name of the MODFLOW model and of its files
+LENGTH_UNITS = {1.0: "meters", 0.3048: "feet"}  # MODFLOW's names of units, by their length in m
 PER_DAY = {"m/s": 86400.0, "m/d": 1.0}
 
 
@@ -54,19 +57,25 @@ def millidarcy(conductivity: Floats, unit: str = "m/s") -> Floats:
 
 
 def _grdecl_files(
-    ensemble: Ensemble, values: FaciesValues, unit: str = "m/s", anisotropy: float = 1.0
+    ensemble: Ensemble,
+    values: FaciesValues,
+    unit: str = "m/s",
+    anisotropy: float = 1.0,
+    thickness: float = 1.0,
 ) -> dict[str, bytes]:
     """Return endings and contents of the files that `write_grdecl` writes."""
     check_type("ensemble", ensemble, Ensemble)
     anisotropy = check_number("anisotropy", anisotropy, 1 / MAX_CONTRAST, MAX_CONTRAST)
     k = millidarcy(values_by_facies(ensemble.training_image, values), unit)
-    files = {".grdecl": geometry_as_bytes(ensemble.grid)}
-    for number, facies, indices in zip(ensemble.numbers, ensemble, ensemble.indices, strict=True):
-        horizontal = np.nan_to_num(cell_values(k, indices))
-        maps = {"FACIES": np.nan_to_num(facies), "PERMX": horizontal, "PERMY": horizontal}
-        if ensemble.active is not None:
-            maps["ACTNUM"] = ensemble.active.astype(int)
-        files[f"_{number + 1}.inc"] = keywords_as_bytes(maps | {"PERMZ": anisotropy * horizontal})
+    height = cell_sizes(ensemble.grid, thickness)[2]
+    metres_per_unit(ensemble.grid.crs)  # refuses degrees
+    files = {".grdecl": geometry_as_bytes(ensemble.grid, thickness=height)}
+    for number, indices in zip(ensemble.numbers, ensemble.indices, strict=True):
+        k_x = np.nan_to_num(cell_values(k, indices))
+        maps = {"ACTNUM": ensemble.active, "PERMX": k_x, "PERMY": k_x, "PERMZ": anisotropy * k_x}
+        files[f"_{number + 1}.inc"] = keywords_as_bytes(maps)
+        regions = regions_as_bytes({"FIPNUM": indices}, ensemble.training_image)
+        files[f"_{number + 1}_facies.inc"] = regions
     return files
 
 
@@ -77,14 +86,19 @@ def write_grdecl(
     *,
     unit: str = "m/s",
     anisotropy: float = 1.0,
+    thickness: float = 1.0,
 ) -> list[Path]:
     """Write the grid once, and facies and permeability of each realization, for Eclipse or OPM.
 
-    The path, which ends in `.grdecl`, is that of the geometry. Realization 1 is in `…_1.inc` beside
-    it, with the keywords FACIES, PERMX, PERMY and PERMZ in millidarcy, and so on; the paths of all
-    files are returned. `values` has the hydraulic conductivity of each facies, by name or code, in
-    the `unit` "m/s", "m/d" or "mD"; `anisotropy` is PERMZ / PERMX. Raises `CCWSIMError` for a
-    facies without a value, or an unknown unit.
+    The path, which ends in `.grdecl`, is that of the geometry. Beside it, for the section GRID,
+    `…_1.inc` has ACTNUM, and PERMX, PERMY and PERMZ of realization 1 in millidarcy, and
+    `…_1_facies.inc` its facies for the section REGIONS: FIPNUM, which counts from 1, and comments
+    with the code and name of each region. Lengths are those of the grid: use the units METRIC in a
+    deck of a grid in metres, and FIELD for feet. The paths of all files are returned. `values` has
+    the hydraulic conductivity of each facies, by name or code, in the `unit` "m/s", "m/d" or "mD";
+    `anisotropy` is PERMZ / PERMX, and `thickness` that of a map.
+
+    Raises `CCWSIMError` for a facies without a value, or an unknown unit.
 
     Examples
     --------
@@ -93,16 +107,13 @@ def write_grdecl(
     >>> with TemporaryDirectory() as folder:
     ...     files = write_grdecl(Path(folder) / "grid.grdecl", e, {0: 1e-8, 1: 1e-4})
     >>> [file.name for file in files]
-    ['grid.grdecl', 'grid_1.inc']
+    ['grid.grdecl', 'grid_1.inc', 'grid_1_facies.inc']
     """
     check_type("path", path, str, os.PathLike)
     stem = Path(path)
-    if stem.suffix.lower() != ".grdecl":
-        raise CCWSIMError(
-            f"{shown(stem.name)} must end in .grdecl; other files get their name from it"
-        )
+    format_of(stem, None, ["grdecl"])  # names of other files are made from it
     written = []
-    for ending, content in _grdecl_files(ensemble, values, unit, anisotropy).items():
+    for ending, content in _grdecl_files(ensemble, values, unit, anisotropy, thickness).items():
         written.append(stem.with_name(stem.stem + ending))
         write_bytes(written[-1], content)
     return written
@@ -116,21 +127,25 @@ def to_flopy(
     realization: int = 0,
     west_east: Ends | None = None,
     south_north: Ends | None = None,
+    edge: Edge | None = None,
     wells: Wells | None = None,
     anisotropy: float = 1.0,
+    thickness: float = 1.0,
     unit: str = "m/s",
 ) -> Any:
     """Write a steady MODFLOW 6 model of a realization, and return the flopy simulation.
 
-    Layer 1 is at the top and row 1 in the north. A head on a side is a general-head boundary half a
-    cell away from the centre of a cell. The program `mf6` is not needed; flopy's `get-modflow`
-    installs it, and `simulation.run_simulation()` runs the model. Other arguments are those of
-    `ccwsim.flow.darcy`, which computes the same heads. Raises `CCWSIMError` if flopy is not
-    installed, a facies has no value, or the heads and wells do not suit.
+    Layer 1 is at the top and row 1 in the north. A head at a side or along the outline (`edge`) is
+    a general-head boundary half a cell away from the centre of a cell. The program `mf6` is not
+    needed; flopy's `get-modflow` installs it, and `simulation.run_simulation()` runs the model.
+    Other arguments are those of `ccwsim.flow.darcy`, which computes the same heads. Raises
+    `CCWSIMError` if flopy is not installed, a facies has no value, or heads or wells do not suit.
 
     `values` has the hydraulic conductivity of each facies, by name or code, in the `unit` "m/s" or
-    "m/d", which is also the unit of time of wells. The model is in days, because the solver of
-    MODFLOW loses digits if conductances are tiny. `workspace` is the folder of the model.
+    "m/d", which is also the unit of time of wells (m³/s or m³/d). Heads and `thickness` are in the
+    unit of the grid, metres or, by its coordinate system, feet; degrees are refused. The model is
+    in days, because the solver of MODFLOW loses digits if conductances are tiny. `workspace` is the
+    folder of the model.
 
     Examples
     --------
@@ -146,29 +161,29 @@ def to_flopy(
     check_type("workspace", workspace, str, os.PathLike)
     check_choice("unit", unit, PER_DAY)
     r = check_int("realization", realization, 0, ensemble.n - 1)
-    k, grid = ensemble.property(values)[r], ensemble.grid
+    metres = metres_per_unit(ensemble.grid.crs)
+    k, grid = ensemble.property(values)[r] / metres, ensemble.grid
+    if metres != 1 and isinstance(wells, Mapping):
+        wells = {cell: rate / metres**3 for cell, rate in wells.items()}
     # our solution checks heads and wells; MODFLOW starts from its heads
     solution = darcy(
-        k, grid, west_east=west_east, south_north=south_north, wells=wells, anisotropy=anisotropy
-    )
-    volume = (lambda a: a) if grid.nz is not None else (lambda a: a[None])
+        k, grid, west_east=west_east, south_north=south_north, edge=edge, wells=wells,
+        anisotropy=anisotropy, thickness=thickness,
+    )  # fmt: skip
+    volume = (lambda a: a) if grid.is_volume else (lambda a: a[None])
     k, heads = volume(k) * PER_DAY[unit], np.nan_to_num(volume(solution.heads))
     active, k = ~np.isnan(k), np.nan_to_num(k, nan=1.0)
     nz, ny, nx = k.shape
-    dx, dy, dz = (*grid.cell_size, 1.0)[:3]
+    dx, dy, dz = cell_sizes(grid, thickness)
     bottom = (*grid.origin, 0.0)[2]
+    faces = solution.fixed_faces
+    conductances = (faces.conductances * PER_DAY[unit]).tolist()
     rows: list[list[Any]] = []
-    active_cells = np.argwhere(active)
-    for axis, ends, factor in ((2, west_east, dy * dz / dx), (1, south_north, dx * dz / dy)):
-        for end, head in zip((0, k.shape[axis] - 1), ends or (None, None), strict=True):
-            if head is not None:
-                side = active_cells[active_cells[:, axis] == end]
-                each = np.broadcast_to(np.asarray(head, float), np.delete(k.shape, axis))
-                for (z, y, x), position in zip(
-                    side.tolist(), np.delete(side, axis, 1), strict=True
-                ):
-                    numbers = float(each[tuple(position)]), float(2 * factor * k[z, y, x])
-                    rows.append([(nz - 1 - z, ny - 1 - y, x), *numbers])
+    for cell, head, conductance in zip(
+        faces.cells.tolist(), faces.heads.tolist(), conductances, strict=True
+    ):
+        z, y, x = (0, *cell)[-3:]
+        rows.append([(nz - 1 - z, ny - 1 - y, x), head, conductance])
     simulation = mf6.MFSimulation(sim_name=MODEL, sim_ws=os.fspath(workspace), verbosity_level=0)
     mf6.ModflowTdis(simulation, time_units="days")
     mf6.ModflowIms(
@@ -180,7 +195,8 @@ def to_flopy(
     mf6.ModflowGwfdis(
         model, nlay=nz, nrow=ny, ncol=nx, delr=dx, delc=dy, top=bottom + nz * dz,
         botm=botm, idomain=active[::-1, ::-1].astype(int),
-        xorigin=grid.origin[0], yorigin=grid.origin[1], length_units="meters",
+        xorigin=grid.origin[0], yorigin=grid.origin[1],
+        length_units=LENGTH_UNITS.get(round(metres, 4)),
     )  # fmt: skip
     mf6.ModflowGwfic(model, strt=heads[::-1, ::-1])
     flipped = k[::-1, ::-1]

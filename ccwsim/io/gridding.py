@@ -10,13 +10,12 @@ from operator import add, le
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile, Geometry
 from ccwsim.io.formats.text_tables import numbered
 from ccwsim.io.hard_data import columns as of_data
 from ccwsim.io.limits import limits
-from ccwsim.model.arrays import check_int, is_integer
+from ccwsim.model.arrays import Array, Floats, Ints, Mask, Shape, check_int, is_integer
 from ccwsim.model.errors import CCWSIMError, refused, shown
 
 Crop = tuple[int, int, int, int] | None  # first row from the south and column, numbers of both
@@ -52,7 +51,7 @@ class FilePart:
         """Return the part given by arguments of `read_training_image`."""
         return cls(**{name: answers[name] for name in _ARGUMENTS if name in answers})
 
-    def box(self, name: str, shape: tuple[int, ...]) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    def box(self, name: str, shape: Shape) -> tuple[tuple[int, ...], tuple[int, ...]]:
         """Return first cell and sides of this part of a shape; sides are multiples of `every`."""
         row, column, ny, nx = self.crop or (0, 0, *shape[-2:])
         layer, nz = self.layers or (0, *shape[:-2], 1)[:2]
@@ -66,7 +65,7 @@ class FilePart:
         k, n = self.every, len(shape)
         return first[-n:], (nz, ny - ny % k, nx - nx % k)[-n:]
 
-    def of(self, name: str, grid: NDArray) -> NDArray:
+    def of(self, name: str, grid: Array) -> Array:
         """Return this part of a grid of shape (ny, nx) or (nz, ny, nx), row 0 in the south."""
         first, sides = self.box(name, grid.shape)
         piece = grid[tuple(map(slice, first, map(add, first, sides)))]
@@ -78,13 +77,13 @@ _NUMBERS = {"crop": "(row, column, rows, columns)", "layers": "(first layer, num
 """Arguments that have several numbers, and the meaning of the numbers."""
 
 
-def thinning(shape: tuple[int, ...], copies: float = 1.0) -> int:
+def thinning(shape: Shape, copies: float = 1.0) -> int:
     """Return the smallest `every` with which `copies` of a grid are within the limit of cells."""
     n_cells = prod(shape) * copies
     return min(max(1, ceil(sqrt(n_cells / limits().cells))), min(shape[-2:]))
 
 
-def largest_without_gaps(filled: NDArray[np.bool_]) -> tuple[int, int, int, int]:
+def largest_without_gaps(filled: Mask) -> tuple[int, int, int, int]:
     """Return first row, first column, rows and columns of the largest known rectangle."""
     ny, nx = filled.shape
     heights = np.zeros(nx + 1, np.int64)  # the extra column of height 0 ends the last rectangle
@@ -113,7 +112,7 @@ MAX_AXIS_CELLS = 2**31  # maximum number of cells along an axis
 CENTRE_TOLERANCE = 1e-3  # maximum deviation of a coordinate from the centre of its cell, in cells
 
 
-def as_grid(file: DataFile, shape: tuple[int, ...] | None = None) -> DataFile:
+def as_grid(file: DataFile, shape: Shape | None = None) -> DataFile:
     """Return a table with one row per cell as a grid; return other files unchanged.
 
     Cells without a row are NaN.
@@ -127,12 +126,13 @@ def as_grid(file: DataFile, shape: tuple[int, ...] | None = None) -> DataFile:
     if {*file.names} == {x, y, height}:  # the third number is the value
         height = ""
     axes = [name for name in (height, y, x) if name in file.variables]
-    grid_axes = [_axis(file.variables[name]) for name in axes] if len(axes) > 1 else []
+    axes = axes if len(axes) > 1 else []
+    grid_axes = [_axis(of_data.upward(name, file.variables[name])) for name in axes]
     sides = tuple(axis.n for axis in grid_axes)
     n_rows = len(next(iter(file.variables.values())))
     few = n_rows < MIN_ROWS or not {x, y} <= file.variables.keys()
     if few or not grid_axes or 0 in sides or prod(sides) > min(n_rows / MIN_FILLED, limits().whole):
-        raise CCWSIMError(f"{file.name} contains points, not an image; use it as hard data")
+        raise refused("points_no_image", name=file.name)
     cell_indices = np.ravel_multi_index(tuple(axis.indices for axis in grid_axes), sides)
     if len(np.unique(cell_indices)) < n_rows:
         raise CCWSIMError(f"{file.name}: several rows have the same coordinates; keep one of them")
@@ -153,14 +153,14 @@ def as_grid(file: DataFile, shape: tuple[int, ...] | None = None) -> DataFile:
 def part_of_grid(
     file: DataFile,
     part: FilePart,
-    shape: tuple[int, ...] | None = None,
+    shape: Shape | None = None,
     *,
     up: bool | None = None,
     z_up: bool | None = None,
 ) -> DataFile:
     """Return a file with a part of its grids; a grid one cell wide becomes a vertical section."""
     south_first = file.south_first if up is None else up
-    rights = ((-2, south_first), (-3, z_up is not False))
+    rights = ((-2, south_first), (-3, z_up in (None, file.bottom_first)))
     flipped = tuple(axis for axis, right in rights if not right)
     grids = {key: file.grid_of(key, shape) for key in file.variables}
     if section := all(len(grid) > 1 and 1 in grid.shape[1:] for grid in grids.values()):
@@ -189,13 +189,13 @@ def _of_rows(file: DataFile) -> DataFile:
 class _Axis(NamedTuple):
     """The cells of a grid along one axis."""
 
-    indices: NDArray[np.int64]  # index of the cell of each row of a table
+    indices: Ints  # index of the cell of each row of a table
     n: int  # number of cells; 0 if the coordinates are not equally spaced
     size: float
     start: float  # outer side of the first cell
 
 
-def _axis(places: NDArray[np.float64]) -> _Axis:
+def _axis(places: Floats) -> _Axis:
     """Return the cells along an axis whose centres are the coordinates of a table."""
     different = np.unique(places)
     if not np.isfinite(different).all():
@@ -214,7 +214,7 @@ def _axis(places: NDArray[np.float64]) -> _Axis:
 
 def _columns(
     file: DataFile, axes: list[str]
-) -> tuple[dict[str, NDArray[np.float64]], dict[str, tuple[str, ...]]]:
+) -> tuple[dict[str, Floats], dict[str, tuple[str, ...]]]:
     """Return the columns that are not coordinates; words become codes, with labels."""
     columns = {name: values for name, values in file.variables.items() if name not in axes}
     labels = {}

@@ -17,6 +17,7 @@ from functools import cache, partial
 from io import BytesIO
 from typing import Any, NamedTuple, TypeVar
 
+from ccwsim import CCWSIMError
 from ccwsim.io.data_file import printable
 from ccwsim.io.limits import MIB, FileLimits, limited
 from ccwsim.jobs.child import (
@@ -29,7 +30,6 @@ from ccwsim.jobs.child import (
 )
 from ccwsim.jobs.memo import Memo
 from ccwsim.jobs.scheduler import PAGE_TURNS
-from ccwsim.model.errors import CCWSIMError
 from ccwsim.system.memory import free_memory, give_back_memory
 
 Result = TypeVar("Result")

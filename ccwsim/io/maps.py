@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from io import BytesIO
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
-from ccwsim.io.atomic import format_of, write_bytes
+from ccwsim import Grid
+from ccwsim.io.atomic import check_format, format_of, write_bytes
 from ccwsim.io.data_file import printable
 from ccwsim.io.formats.grdecl import grdecl_as_bytes
 from ccwsim.io.formats.labelled import netcdf_as_bytes
@@ -15,9 +15,8 @@ from ccwsim.io.formats.rasters import geotiff_as_bytes
 from ccwsim.io.formats.text_grids import grid_as_bytes
 from ccwsim.io.formats.vti import vti_as_bytes
 from ccwsim.io.opening import PathOrFile
-from ccwsim.model.arrays import as_array
+from ccwsim.model.arrays import Array, ArrayLike, as_array
 from ccwsim.model.errors import CCWSIMError, shown
-from ccwsim.model.grid import Grid
 
 MAP_FORMATS = ("npz", "gslib", "sgems", "dat", "grdecl", "vti", "tif", "nc")
 """Formats of maps, named by file ending."""
@@ -53,9 +52,12 @@ def write_maps(
     write_bytes(path_or_file, maps_as_bytes(maps, grid, kind))
 
 
-def maps_as_bytes(maps: Mapping[str, ArrayLike], grid: Grid, format: str) -> bytes:
+def maps_as_bytes(
+    maps: Mapping[str, ArrayLike], grid: Grid, format: str, decimals: int | None = DECIMALS
+) -> bytes:
     """Return the file content that `write_maps` writes, for a download."""
     kind = format_of(None, format, MAP_FORMATS)
+    check_format(kind, (len(maps), *grid.shape))
     checked = {name: _map(name, values, grid) for name, values in maps.items()}
     if not checked:
         raise CCWSIMError("there are no maps to write; give at least one")
@@ -71,13 +73,14 @@ def maps_as_bytes(maps: Mapping[str, ArrayLike], grid: Grid, format: str) -> byt
         name: values if values.dtype.kind != "f" else np.nan_to_num(values, nan=NO_VALUE)
         for name, values in checked.items()
     }
-    rounded = {name: values.round(DECIMALS) for name, values in rounded.items()}
+    if decimals is not None:
+        rounded = {name: values.round(decimals) for name, values in rounded.items()}
     if kind == "grdecl":
         return grdecl_as_bytes(rounded, grid)
     return grid_as_bytes([*rounded.values()], [*rounded], grid)
 
 
-def _map(name: str, values: ArrayLike, grid: Grid) -> NDArray:
+def _map(name: str, values: ArrayLike, grid: Grid) -> Array:
     if not isinstance(name, str) or not name or name != printable(name):
         raise CCWSIMError(f"{shown(name)} cannot be a map name; give a short text on one line")
     array = as_array(values, name)
@@ -91,7 +94,7 @@ def _map(name: str, values: ArrayLike, grid: Grid) -> NDArray:
     return array.astype(np.float32) if array.dtype == np.float16 else array
 
 
-def _maps_npz(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
+def _maps_npz(maps: Mapping[str, Array], grid: Grid) -> bytes:
     content = BytesIO()
     place = place_arrays(grid)
     if place.keys() & maps.keys():

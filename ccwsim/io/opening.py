@@ -15,7 +15,13 @@ from numpy.typing import NDArray
 
 from ccwsim.io.data_file import DataFile, broken, printable
 from ccwsim.io.formats import pictures
-from ccwsim.io.formats.gis import GIS_FILES, is_shapefile_zip, read_geojson, read_gis
+from ccwsim.io.formats.gis import (
+    GIS_FILES,
+    is_shapefile_zip,
+    pack_shapefile,
+    read_geojson,
+    read_gis,
+)
 from ccwsim.io.formats.grdecl import is_grdecl, read_grdecl, read_irap
 from ccwsim.io.formats.labelled import read_hdf5, read_netcdf
 from ccwsim.io.formats.matlab import is_matlab4, read_matlab, read_matlab4
@@ -29,7 +35,7 @@ from ccwsim.io.formats.vti import is_vti, read_vti
 from ccwsim.io.gridding import FilePart, as_grid, part_of_grid
 from ccwsim.io.isolated import IsolatedFile
 from ccwsim.io.limits import check, check_arrays, limited, limits
-from ccwsim.model.arrays import is_table
+from ccwsim.model.arrays import Array, Shape, is_table
 from ccwsim.model.classes import are_codes
 from ccwsim.model.errors import CCWSIMError, refused
 from ccwsim.model.extras import is_installed
@@ -86,9 +92,15 @@ def kind_of(content: bytes) -> str:
         return "vti"
     if content.startswith(b"BM") and content[6:10] == bytes(4):
         return "picture"
+    return "unknown" if b"\x00" in content[:65536] and not _utf16(content) else "text"
+
+
+def _utf16(content: bytes) -> str:
+    """Return the codec of a text in UTF-16, with a byte order mark or without; empty for others."""
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return "text"
-    return "unknown" if b"\x00" in content[:65536] else "text"
+        return "utf-16"
+    halves = {"utf-16-le": content[1:200:2], "utf-16-be": content[:200:2]}
+    return next((codec for codec, zeros in halves.items() if not zeros.strip(b"\x00")), "")
 
 
 def _of_path(path: Path) -> tuple[bytes, str]:
@@ -97,7 +109,10 @@ def _of_path(path: Path) -> tuple[bytes, str]:
             raise CCWSIMError(f"{path} is not a file")
         check(path.name, bytes=path.stat().st_size)
         with path.open("rb") as file:
-            return file.read(limits().bytes + 1), printable(path.name) or "file"
+            content = file.read(limits().bytes + 1)
+        if kind_of(content) == "shp":
+            content = pack_shapefile(path)
+        return content, printable(path.name) or "file"
 
 
 def _of_object(file: Any) -> tuple[bytes, str]:
@@ -181,7 +196,7 @@ def open_content(
     content: bytes, name: str, part: FilePart | None = None, *, up: bool | None = None
 ) -> DataFile | pictures.PictureFile:
     """Return the variables or the colours in the content of a file."""
-    kind, content = _recognized(content, name)
+    kind, content = recognized(content, name)
     if kind in _LAST and (format_name := refusal(content)):
         raise CCWSIMError(f"{name} is {format_name}")
     if kind in READERS:
@@ -197,7 +212,7 @@ def refusal(content: bytes) -> str:
     return next(fits, "")
 
 
-def _recognized(content: bytes, name: str) -> tuple[str, bytes]:
+def recognized(content: bytes, name: str) -> tuple[str, bytes]:
     """Return the kind of a file, a key of `READERS` if it can be read, and texts in UTF-8."""
     kind = kind_of(content)
     if kind == "tiff" and not (is_installed("rasterio") and is_map(content, name)):
@@ -210,9 +225,9 @@ def _recognized(content: bytes, name: str) -> tuple[str, bytes]:
 
 def _plain_text(content: bytes, name: str) -> bytes:
     """Return a text in UTF-8 without byte order mark and with LF or CRLF line ends."""
-    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
+    if codec := _utf16(content):
         with broken(f"{name}: the UTF-16 text is broken; save it as UTF-8", UnicodeError):
-            content = content.decode("utf-16").encode()
+            content = content.decode(codec).encode()
     content = content.removeprefix(b"\xef\xbb\xbf").rstrip(b"\x1a\r\n\t ")
     try:
         if not content.isascii():
@@ -231,7 +246,7 @@ class VariableSummary:
     """Summary of one variable in a file."""
 
     name: str
-    shape: tuple[int, ...]
+    shape: Shape
     """Shape of the variable: (nz, ny, nx) for a grid, (n,) for a column."""
     n_known: int
     """Number of cells or rows with a value."""
@@ -259,6 +274,8 @@ class FileSummary:
     """Whether the file is a picture, whose colours become facies."""
     asks_up: bool
     """Whether the format does not define which row is the north."""
+    bottom_first: bool
+    """Whether the first layer in the file is the bottom."""
     cell_size: tuple[float, ...] | None
     origin: tuple[float, ...] | None
     """Cell size and origin in the file, if it has them."""
@@ -282,44 +299,24 @@ def inspect(path_or_file: PathOrFile, part: FilePart | None = None) -> FileSumma
     >>> summary.kind, summary.variables[0].n_known, summary.variables[0].continuous
     ('SGeMS/GSLIB grid', 1, True)
     """
-    file = open_file(path_or_file, part)
-    if isinstance(file, pictures.PictureFile):
-        return _of_picture(file)
-    variables = tuple(_variable(file, key) for key in file.variables)
+    opened = open_file(path_or_file, part)
+    is_picture = isinstance(opened, pictures.PictureFile)
+    file = opened.grid() if is_picture else opened
+    variables = [_variable(file, key) for key in file.variables]
+    if is_picture:
+        n = min(len(pictures.distinct_colours(opened.rgb)[0]), MAX_COUNTED_VALUES)
+        continuous = n > pictures.MAX_COLOURS and not opened.says_codes
+        variables = [replace(variables[0], n_distinct=n, continuous=continuous)]
     return FileSummary(
         kind=file.kind,
         name=file.name,
-        variables=variables,
+        variables=tuple(variables),
         is_table=file.is_table,
-        is_picture=False,
+        is_picture=is_picture,
         asks_up=file.asks_up,
+        bottom_first=file.bottom_first,
         cell_size=file.geometry.cell_size[:2] or None,
         origin=file.geometry.origin[:2] or None,
-    )
-
-
-def _of_picture(picture: pictures.PictureFile) -> FileSummary:
-    colours, _ = pictures.distinct_colours(picture.rgb)
-    n, grey = len(colours), pictures.grey_of(colours)
-    ny, nx, _ = picture.rgb.shape
-    variable = VariableSummary(
-        name="grey",
-        shape=(1, ny, nx),
-        n_known=ny * nx,
-        n_distinct=min(n, MAX_COUNTED_VALUES),
-        minimum=float(grey.min()),
-        maximum=float(grey.max()),
-        continuous=n > pictures.MAX_COLOURS and not picture.says_codes,
-    )
-    return FileSummary(
-        kind="picture",
-        name=picture.name,
-        variables=(variable,),
-        is_table=False,
-        is_picture=True,
-        asks_up=False,
-        cell_size=None,
-        origin=None,
     )
 
 
@@ -337,7 +334,7 @@ def _variable(file: DataFile, key: str) -> VariableSummary:
     )
 
 
-def _n_distinct(values: NDArray) -> int:
+def _n_distinct(values: Array) -> int:
     seen = values[:0]
     for start in range(0, values.size, 2**20):
         seen = np.union1d(seen, values[start : start + 2**20])

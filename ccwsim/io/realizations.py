@@ -4,31 +4,30 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, fields, replace
 from io import BytesIO
-from math import ceil, sqrt
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from ccwsim import Ensemble, Grid, HardData, Parameters, Secondary, TrainingImage
-from ccwsim.io.atomic import format_of, write_bytes
+from ccwsim.io.atomic import check_format, format_of, write_bytes
 from ccwsim.io.data_file import DataFile, printable
+from ccwsim.io.formats.grdecl import geometry_as_bytes, regions_as_bytes
 from ccwsim.io.formats.labelled import realizations_as_netcdf
 from ccwsim.io.formats.numpy_files import npz_arrays, one_value, place_arrays, read_npy
-from ccwsim.io.formats.pictures import PictureFile, picture_as_bytes
+from ccwsim.io.formats.pictures import SHEET_GAP, PictureFile, picture_as_bytes, sheet_layout
+from ccwsim.io.formats.rasters import geotiff_as_bytes
 from ccwsim.io.maps import maps_as_bytes
 from ccwsim.io.opening import PathOrFile, kind_of, open_content, read_bytes
 from ccwsim.io.secondary import KINDS_OF_ARRAYS, arrays_of_secondary, secondary_of_arrays
 from ccwsim.model import arrays
+from ccwsim.model.arrays import Array, ArrayLike, Bytes
 from ccwsim.model.errors import CCWSIMError, refused, shown
+from ccwsim.model.facies_match import match_facies
 from ccwsim.model.missing import UNKNOWN
 from ccwsim.model.study import Study
 
 REALIZATION_FORMATS = ("npz", "gslib", "sgems", "dat", "grdecl", "png", "vti", "tif", "nc")
 """Formats of realizations, named by file ending."""
-
-MAX_SHEET_PIXELS = 50_000_000  # pixels in a contact sheet; many viewers reject larger pictures
-
-SHEET_GAP = 4  # width of the white gap between the maps of a contact sheet, in cells
 
 
 def write_realizations(
@@ -59,40 +58,58 @@ def realizations_as_bytes(
 
     `npz` contains `realizations` (n, ny, nx) or (n, nz, ny, nx) as facies codes, and everything
     that `read_realizations` needs to restore the ensemble: `training_image`, `image_name`,
-    `codes`, `facies_names`, `parameters` (JSON), `seed`, `hard_cells`, `hard_facies`, `met_by`,
-    `numbers`, `revised`, `cpu_seconds`, `wall_seconds`, `cell_size`, `origin`, `crs`, and secondary
-    information. Inactive cells have −9999 in text files and NaN in others.
+    `codes`, `facies_names`, `numbering`, `parameters` (JSON), `seed`, `hard_cells`, `hard_facies`,
+    `met_by`, `numbers`, `revised`, `cpu_seconds`, `wall_seconds`, `cell_size`, `origin`, `crs`, and
+    secondary information. Inactive cells have −9999 in text files and NaN in others.
     `gslib`, `sgems` and `dat` have one column per realization, with cells from the south-west (x
-    fastest); line 1 has cell size and origin. `grdecl` has the geometry and a keyword FACIES_1, …
-    per realization, `vti` an array per realization, and `tif` a band per realization, north up
-    (needs rasterio). `nc` is `Ensemble.to_xarray` as a file (needs xarray).
-    `png` is one map or a contact sheet, north up. `tif` and `png` cannot contain volumes.
+    fastest); line 1 has cell size and origin. `grdecl` has the geometry and region keywords FIP1, …
+    that count from 1, with the codes in comments. `vti` has an array per realization, and `tif` a
+    band of bytes per realization, north up, with names of facies as tags, and a colour table for
+    one realization (needs rasterio). `nc` is `Ensemble.to_xarray` as a file (needs xarray). `png`
+    is one map or a contact sheet, north up. `tif` and `png` cannot contain volumes.
+
+    Realizations of a continuous variable are written as values, with all digits; `npz` has them in
+    `values`, and `image_values`, `hard_values`, `variable` and `units`. `grdecl` and `png` are
+    refused.
 
     Raises `CCWSIMError` for no realizations, or too many for a PNG.
     """
     kind = format_of(None, format, REALIZATION_FORMATS)
     if not ensemble.n:
         raise CCWSIMError("there are no realizations to write; simulate some first")
+    check_format(kind, ensemble.shape)
+    if ensemble.values and kind in ("png", "grdecl"):
+        raise refused("format_of_values", kind=kind)
     if kind == "npz":
         return _ensemble_npz(ensemble)
     if kind == "png":
-        if ensemble.grid.nz is not None:
-            raise CCWSIMError("a PNG can show maps, not volumes; write npz, vti or gslib")
         n_facies = ensemble.training_image.n_facies
         return picture_as_bytes(_sheet(ensemble.indices, n_facies), n_facies, colours)
     if kind == "nc":
         return realizations_as_netcdf(ensemble.to_xarray())
-    word = "facies" if kind == "grdecl" else "realization"
-    maps = {f"{word}_{k + 1}": one for k, one in enumerate(ensemble)}
-    return maps_as_bytes(maps, ensemble.grid, kind)
+    if kind == "grdecl":
+        regions = {f"FIP{k + 1}": one for k, one in enumerate(ensemble.indices)}
+        geometry = geometry_as_bytes(ensemble.grid, ensemble.active)
+        return geometry + regions_as_bytes(regions, ensemble.training_image)
+    name, stack = next(iter(ensemble.values.items()), ("realization", ensemble))
+    maps = {f"{name}_{k + 1}": one for k, one in enumerate(stack)}
+    if kind == "tif" and ensemble.values:
+        return geotiff_as_bytes(maps, ensemble.grid, kind="float64")
+    if kind == "tif":
+        names = ensemble.training_image.names_by_code
+        return geotiff_as_bytes(maps, ensemble.grid, names, colours)
+    return maps_as_bytes(maps, ensemble.grid, kind, decimals=None)
 
 
+KINDS_OF_VALUES = {"image_values": "f", "hard_values": "f", "variable": "U", "units": "U"}
+"""NumPy kinds of the arrays of `arrays_of_values`, by name."""
 _MEMBERS = {
     **dict.fromkeys(("realizations", "codes", "training_image"), "buif"),
-    **dict.fromkeys(("image_name", "facies_names", "parameters", "crs"), "U"),
+    **dict.fromkeys(("image_name", "facies_names", "numbering", "parameters", "crs"), "U"),
     **dict.fromkeys(("seed", "hard_cells", "hard_facies", "numbers"), "ui"),
     **dict.fromkeys(("cpu_seconds", "wall_seconds", "cell_size", "origin"), "f"),
-    **{"met_by": "i", "revised": "b"},
+    **{"met_by": "i", "revised": "b", "values": "f"},
+    **KINDS_OF_VALUES,
     **KINDS_OF_ARRAYS,
 }
 """The members of an npz of realizations, and the NumPy kinds allowed for each."""
@@ -103,7 +120,8 @@ def read_realizations(
 ) -> Ensemble:
     """Return the realizations of a file.
 
-    Raises `CCWSIMError` if the file has no realizations, or facies that the training image lacks.
+    A warning names facies that are matched by number although the training image has no codes of
+    its own. Raises `CCWSIMError` if the file has no realizations, or facies that the image lacks.
 
     The file is an npz written by `write_realizations`; a GSLIB or SGeMS grid, GRDECL, VTK
     ImageData, GeoTIFF or NetCDF with one realization per variable; or an npy array, as written by
@@ -133,24 +151,32 @@ def read_realizations(
         raise CCWSIMError(message if message.startswith(name) else f"{name}: {message}") from error
 
 
-def _of_npz(members: Mapping[str, NDArray], image: TrainingImage | None) -> Ensemble:
+def _of_npz(members: Mapping[str, Array], image: TrainingImage | None) -> Ensemble:
     stack = members.get("realizations", np.empty(0))
     if stack.ndim not in (3, 4) or not stack.size:
         raise refused("no_realizations")
     n, *shape = stack.shape
-    if image is None and "training_image" in members:
+    numbering = "codes"
+    if "training_image" in members:
         names = members.get("facies_names")
         if names is not None and names.ndim != 1:
             raise CCWSIMError("facies_names must be a list; save it again")
         names = None if names is None else [printable(name) for name in names.tolist()]
         label = printable(str(one_value(members, "image_name", "")))
-        image = TrainingImage(members["training_image"], name=label, facies_names=names)
+        saved_image = TrainingImage(
+            members["training_image"],
+            name=label,
+            facies_names=names,
+            numbering=printable(str(one_value(members, "numbering", "codes"))),
+            **values_of_image(members),
+        )
+        image, numbering = image or saved_image, saved_image.numbering_of_data
     if image is None and "codes" in members:
         image = _stand_in(members["codes"], len(shape))
     place = {key: members[key].tolist() for key in ("cell_size", "origin") if key in members}
     place["crs"] = str(one_value(members, "crs", ""))
-    hard_data = HardData(members.get("hard_cells", ()), members.get("hard_facies", ()))
-    ensemble = _ensemble(stack, replace(Grid.of(shape), **place), image)
+    hard_data = data_of_arrays(members)
+    ensemble = _ensemble(stack, replace(Grid.of(shape), **place), image, numbering)
     hard_data.check(ensemble.grid, ensemble.training_image)
     study = replace(
         ensemble.study,
@@ -167,6 +193,10 @@ def _of_npz(members: Mapping[str, NDArray], image: TrainingImage | None) -> Ense
         data_status=_of_shape(members, "met_by", np.zeros((n, hard_data.n), np.int16)),
         numbers=_of_shape(members, "numbers", ensemble.numbers),
         revised=bool(one_value(members, "revised", "seed" not in members)),
+        values=dict.fromkeys(
+            values_of_image(members).get("values", ()),
+            _of_shape(members, "values", np.zeros(stack.shape)),
+        ),
     )
 
 
@@ -180,17 +210,26 @@ def _of_grids(file: DataFile | PictureFile, image: TrainingImage | None) -> Ense
         layers = [grid[0] for grid in layers]
     if len({layer.shape for layer in layers}) > 1:
         raise CCWSIMError("variables differ in size; realizations must have equal sizes")
-    codes = () if image is None else image.codes  # −99, for example, may be a facies
+    continuous = image if image and image.values else None
+    codes = () if image is None or continuous else image.codes  # −99 may be a facies
     valid_masks = [file.known(layer) | np.isin(layer, codes) for layer in layers]
     maps = [
         layer if valid.all() else np.where(valid, layer, np.nan)
         for valid, layer in zip(valid_masks, layers, strict=True)
     ]
     stack = np.stack(maps)[..., :: 1 if file.south_first else -1, :]
-    return _ensemble(stack, file.geometry.grid(stack.shape[1:]), image)
+    grid = file.geometry.grid(stack.shape[1:])
+    if continuous is None:
+        return _ensemble(stack, grid, image)
+    values = stack.astype(np.float64)
+    classes = np.where(np.isnan(values), np.nan, continuous.class_indices(values))
+    ensemble = _ensemble(classes, grid, image, continuous.numbering_of_data)
+    return replace(ensemble, values={continuous.variable: values})
 
 
-def _ensemble(stack: NDArray, grid: Grid, image: TrainingImage | None) -> Ensemble:
+def _ensemble(
+    stack: Array, grid: Grid, image: TrainingImage | None, numbering: str = "codes"
+) -> Ensemble:
     """Return realizations as an ensemble; cells that are NaN in all realizations are inactive."""
     active = None
     if stack.dtype.kind == "f":
@@ -203,9 +242,7 @@ def _ensemble(stack: NDArray, grid: Grid, image: TrainingImage | None) -> Ensemb
     present_codes = {int(code) for one in integers for code in arrays.codes_of(one)}
     image = image or _stand_in(np.array(sorted(present_codes)), grid.n_dimensions)
     if image.n_dimensions != grid.n_dimensions:
-        contents, image_contents = (
-            ("volumes", "a map") if grid.nz is not None else ("maps", "a volume")
-        )
+        contents, image_contents = ("volumes", "a map") if grid.is_volume else ("maps", "a volume")
         raise CCWSIMError(
             f"the file contains {contents}, but the training image is {image_contents}"
         )
@@ -220,6 +257,9 @@ def _ensemble(stack: NDArray, grid: Grid, image: TrainingImage | None) -> Ensemb
     else:
         indices = np.full(stack.shape, UNKNOWN, np.uint8)
         indices[:, active] = np.searchsorted(image.codes, np.stack(integers))
+    counts = np.bincount(indices.ravel(), minlength=UNKNOWN)[: image.n_facies]
+    codes, shares = image.codes.tolist(), (counts / counts.sum()).tolist()
+    match_facies(codes, image, numbering=numbering, shares=shares).warn("realizations")
     secondary = None if active is None else Secondary(active=active).fitted(grid, image)
     return Ensemble(
         study=Study(image, grid, secondary=secondary, checked=False),
@@ -232,12 +272,41 @@ def _ensemble(stack: NDArray, grid: Grid, image: TrainingImage | None) -> Ensemb
     )
 
 
-def _stand_in(codes: NDArray, n_dimensions: int) -> TrainingImage:
+def _stand_in(codes: Array, n_dimensions: int) -> TrainingImage:
     """Return an image with one cell per code, as a substitute for an unknown training image."""
     return TrainingImage(codes.reshape([1] * (n_dimensions - 1) + [-1]))
 
 
-def _of_shape(members: Mapping[str, NDArray], key: str, default: NDArray) -> NDArray:
+def arrays_of_values(study: Study) -> dict[str, Array]:
+    """Return the values of a continuous variable in a study as arrays; none for facies."""
+    image = study.training_image
+    if not image.values:
+        return {}
+    return {
+        "image_values": image.values[image.variable],
+        "hard_values": study.hard_data.values.get(image.variable, np.empty(0)),
+        "variable": np.array(image.variable),
+        "units": np.array(image.units),
+    }
+
+
+def values_of_image(members: Mapping[str, Array]) -> dict[str, Any]:
+    """Return the arguments of a training image in arrays of `arrays_of_values`."""
+    if "image_values" not in members:
+        return {}
+    name, units = (printable(str(one_value(members, key, ""))) for key in ("variable", "units"))
+    return {"values": {name: members["image_values"]}, "units": units}
+
+
+def data_of_arrays(members: Mapping[str, Array]) -> HardData:
+    """Return the hard data in arrays."""
+    measured = members.get("hard_values", np.empty(0))
+    names = values_of_image(members).get("values", ()) if measured.size else ()
+    cells, facies = members.get("hard_cells", ()), members.get("hard_facies", ())
+    return HardData(cells, facies, values=dict.fromkeys(names, measured))
+
+
+def _of_shape(members: Mapping[str, Array], key: str, default: Array) -> Array:
     values = members.get(key, default)
     if values.shape != default.shape:
         raise CCWSIMError(f"{key} has shape {values.shape}, not {default.shape}; save it again")
@@ -258,6 +327,7 @@ def _ensemble_npz(ensemble: Ensemble) -> bytes:
         training_image=image.array,
         image_name=np.array(image.name),
         facies_names=np.array(image.facies_names),
+        numbering=np.array(image.numbering),
         parameters=np.array(parameters_to_json(ensemble.parameters)),
         seed=np.array(ensemble.seed),
         cpu_seconds=ensemble.cpu_seconds,
@@ -267,24 +337,23 @@ def _ensemble_npz(ensemble: Ensemble) -> bytes:
         met_by=ensemble.data_status,
         numbers=ensemble.numbers,
         revised=np.array(ensemble.revised),
+        **({"values": ensemble.values_of()} if ensemble.values else {}),
+        **arrays_of_values(ensemble.study),
         **place_arrays(ensemble.grid),
         **arrays_of_secondary(ensemble.secondary),
     )
     return content.getvalue()
 
 
-def _sheet(indices: NDArray[np.uint8], white: int) -> NDArray[np.uint8]:
+def _sheet(indices: Bytes, white: int) -> Bytes:
     """Return one picture of all maps, north up; the first is at the top left, gaps are white."""
     n, ny, nx = indices.shape
-    columns = min(n, max(1, ceil(sqrt(n * ny / nx))))
-    rows = ceil(n / columns)
-    shape = (rows * (ny + SHEET_GAP) - SHEET_GAP, columns * (nx + SHEET_GAP) - SHEET_GAP)
-    if shape[0] * shape[1] > MAX_SHEET_PIXELS or max(shape) > 65_000:
-        raise CCWSIMError(f"a picture of {n} realizations is too large; write fewer, or an npz")
-    sheet = np.full(shape, white, np.uint8)
+    rows, columns = sheet_layout(n, ny, nx)
+    high, wide = ny + SHEET_GAP, nx + SHEET_GAP
+    sheet = np.full((rows * high - SHEET_GAP, columns * wide - SHEET_GAP), white, np.uint8)
     for k, one in enumerate(indices):
         row, column = rows - 1 - k // columns, k % columns
-        south, west = row * (ny + SHEET_GAP), column * (nx + SHEET_GAP)
+        south, west = row * high, column * wide
         sheet[south : south + ny, west : west + nx] = np.minimum(one, white)
     return sheet
 

@@ -1,33 +1,35 @@
 """Read secondary information: probabilities, other variables, active cells, and angles."""
 
 import json
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, cast
+from pathlib import PurePath
+from typing import Any, Literal, cast
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ccwsim import CCWSIMError, Grid, TrainingImage
 from ccwsim.io.data_file import DataFile, listed
+from ccwsim.io.formats.gis import GIS_FILES, as_geojson
 from ccwsim.io.formats.numpy_files import one_value
-from ccwsim.io.formats.pictures import PictureFile
+from ccwsim.io.formats.pictures import PictureFile, is_grey
 from ccwsim.io.gridding import as_grid
-from ccwsim.io.hard_data.columns import is_points
+from ccwsim.io.hard_data import columns as of_data
 from ccwsim.io.isolated import IsolatedFile
 from ccwsim.io.limits import limits
-from ccwsim.io.opening import PathOrFile, open_file, read_bytes
-from ccwsim.model.arrays import as_floats, describe_shape, frozen
+from ccwsim.io.opening import PathOrFile, open_file, read_bytes, recognized
+from ccwsim.io.places import check_place, on_grid
+from ccwsim.model.arrays import Array, ArrayLike, Floats, as_floats, describe_shape, frozen
 from ccwsim.model.bounds import MAX_IMAGES
 from ccwsim.model.errors import refused, shown
+from ccwsim.model.facies_match import code_or_name
 from ccwsim.model.numbers import plural
 from ccwsim.model.secondary import Auxiliary, Secondary, cells_in_polygon
 
-PREFIX = "p_"  # start, in lower case, of the names of probabilities, such as `P_sand`
-CURVE_COLUMNS = (
-    "z",
-    "layer",
-)  # first columns of a vertical curve, which has one row for each layer
+PREFIX = re.compile(r"(?im)^(?:p|proba?|probability)[ _-]+(?:of[ _-]+)?(.+)$")
+"""Names of probabilities, such as `P_sand` or `probability of sand`."""
 KINDS_OF_ARRAYS = {
     "active": "b",
     **dict.fromkeys(("probabilities", "auxiliary_of_image", "auxiliary_of_grid"), "f"),
@@ -45,15 +47,16 @@ N_SAMPLES = 500  # number of points, at equal distances along all lines, with a 
 
 
 def read_probabilities(
-    path_or_file: PathOrFile, grid: Grid, facies: str | int | None = None
-) -> dict[str | int, NDArray[np.float64]]:
-    """Read probabilities of facies for `Secondary(probabilities=...)`.
+    path_or_file: PathOrFile | Sequence[PathOrFile], grid: Grid, facies: str | int | None = None
+) -> dict[str | int, Floats]:
+    """Read probabilities of facies for `Secondary(probabilities=...)` from one or several files.
 
-    The file is a grid in any format, or a table with the centres of the cells, with a variable
-    `P_<name or code of the facies>` for each facies; or for a volume a vertical curve: a table with
-    a column `z` or `layer` and one row for each layer. The only variable of a file belongs to
-    `facies`, whatever its name. The arrays have the shape of the simulation grid, or (nz,) for a
-    vertical curve, and NaN in cells without a value.
+    A file is a grid in any format, or a table with the centres of the cells, with a variable for
+    each facies; or for a volume a vertical curve: a table with a column `z` or `layer` and one row
+    for each layer. Variables named `P_<name or code of the facies>` are used, or `probability of …`
+    or, if there are none, all variables as names of facies. The only variable of a file belongs to
+    `facies` or, by default, to the facies in its name or in that of the file. The arrays have the
+    shape of the simulation grid, or (nz,) for a vertical curve, and NaN in cells without a value.
 
     Examples
     --------
@@ -61,16 +64,23 @@ def read_probabilities(
     >>> read_probabilities(BytesIO(b"2 1 1\\n1\\nP_sand\\n0.25\\n-999\\n"), Grid(1, 2))
     {'sand': array([[0.25,  nan]])}
     """
-    file, maps = _maps(path_or_file, grid)
-    named = {name: name[len(PREFIX) :] for name in maps if name.lower().startswith(PREFIX)}
-    if facies is not None and len(maps) == 1:
-        return {facies: next(iter(maps.values()))}
-    if not named:
-        raise refused("no_map_of_facies", name=file.name, maps=listed([*maps]))
-    return {int(of) if of.isdecimal() else of: maps[name] for name, of in named.items()}
+    pairs = list[tuple[str | int, Floats]]()
+    files: Any = path_or_file if isinstance(path_or_file, (list, tuple)) else [path_or_file]
+    for each in files:
+        file, maps = _maps(each, grid)
+        title = PurePath(file.name).stem if len(maps) == 1 else ""
+        labels = {k: start[1] for k in maps if (start := PREFIX.search(f"{k}\n{title}"))}
+        labels = labels or {k: title or k for k in maps}
+        if title and facies is not None:
+            labels = dict.fromkeys(maps, facies)
+        pairs += [(code_or_name(label), maps[k]) for k, label in labels.items()]
+    by_facies = dict(pairs)
+    if len(by_facies) < len(pairs):
+        raise refused("two_maps_of_facies", maps=", ".join(str(label) for label, _ in pairs))
+    return by_facies
 
 
-def read_values(path_or_file: PathOrFile, grid: Grid) -> NDArray[np.float64]:
+def read_values(path_or_file: PathOrFile, grid: Grid) -> Floats:
     """Read the only variable of a grid, such as an auxiliary variable; the shape is that of `grid`.
 
     Cells without a value are NaN.
@@ -87,11 +97,15 @@ def read_values(path_or_file: PathOrFile, grid: Grid) -> NDArray[np.float64]:
     return next(iter(maps.values()))
 
 
-def read_active(path_or_file: PathOrFile, grid: Grid) -> NDArray[np.bool_ | np.float64]:
+def read_active(
+    path_or_file: PathOrFile, grid: Grid, active_codes: Sequence[float] | None = None
+) -> NDArray[np.bool_ | np.float64]:
     """Read the active cells of a grid for `Secondary(active=...)`.
 
-    The file is a grid with NaN, a code for missing values or (beside 1) 0 in inactive cells; or
-    polygons in GeoJSON, in the coordinates of `grid`. Raises `CCWSIMError` for other files.
+    The file is a grid with NaN, a code for missing values or (beside one other value) 0 in inactive
+    cells; a picture in black, which is inactive, and white; or polygons in GeoJSON, GeoPackage or a
+    Shapefile. In a grid of several codes, such as numbers of basins, `active_codes` are the codes
+    of active cells. Raises `CCWSIMError` for other files, and for polygons outside the grid.
 
     Examples
     --------
@@ -100,18 +114,28 @@ def read_active(path_or_file: PathOrFile, grid: Grid) -> NDArray[np.bool_ | np.f
     >>> read_active(BytesIO(ring), Grid(2, 3))
     array([[ True, False, False],
            [ True, False, False]])
+    >>> read_active(BytesIO(b"3 1 1\\n1\\nbasin\\n1\\n2\\n3\\n"), Grid(1, 3), active_codes=[2, 3])
+    array([[False,  True,  True]])
     """
-    polygons = _shapes(path_or_file, "Polygon")
+    polygons = _shapes(path_or_file, "Polygon", grid)
     if polygons is None:
-        return read_values(path_or_file, grid)
+        values = read_values(path_or_file, grid)
+        return values if active_codes is None else np.isin(values, active_codes)
     active = np.zeros(grid.shape, bool)
     for rings in polygons:  # a ring inside another is a hole
         active |= np.logical_xor.reduce([cells_in_polygon(ring, grid) for ring in rings])
     return active
 
 
-def read_lines(path_or_file: PathOrFile) -> list[NDArray[np.float64]] | None:
-    """Read the lines of GeoJSON for `angles_along`; None for other files.
+def read_lines(
+    path_or_file: PathOrFile,
+    grid: Grid | None = None,
+    kind: Literal["LineString", "Polygon"] = "LineString",
+) -> list[Floats] | None:
+    """Read lines of GeoJSON, GeoPackage or a Shapefile for `angles_along`, or rings of polygons.
+
+    With a `grid`, the lines are in its coordinate system; lines outside the grid are refused. The
+    result is None for other files.
 
     Examples
     --------
@@ -119,20 +143,18 @@ def read_lines(path_or_file: PathOrFile) -> list[NDArray[np.float64]] | None:
     >>> len(read_lines(BytesIO(b'{"type": "LineString", "coordinates": [[0, 0], [1, 2]]}')))
     1
     """
-    lines = _shapes(path_or_file, "LineString")
-    return None if lines is None else [line for (line,) in lines]
+    shapes = _shapes(path_or_file, kind, grid)
+    return None if shapes is None else [line for parts in shapes for line in parts]
 
 
-def angles_along(
-    lines: Sequence[ArrayLike], grid: Grid, azimuth: float = 0.0
-) -> NDArray[np.float64]:
+def angles_along(lines: Sequence[ArrayLike], grid: Grid, azimuth: float = 0.0) -> Floats:
     """Return angles for `Secondary(angle=...)` that turn a direction of the image along lines.
 
     `azimuth`, in degrees clockwise from north, is the direction of the image, such as that of its
     geobodies. Each line has points (x, y), shape (n, 2), in the order of its direction. Between
     lines, directions are averaged as unit vectors; their weights fall with the fourth power of the
-    distance. Raises `CCWSIMError` if no line has a length, or if points are not finite or farther
-    than 1e15.
+    distance. Raises `CCWSIMError` if no line has a length or reaches the grid, or if points are not
+    finite or farther than 1e15.
 
     Examples
     --------
@@ -145,6 +167,8 @@ def angles_along(
     for line in points:
         if line.ndim != 2 or line.shape[1] != 2 or not (np.abs(line) <= FARTHEST).all():
             raise CCWSIMError(f"line {shown(line)}: points (x, y) within ±{FARTHEST:g} are needed")
+    if points:
+        points = [line for (line,) in on_grid("the lines", [[p] for p in points], "", grid)]
     ends = np.concatenate([np.empty((0, 4)), *(np.hstack([p[:-1], p[1:]]) for p in points)])
     steps = ends[:, 2:] - ends[:, :2]
     reached = np.cumsum(lengths := np.hypot(steps[:, 0], steps[:, 1]))
@@ -168,7 +192,7 @@ def angles_along(
     return np.broadcast_to(turned % 360, grid.shape).copy()
 
 
-def arrays_of_secondary(secondary: Secondary | None) -> dict[str, NDArray]:
+def arrays_of_secondary(secondary: Secondary | None) -> dict[str, Array]:
     """Return the arrays that describe fitted secondary information, for projects and npz files."""
     if secondary is None:
         return {}
@@ -193,7 +217,7 @@ def arrays_of_secondary(secondary: Secondary | None) -> dict[str, NDArray]:
 
 
 def secondary_of_arrays(
-    arrays: Mapping[str, NDArray], grid: Grid, image: TrainingImage
+    arrays: Mapping[str, Array], grid: Grid, image: TrainingImage
 ) -> Secondary | None:
     """Return the fitted secondary information that `arrays_of_secondary` describes, checked again.
 
@@ -216,6 +240,7 @@ def secondary_of_arrays(
         ],
         float(one_value(arrays, "soft_weight", 1.0)),
         images=[arrays[k] for k in KINDS_OF_ARRAYS if k.startswith("image_") and k in arrays],
+        facies={code: code for code in image.codes.tolist()},
         **cast(Any, {name: arrays.get(name) for name in ("zones", "weights", "angle", "dip")}),
         scale=tuple(arrays[k] for k in ("scale_x", "scale_y", "scale_z") if k in arrays) or None,
         mirrored=str(one_value(arrays, "mirrored", "")),
@@ -231,22 +256,22 @@ def secondary_of_arrays(
     return None if fitted.is_empty else fitted
 
 
-def _maps(path_or_file: PathOrFile, grid: Grid) -> tuple[DataFile, dict[str, NDArray[np.float64]]]:
+def _maps(path_or_file: PathOrFile, grid: Grid) -> tuple[DataFile, dict[str, Floats]]:
     """Return a file and its variables on a grid, or its vertical curves."""
     file = open_file(path_or_file)
     if isinstance(file, PictureFile):
-        raise CCWSIMError(f"{file.name} is a picture in colours; give a grid of numbers")
-    heights = [name for name in file.variables if name.lower() in CURVE_COLUMNS]
-    points = is_points(list(file.names))
-    if file.is_table and heights and not points:
-        order = np.argsort(file.variables[heights[0]])
-        if len(order) != grid.nz:
-            raise refused("rows_of_layers", name=file.name, n=len(order), nz=grid.nz or "no")
-        maps = {name: v[order] for name, v in file.variables.items() if name != heights[0]}
+        if not is_grey(file.rgb):
+            raise CCWSIMError(f"{file.name} is a picture in colours; save it in black and white")
+        file = file.grid()
+    points = of_data.is_points(list(file.names))
+    column = of_data.height_column([*file.variables], "") if file.is_table and not points else None
+    if column and len(file.variables[column]) != grid.n_cells:
+        order = _layers_of_curve(file, column, grid)
+        maps = {name: v[order] for name, v in file.variables.items() if name != column}
     else:
         file = as_grid(file) if not file.is_table or points else file
-        _check_geometry(file, grid)
-        shape, volume = grid.shape if file.is_table else None, grid.nz is not None
+        check_place(file.name, file.geometry, grid)
+        shape, volume = grid.shape if file.is_table else None, grid.is_volume
         grids = {name: file.grid_of(name, shape) for name in file.variables}
         maps = {name: file.oriented(values, volume=volume) for name, values in grids.items()}
         for values in maps.values():
@@ -259,35 +284,40 @@ def _maps(path_or_file: PathOrFile, grid: Grid) -> tuple[DataFile, dict[str, NDA
     return file, {name: values.astype(np.float64) for name, values in filled.items()}
 
 
-def _check_geometry(file: DataFile, grid: Grid) -> None:
-    """Raise an error if file and grid both have world coordinates, and these differ."""
-    usual = Grid.of(grid.shape)
-    is_usual = (grid.cell_size, grid.origin) == (usual.cell_size, usual.origin)
-    if is_usual or not file.geometry.cell_size:
-        return
-    both = file.geometry.grid(grid.shape), grid
-    stated, expected = (np.array([one.cell_size[:2], one.origin[:2]]) for one in both)
-    if (np.abs(stated - expected) > 0.01 * expected[0]).any():
-        raise CCWSIMError(
-            f"{file.name} has cells of {_pair(stated[0])} from {_pair(stated[1])}, but the grid "
-            f"has cells of {_pair(expected[0])} from {_pair(expected[1])}; give a map of this grid"
-        )
+def _layers_of_curve(file: DataFile, column: str, grid: Grid) -> NDArray[np.intp]:
+    """Return the order of the rows of a curve from the bottom; heights must be the grid's."""
+    heights = of_data.upward(column, file.variables[column])
+    if len(heights) != grid.nz:
+        raise refused("rows_of_layers", name=file.name, n=len(heights), nz=grid.nz or "no")
+    order, is_layer = np.argsort(heights), of_data.is_kind(column, ["layer"])
+    if is_layer and heights.min() > 0:
+        raise refused("layers_from_one", name=file.name, column=column)
+    if is_layer or (grid.cell_size[2], grid.origin[2]) == (1.0, 0.0):  # the grid has no heights
+        return order
+    for z, rows in ((heights, order), (-heights, order[::-1])):  # depths may be in a column z
+        if np.abs(z[rows] - grid.axes[2]).max() <= grid.cell_size[2] / 2:
+            return rows
+    z = f"{heights.min():g} to {heights.max():g}"
+    layers = f"{grid.axes[2][0]:g} to {grid.axes[2][-1]:g}"
+    raise refused("other_heights", name=file.name, column=column, z=z, layers=layers)
 
 
-def _pair(numbers: NDArray[np.float64]) -> str:
-    return " × ".join(f"{number:g}" for number in numbers)
-
-
-def _shapes(path_or_file: PathOrFile, kind: str) -> list[list[NDArray[np.float64]]] | None:
-    """Return polygons, as lists of rings, or lists of one line in GeoJSON; None for other files."""
+def _shapes(path_or_file: PathOrFile, kind: str, grid: Grid | None) -> list[list[Floats]] | None:
+    """Return polygons, as lists of rings, or lists of one line; None for other kinds of files."""
     if isinstance(path_or_file, IsolatedFile):
-        return path_or_file.read_with(_shapes, kind)
+        return path_or_file.read_with(_shapes, kind, grid)
     content, name = read_bytes(path_or_file)
-    if not content.lstrip().startswith(b"{"):
-        return None
+    kind_of_file, content = recognized(content, name)
     what, least = ("polygon", 3) if kind == "Polygon" else ("line", 2)
+    crs = ""
+    if kind_of_file in GIS_FILES:
+        content, crs = as_geojson(content, name, kind_of_file)
+    elif not content.lstrip().startswith(b"{"):
+        return None
     try:
-        coordinates = [*_geometries(json.loads(content.decode()), kind, MAX_DEPTH)]
+        collection = json.loads(content)
+        crs = crs or collection.get("crs", {}).get("properties", {}).get("name", "")
+        coordinates = [*_geometries(collection, kind, MAX_DEPTH)]
         coordinates = coordinates if kind == "Polygon" else [[line] for line in coordinates]
         shapes = [[as_floats(points, what)[:, :2] for points in parts] for parts in coordinates]
     except (CCWSIMError, ValueError, TypeError, AttributeError, LookupError, RecursionError):
@@ -305,7 +335,7 @@ def _shapes(path_or_file: PathOrFile, kind: str) -> list[list[NDArray[np.float64
         len(points) >= least and np.isfinite(points).all() for parts in shapes for points in parts
     ):
         raise CCWSIMError(f"{name}: a {what} needs at least {least} points with finite coordinates")
-    return shapes
+    return shapes if grid is None else on_grid(name, shapes, crs, grid)
 
 
 def _geometries(collection: dict[str, Any], kind: str, depth: int) -> Iterator[list[Any]]:

@@ -1,6 +1,5 @@
 """Read and write training images, and guess the arguments that a file leaves open."""
 
-import warnings
 from collections.abc import Mapping, Sequence
 from io import BytesIO
 from math import isqrt
@@ -8,19 +7,26 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim import Grid, TrainingImage
-from ccwsim.io.atomic import format_of, write_bytes
+from ccwsim.io.atomic import check_format, format_of, write_bytes
 from ccwsim.io.data_file import DataFile
 from ccwsim.io.formats import pictures
-from ccwsim.io.formats.grdecl import grdecl_as_bytes
+from ccwsim.io.formats.grdecl import geometry_as_bytes, regions_as_bytes
 from ccwsim.io.formats.text_grids import grid_as_bytes
-from ccwsim.io.gridding import Crop, FilePart, Layers, as_grid, largest_without_gaps, thinning
+from ccwsim.io.gridding import Crop, FilePart, Layers, as_grid, thinning
 from ccwsim.io.limits import TooManyCells
 from ccwsim.io.opening import PathOrFile, open_file
-from ccwsim.model.classes import Classes, Merge, are_codes, classify, merge_facies
-from ccwsim.model.errors import CCWSIMError, refused, shown
+from ccwsim.model.arrays import Array, Floats, Mask, Shape
+from ccwsim.model.classes import (
+    Classes,
+    Merge,
+    are_codes,
+    asks_for_codes,
+    classify,
+    merge_facies,
+)
+from ccwsim.model.errors import CCWSIMError, refused, shown, warn
 
 IMAGE_FORMATS = ("npy", "sgems", "gslib", "dat", "grdecl", "png")  # named by file ending
 
@@ -33,7 +39,7 @@ def read_training_image(
     variable: str | None = None,
     up: bool | None = None,
     transpose: bool = False,
-    shape: tuple[int, ...] | None = None,
+    shape: Shape | None = None,
     slice_index: int | None = None,
     crop: Crop = None,
     every: int = 1,
@@ -44,6 +50,8 @@ def read_training_image(
     name: str = "",
     volume: bool = False,
     z_up: bool | None = None,
+    numbering: str | None = None,
+    continuous: bool = False,
 ) -> TrainingImage:
     """Read a training image from a file of any supported format.
 
@@ -85,7 +93,13 @@ def read_training_image(
         Return all layers of a 3-D grid as a volume instead of one slice.
     z_up : bool, optional
         For a volume: True if the first layer of the file is the bottom, False if it is the top. The
-        default is True for all formats.
+        default is False for GRDECL and for axes of depths or layers in NetCDF files (by name or the
+        attribute `positive`), and True otherwise.
+    numbering : str, optional
+        What the codes are, as in `TrainingImage`; the default is "values" for a threshold or
+        classes, "colours" for pictures and palettes without names, and "codes" for other files.
+    continuous : bool
+        Keep the values as those of a continuous variable with the name of the file's variable.
 
     Examples
     --------
@@ -98,10 +112,26 @@ def read_training_image(
     answers = {"crop": crop, "every": every, "layers": layers, "shape": shape, "z_up": z_up}
     answers |= {"variable": variable, "up": up, "slice_index": slice_index, "volume": volume}
     file, key, values = _read(path_or_file, answers)
+    name = name or Path(file.name).stem
+    if continuous:
+        if isinstance(file, pictures.PictureFile) or merge:
+            raise refused("continuous_file", name=file.name)
+        values = np.where(file.known(values), values, np.nan)
+        return TrainingImage.from_array(
+            np.swapaxes(values, -1, -2) if transpose else values,
+            threshold=threshold,
+            classes=classes,
+            name=name,
+            continuous=True,
+            variable=key,
+        )
+    as_codes = threshold is None and asks_for_codes(classes)
     if isinstance(file, pictures.PictureFile):
         if volume:
             raise CCWSIMError(f"{file.name} is a picture with one layer; leave out volume=")
         note, known_mask = file.unknown_note(), file.opaque
+        says_codes = file.says_codes if classes is None else file.numbers is not None
+        numbered = "codes" if as_codes and says_codes else "colours"
         codes = pictures.picture_facies(file, threshold=threshold, classes=classes)
         if not up:
             codes, known_mask = codes[::-1], None if known_mask is None else known_mask[::-1]
@@ -116,15 +146,23 @@ def read_training_image(
             raise CCWSIMError(f"{what}: no cell has a value; choose another variable or file")
         valid_values = values if known_mask.all() else values[known_mask]
         valid_values = classify(valid_values, threshold=threshold, classes=classes, what=what)
-        names, codes = file.labels.get(key), np.full(known_mask.shape, valid_values.flat[0])
+        numbered = "values" if not as_codes else file.numbering if classes is None else "codes"
+        names = file.labels.get(key)
+        numbered = "names" if names else numbered
+        codes = np.full(known_mask.shape, valid_values.flat[0])
         codes[known_mask] = valid_values.ravel()
     if note:
-        warnings.warn(f"{file.name}: {note}", stacklevel=2)
+        warn(f"{file.name}: {note}")
     codes = merge_facies(codes, merge) if merge else codes
     names = [names[code] for code in np.unique(codes)] if names else None
     codes = codes if known_mask is None or known_mask.all() else np.where(known_mask, codes, np.nan)
     codes = np.swapaxes(codes, -1, -2) if transpose else codes
-    return TrainingImage(codes, name=name or Path(file.name).stem, facies_names=names)
+    return TrainingImage(
+        codes,
+        name=name,
+        facies_names=names,
+        numbering=numbering or numbered,
+    )
 
 
 def read_colours(path_or_file: PathOrFile, **answers: Any) -> dict[int, str]:
@@ -168,13 +206,12 @@ def read_geometry(path_or_file: PathOrFile, **answers: Any) -> Grid | None:
     ):
         return None
     is_section = file.variables[key].shape[1:] != values.shape[-2:]
-    unplaced = is_section or not file.geometry.cell_size
-    return None if unplaced else file.geometry.grid(values.shape)
+    return None if is_section else file.geometry.grid(values.shape)
 
 
 def _read(
     path_or_file: PathOrFile, answers: Mapping[str, Any]
-) -> tuple[DataFile | pictures.PictureFile, str, NDArray]:
+) -> tuple[DataFile | pictures.PictureFile, str, Array]:
     """Return a file, and name and values of the variable; of a picture, only the file."""
     part, shape = FilePart.answered(answers), answers.get("shape")
     orientation: dict[str, Any] = {name: answers.get(name) for name in ("up", "z_up")}
@@ -188,7 +225,7 @@ def _read(
     return file, key, file.oriented(file.grid_of(key, shape), **orientation)
 
 
-def read_grid(path_or_file: PathOrFile, **answers: Any) -> NDArray[np.float64]:
+def read_grid(path_or_file: PathOrFile, **answers: Any) -> Floats:
     """Return the values of a grid before conversion to facies; for a picture, the grey values.
 
     Answers are arguments of `read_training_image` that select cells. The result has the shape
@@ -201,9 +238,8 @@ def read_grid(path_or_file: PathOrFile, **answers: Any) -> NDArray[np.float64]:
     """
     file, _, values = _read(path_or_file, answers)
     if isinstance(file, pictures.PictureFile):
-        grey = pictures.grey_of(file.rgb)
-        grey = grey if file.opaque is None else np.where(file.opaque, grey, np.nan)
-        return grey if answers.get("up") else grey[::-1]
+        file = file.grid()
+        values = file.oriented(file.variables["grey"], up=answers.get("up"))
     return np.where(file.known(values), values, np.nan).astype(np.float64)
 
 
@@ -235,17 +271,20 @@ def training_image_as_bytes(
 ) -> bytes:
     """Return the file content that `write_training_image` writes, for a download."""
     kind = format_of(None, format, IMAGE_FORMATS)
+    check_format(kind, (1, *training_image.shape))
+    if training_image.values and kind in ("png", "grdecl"):
+        raise refused("format_of_values", kind=kind)
     if kind == "png":
-        if training_image.n_dimensions == 3:
-            raise refused("png_of_volume")
         return _png(training_image, colours)
     if kind == "grdecl":
-        maps = {"facies": training_image.array}
-        return grdecl_as_bytes(maps, Grid.of(training_image.shape))
+        regions = {"FIPNUM": training_image.indices}
+        geometry = geometry_as_bytes(Grid.of(training_image.shape), training_image.known)
+        return geometry + regions_as_bytes(regions, training_image)
+    name, array = next(iter(training_image.values.items()), ("facies", training_image.array))
     if kind != "npy":
-        return grid_as_bytes([training_image.array], ["facies"])
+        return grid_as_bytes([array], [name])
     content = BytesIO()
-    np.save(content, training_image.array, allow_pickle=False)
+    np.save(content, array, allow_pickle=False)
     return content.getvalue()
 
 
@@ -263,6 +302,8 @@ def _png(training_image: TrainingImage, colours: Sequence[str] | None) -> bytes:
     )
 
 
+CONVERSIONS = ("threshold", "classes", "continuous")
+"""Arguments of `read_training_image` that say what values mean."""
 QUESTIONS = {
     "part": ("every", "crop", "layers"),
     "variable": ("variable",),
@@ -282,11 +323,10 @@ def guess_answers(
 
     `answers` contains known arguments of `read_training_image`. They are returned unchanged, with
     guesses for open questions: the first variable with codes, all layers of a volume (with
-    `volume=False` the middle slice), the shape nearest to a square, the largest rectangle without
-    gaps, the smallest `every` that keeps a picture within the limit, the threshold of Otsu (1979)
-    for grey values, and one class per main colour of a picture. The second result has the keys of
-    `QUESTIONS` that apply to this file, whether answered or not. Raises `CCWSIMError` for answers
-    that do not fit the file.
+    `volume=False` the middle slice), the shape nearest to a square, the smallest `every` that keeps
+    a picture within the limit, the threshold of Otsu (1979) for grey values, and one class per main
+    colour of a picture. The second result has the keys of `QUESTIONS` that apply to this file,
+    whether answered or not. Raises `CCWSIMError` for answers that do not fit the file.
 
     Examples
     --------
@@ -310,8 +350,7 @@ def guess_answers(
         file = open_file(path_or_file, part, **reading)
     if isinstance(file, pictures.PictureFile):
         if file.opaque is not None and "part" not in asked:
-            opaque = file.opaque if guesses.get("up") else file.opaque[::-1]
-            _ask_gaps(file.name, opaque, guesses, asked)
+            _ask_gaps(file.name, file.opaque, asked)
             file = open_file(path_or_file, FilePart.answered(guesses), up=guesses.get("up"))
             assert isinstance(file, pictures.PictureFile)
         if (
@@ -319,7 +358,7 @@ def guess_answers(
             and len(pictures.distinct_colours(file.rgb)[0]) > pictures.MAX_COLOURS
         ):
             asked.append("values")
-            if not {"threshold", "classes"} & set(guesses):
+            if not set(CONVERSIONS) & set(guesses):
                 if pictures.is_grey(file.rgb, percent=99.0):
                     guesses["threshold"] = otsu(pictures.grey_of(file.rgb))
                 else:
@@ -328,17 +367,17 @@ def guess_answers(
     file = file if part else as_grid(file, guesses.get("shape"))
     values = _layer(file, guesses, asked)
     asked += ["up"] if file.asks_up else []
-    _ask_gaps(file.name, file.known(values), guesses, asked)
+    _ask_gaps(file.name, file.known(values), asked)
     taken = values if part else FilePart(guesses.get("crop")).of(file.name, values)
     taken = taken[file.known(taken)]
     if taken.size and not are_codes(taken):
         asked.append("values")
-        if not {"threshold", "classes"} & set(guesses):
+        if not set(CONVERSIONS) & set(guesses):
             guesses["threshold"] = otsu(taken)
     return guesses, tuple(asked)
 
 
-def _layer(file: DataFile, guesses: dict[str, Any], asked: list[str]) -> NDArray:
+def _layer(file: DataFile, guesses: dict[str, Any], asked: list[str]) -> Array:
     """Guess variable, shape and layers (all without a slice); return values, row 0 at the south."""
     names = list(file.variables)
     liked = [name for name in names if name.lower() in PREFERRED_VARIABLES]
@@ -361,20 +400,13 @@ def _layer(file: DataFile, guesses: dict[str, Any], asked: list[str]) -> NDArray
     return file.oriented(grid, up=guesses.get("up"), slice_index=guesses.get("slice_index"))
 
 
-def _ask_gaps(
-    name: str, known_mask: NDArray[np.bool_], guesses: dict[str, Any], asked: list[str]
-) -> None:
-    """Ask for a piece without unknown cells; row 0 of the mask of known cells is in the south."""
-    if known_mask.ndim == 3:  # a cropped piece keeps all layers
-        known_mask = np.all(known_mask, axis=0)
+def _ask_gaps(name: str, known_mask: Mask, asked: list[str]) -> None:
+    """Ask whether to cut out a piece without unknown cells, if there are such cells."""
     if known_mask.all() or "part" in asked:
         return
+    if not known_mask.any():
+        raise CCWSIMError(f"{name}: no cell has a value; choose another variable or slice")
     asked.append("gaps")
-    if "crop" not in guesses:
-        piece = largest_without_gaps(known_mask)
-        if not piece[2]:
-            raise CCWSIMError(f"{name}: no cell has a value; choose another variable or slice")
-        guesses["crop"] = piece
 
 
 def _likely_facies(file: DataFile) -> str:
@@ -390,7 +422,7 @@ def _likely_facies(file: DataFile) -> str:
     return next(iter(file.variables))
 
 
-def otsu(values: NDArray) -> float:
+def otsu(values: Array) -> float:
     """Return the threshold that minimizes the variance within the two classes (Otsu's method)."""
     low, high = float(values.min()), float(values.max())
     counts, edges = np.histogram(values, bins=256, range=(low, high))

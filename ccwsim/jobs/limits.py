@@ -3,6 +3,7 @@
 import os
 from contextlib import suppress
 from dataclasses import dataclass
+from typing import Any
 
 from ccwsim.jobs.child import memory_of_children
 from ccwsim.model.errors import CCWSIMError, refused
@@ -72,27 +73,23 @@ class ServerLimits:
 
 def limits_of_environment() -> ServerLimits:
     """Return the limits set by the environment variables of the server."""
-    memory, history, uploads = (
-        _number(MEMORY_VARIABLE),
-        _number(HISTORY_VARIABLE),
-        _number(UPLOADS_VARIABLE),
-    )
+    memory = _number(MEMORY_VARIABLE)
     return ServerLimits(
         cells=_number(CELLS_VARIABLE),
         data=_number(DATA_VARIABLE),
         n_slots=_number(JOBS_VARIABLE) or 2 * n_cores(),
         memory=None if memory is None else memory * 10**6,
-        history=(DEFAULT_HISTORY if history is None else history) * 10**6,
-        uploads=(DEFAULT_UPLOADS if uploads is None else uploads) * 10**6,
+        history=_number(HISTORY_VARIABLE, DEFAULT_HISTORY) * 10**6,
+        uploads=_number(UPLOADS_VARIABLE, DEFAULT_UPLOADS) * 10**6,
         processes=bool(_number(PROCESSES_VARIABLE)),
     )
 
 
-def _number(name: str) -> int | None:
-    """Return the integer of a variable, such as 200000000, 200_000_000 or 2e8."""
+def _number(name: str, unset: Any = None) -> Any:
+    """Return the integer of a variable, such as 200000000, 200_000_000 or 2e8; else `unset`."""
     text = os.environ.get(name, "").strip()
     if not text:
-        return None
+        return unset
     with suppress(ValueError, OverflowError):
         value = float(text)
         if value >= 0 and value == int(value):

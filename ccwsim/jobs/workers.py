@@ -9,8 +9,7 @@ from threading import Event
 
 from ccwsim.jobs.scheduler import Cores, Lease, Usage
 from ccwsim.model.errors import Cancelled, CCWSIMError
-from ccwsim.model.watch import UNWATCHED, Cancel
-from ccwsim.model.watch import Watch as Watch
+from ccwsim.model.watch import UNWATCHED, Cancel, Watch as Watch
 from ccwsim.system.machine import n_cores
 
 WORKER_POLL_SECONDS = 0.05  # seconds between two checks of progress and cancel

@@ -2,23 +2,37 @@
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from itertools import zip_longest
-from typing import Any, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 
 from ccwsim import CCWSIMError, HardData, Parameters, datasets
 from ccwsim.model import bounds
 from ccwsim.model.grid import fault_of_crs
-from ccwsim.sharing.choices import Choices, EMap, Shown
-from ccwsim.sharing.words import guides_of, packed, unpacked, words_of_guides
+from ccwsim.sharing.choices import (
+    Answers,
+    CellsOfWells,
+    Choices,
+    CompareChoice,
+    EMap,
+    FaciesAnswers,
+    FlowChoice,
+    GuideChoice,
+    ImageChoice,
+    Shown,
+    SweepChoice,
+)
+from ccwsim.sharing.parts import from_json, json_text
+from ccwsim.sharing.words import packed, unpacked
 
 YES_NO = {"yes": True, "no": False}
 MAX_LETTERS = 40  # maximum length of a word in a link, such as the name of a method or of a facies
 TURN_WORDS = ("ew", "ns", "transpose")
-DROPS = {"outside": "on_outside", "unknown": "on_unknown"}
-"""Kinds of data that a study leaves out, by the word used in a link."""
+Decision = tuple[Literal["on_collision", "on_outside", "on_unknown"], str]
+DataAnswers = tuple[Decision | tuple[Literal["facies_names"], FaciesAnswers], ...]
+"""The answers about hard data that a link contains; other answers are about files."""
 _PER_AXIS = "whole", "number"  # kinds of fields that may have three values if the study is a volume
 _FIGURE = r"-?\d{1,400}(?:\.\d{1,400})?"
 _PATTERNS = {"count": r"-?\d{1,19}", "whole": r"-?\d{1,9}", "number": r"\d{1,9}(?:\.\d{1,400})?"}
@@ -76,7 +90,7 @@ class FieldSpec:
             return "x".join(map(format_exactly, value[::-1] if self.kind in _PER_AXIS else value))
         if isinstance(value, int):
             return str(value + self.first)
-        return format_exactly(value)
+        return "" if value is None else format_exactly(value)
 
     def read(self, text: str, *, project: bool = False) -> Any:
         """Convert a text to a value; error messages begin with "is" and follow the name.
@@ -184,14 +198,9 @@ def _write_flags(flags: tuple[bool, ...], names: tuple[str, ...]) -> str:
     return "-".join(name for name, flag in zip(names, flags, strict=True) if flag)
 
 
-def _write_drops(answers: tuple[tuple[str, Any], ...]) -> str:
-    drops = tuple((name, "drop") in answers for name in DROPS.values())
-    return _write_flags(drops, (*DROPS,))
-
-
-def _read_drops(text: str) -> tuple[tuple[str, str], ...]:
-    flags = zip(DROPS.values(), _read_flags(text, (*DROPS,)), strict=True)
-    return tuple((name, "drop") for name, flag in flags if flag)
+def _write_answers(answers: Answers) -> str:
+    names = "on_collision", "on_outside", "on_unknown", "facies_names"
+    return json_text(tuple(answer for answer in answers if answer[0] in names))
 
 
 def _write_colour(value: tuple[int, str]) -> str:
@@ -210,6 +219,11 @@ def _write_points(data: HardData | None) -> str:
     return "" if data is None or data.n > bounds.MAX_LINK_DATA else packed(data)
 
 
+def _write_compare(choice: CompareChoice) -> str:
+    has_file = isinstance(choice.beside, ImageChoice) and choice.beside.upload is not None
+    return json_text(replace(choice, beside="") if has_file else choice)
+
+
 _TEXTS: dict[str, tuple[Callable[[Any], str], Callable[[str], Any]]] = {
     "word": (str, lambda text: text[:MAX_LETTERS]),
     "name": (str, _read_name),
@@ -220,10 +234,14 @@ _TEXTS: dict[str, tuple[Callable[[Any], str], Callable[[str], Any]]] = {
         lambda flags: _write_flags(flags, TURN_WORDS),
         lambda text: _read_flags(text, TURN_WORDS),
     ),
-    "drops": (_write_drops, _read_drops),
+    "answers": (_write_answers, lambda text: from_json(text, DataAnswers)),
+    "wells": (json_text, lambda text: from_json(text, CellsOfWells)),
+    "flow": (json_text, lambda text: from_json(text, FlowChoice)),
+    "compare": (_write_compare, lambda text: from_json(text, CompareChoice)),
+    "sweep": (json_text, lambda text: from_json(text, SweepChoice)),
     "colour": (_write_colour, _read_colour),
     "points": (_write_points, unpacked),
-    "guides": (words_of_guides, guides_of),
+    "guides": (json_text, lambda text: from_json(text, GuideChoice)),
 }
 """Functions that write and read a value, by kind of field."""
 
@@ -255,7 +273,8 @@ FIELDS = (
     FieldSpec("data-n", "data", ("n_sampled",), "count", low=1, high=bounds.MAX_SAMPLED),
     FieldSpec("data-seed", "data", ("seed_sampled",), "count", high=_SEED),
     FieldSpec("points", "data", ("placed",), "points"),
-    FieldSpec("drop", "data", ("answers",), "drops"),
+    FieldSpec("answers", "data", ("answers",), "answers"),
+    FieldSpec("wells", "data", ("wells",), "wells"),
     FieldSpec("guides", "guides", ("guides",), "guides"),
     FieldSpec("grid", "grid", _SIDES, "sizes", low=1, high=_SIDE, option="--grid"),
     FieldSpec(
@@ -279,6 +298,9 @@ FIELDS = (
     ),
     FieldSpec("facies", "shown", ("facies",), "count", high=bounds.MAX_FACIES - 1),
     FieldSpec("map", "shown", ("e_type",), "choice", words=_MAPS),
+    FieldSpec("flow", "shown", ("flow",), "flow"),
+    FieldSpec("compare", "shown", ("compare",), "compare"),
+    FieldSpec("sweep", "shown", ("sweep",), "sweep"),
 )
 
 

@@ -8,7 +8,6 @@ from typing import Any
 
 from ccwsim import CCWSIMError, datasets
 from ccwsim.io.data_file import printable
-from ccwsim.model.arrays import digest
 from ccwsim.model.bounds import MAX_LINK_DATA, MAX_LINK_LETTERS, MAX_LINK_VALUES
 from ccwsim.sharing.choices import Choices, DataChoice, GuideChoice, ImageChoice, Shown
 from ccwsim.sharing.codec import FIELDS, MAX_LETTERS, FieldSpec, fields_of, parts_of
@@ -19,24 +18,12 @@ KEYS = tuple(row.key for row in FIELDS)
 """Names of all values that an address may contain."""
 KEY_OF = {ImageChoice: "ti", DataChoice: "data", GuideChoice: "guides"}
 """Name, in an address, of each part of a study that can be the user's own."""
-MISSING = {
-    "ti": (
-        "The training image of this link is the sender's own file, which is not on this server. "
-        f"The bundled image {ImageChoice().bundled} is used instead. "
-        "Open the project file or the image again."
-    ),
-    "data": (
-        "The hard data of this link are the sender's own file, which is not on this server. "
-        "No data are used. Open the project file or the data again."
-    ),
-    "guides": (
-        "The secondary information of this link is the sender's own, which is not on this server. "
-        "None is used. Open the project file or the maps again."
-    ),
-}
+OWN_PARTS = {"ti": "training image", "data": "hard data", "guides": "secondary information"}
+BY_HAND = "set by hand or by a script"  # instead of names of files
 CONSISTENT_SETTINGS = ("method", "level", "template", "overlap")
 """Settings whose values must be consistent with each other."""
 LIKENESS = 0.75  # similarity, from 0 to 1, at which a known name is suggested for an unknown one
+MAX_FILE_NAMES = 200  # maximum letters of the names of the user's own files in a link
 MAX_NAME = round(max(map(len, KEYS)) * (2 / LIKENESS - 1))
 """Maximum length of an unknown name; longer names cannot resemble any known name."""
 
@@ -53,9 +40,11 @@ def link_of(choices: Choices, shown: Shown | None = None) -> dict[str, list[str]
     return {key: texts for key, texts in query.items() if texts}
 
 
-def link_settings(choices: Choices, parts: Sequence[str]) -> dict[str, list[str]]:
+def link_settings(
+    choices: Choices, parts: Sequence[str], shown: Shown | None = None
+) -> dict[str, list[str]]:
     """Return the names and values of parts of a study, including default values."""
-    present = parts_of(choices, Shown())
+    present = parts_of(choices, shown or Shown())
     return {row.key: row.texts(row.value_in(present)) for row in FIELDS if row.part in parts}
 
 
@@ -68,39 +57,38 @@ def usual_data(image: ImageChoice) -> DataChoice:
 
 def parts_left_out(choices: Choices) -> tuple[str, ...]:
     """Return a description of each part of a study that an address cannot contain."""
-    descriptions = []
-    for choice in own_choices(choices).values():
-        names = ", ".join(file.name for file in choice.files)
-        what = "training image" if isinstance(choice, ImageChoice) else "hard data"
-        if isinstance(choice, GuideChoice):
-            descriptions.append(f"the secondary information {names}".strip())
-        elif choice.files:
-            descriptions.append(f"the {what} {names}")
-        elif isinstance(choice, DataChoice) and choice.placed is not None:
-            n = choice.placed.n
-            descriptions.append(
-                f"the {n} data placed by hand (a link contains at most {MAX_LINK_DATA})"
-            )
-    return tuple(descriptions)
+    own = own_choices(choices)
+    return tuple(f"the {OWN_PARTS[KEY_OF[type(own[name])]]} {files_named(name)}" for name in own)
 
 
 def own_choices(choices: Choices) -> dict[str, Own]:
-    """Return the parts of a study, by name, whose content does not fit into an address."""
-    image, data, choice_by_name = choices.image, choices.data, dict[str, Own]()
-    if image.upload is not None:
-        choice_by_name[f"{OWN}-{image.digest}"] = image
+    """Return the parts of a study whose content does not fit into an address, by name.
+
+    A name has a digest, and the names of files.
+    """
+    image, data, guides = choices.image, choices.data, choices.guides
+    own: list[Own] = [] if image.upload is None else [image]
     if data.source == "file" and data.upload is not None:
-        files = tuple(file.digest for file in data.files)
-        choice_by_name[f"{OWN}-{digest(*files, data.answers)}"] = data
-    placed = data.placed if data.source == "placed" else None
-    if placed is not None and placed.n > MAX_LINK_DATA:
-        choice_by_name[f"{OWN}-{digest(placed.digest, data.answers)}"] = replace(
-            data, upload=None, tables=None
-        )
-    guides = choices.guides
+        own.append(data)
+    if data.source == "placed" and data.placed is not None and data.placed.n > MAX_LINK_DATA:
+        own.append(replace(data, upload=None, tables=None))
     if guides.files or guides.saved is not None or len(guides.points) > MAX_LINK_DATA:
-        choice_by_name[f"{OWN}-{guides.digest}"] = guides
-    return choice_by_name
+        own.append(guides)
+    names = [", ".join(file.name for file in part.files) or BY_HAND for part in own]
+    parts = zip(own, names, strict=True)
+    return {f"{OWN}-{part.digest}-{files[:MAX_FILE_NAMES]}": part for part, files in parts}
+
+
+def files_named(name: str) -> str:
+    """Return the names of files in a name of `own_choices`."""
+    return printable(name.split("-", 2)[-1])
+
+
+def missing_parts(query: Mapping[str, Sequence[str]], available: Iterable[str]) -> dict[str, str]:
+    """Return the value of each part in an address that is the sender's own and not available."""
+    reader = StudyReader(query)
+    values = {key: query[key][-1] for key in OWN_PARTS if reader.names_own(key)}
+    return {key: text for key, text in values.items() if text not in available}
 
 
 def read_link(
@@ -216,13 +204,14 @@ class StudyReader:
         choice = self._available.get(self._query[key][-1])
         if KEY_OF.get(type(choice)) == key:
             return choice
-        self.notes.append(MISSING[key])
+        part = f"the {OWN_PARTS[key]} {files_named(self._query[key][-1])}"
+        self.notes.append(f"This server does not have {part} of this link.")
         return None
 
     def _value(self, row: FieldSpec, usual: Any) -> Any:
         """Return the value of a setting, or None if the value is absent or unreadable."""
         texts = self._query.get(row.key)
-        if not texts or (row.key in MISSING and self.names_own(row.key)):
+        if not texts or (row.key in OWN_PARTS and self.names_own(row.key)):
             return None
         values = []
         for text in texts if row.many else texts[-1:]:

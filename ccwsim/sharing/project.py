@@ -3,30 +3,38 @@
 import json
 import zipfile
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from io import BytesIO
 from typing import Any
 
 import numpy as np
 
-from ccwsim import CCWSIMError, Ensemble, Grid, HardData, Parameters, TrainingImage, simulate
+from ccwsim import CCWSIMError, Ensemble, Grid, Parameters, TrainingImage, simulate
 from ccwsim.io.archive import opened_archive
 from ccwsim.io.atomic import write_bytes
 from ccwsim.io.data_file import printable
 from ccwsim.io.formats.numpy_files import npz_arrays
 from ccwsim.io.opening import PathOrFile, read_bytes
+from ccwsim.io.realizations import (
+    KINDS_OF_VALUES,
+    arrays_of_values,
+    data_of_arrays,
+    values_of_image,
+)
 from ccwsim.io.secondary import KINDS_OF_ARRAYS, arrays_of_secondary, secondary_of_arrays
 from ccwsim.model.arrays import check_int
 from ccwsim.model.errors import refused, shown
 from ccwsim.model.study import Study
-from ccwsim.sharing.choices import Choices
+from ccwsim.sharing.choices import Choices, GuideChoice
 from ccwsim.sharing.link import KEYS, StudyReader, link_settings
+from ccwsim.sharing.parts import as_json, from_json
 
-FORMAT, VERSION = "CCWSIM project", 1
+FORMAT, VERSION = "CCWSIM project", 2
 STUDY = "study.json"
 ARRAYS = {"training_image": "buif", "hard_cells": "ui", "hard_facies": "ui"}
 """Arrays that every project has, and the NumPy kinds allowed for each."""
-MAX_STUDY_BYTES = 2**20
+FILE = "files/{}"  # member with the content of a file of the user
+MAX_STUDY_BYTES = 2**24
 MAX_VALUE_LETTERS = 10_000  # letters of a link's value; packed hard data are the longest values
 REQUIRED = ("grid", "realizations", "seed")  # other settings have default values
 MADE = (2020, 1, 1, 0, 0, 0)  # fixed date of all members: files of equal studies are equal
@@ -42,6 +50,7 @@ class Project:
     """Names and values as in a link; `study` overrides those of grid, parameters and seed."""
     versions: Mapping[str, str] = field(default_factory=dict)  # versions of software
     digest: str = ""  # digest of the realizations, if they were simulated
+    choices: Choices | None = None  # from which the dashboard made the study
 
     def __post_init__(self) -> None:
         n = check_int("n_realizations", self.n_realizations, 1)
@@ -79,9 +88,13 @@ def project_as_bytes(project: Project) -> bytes:
     study, hard_data = project.study, project.study.hard_data
     arrays = {"training_image": study.training_image.array}
     arrays |= {"hard_cells": hard_data.cells, "hard_facies": hard_data.facies}
-    arrays |= arrays_of_secondary(study.secondary)
-    members = {STUDY: json.dumps(_as_json(project), indent=1, ensure_ascii=False).encode()}
-    members |= {f"{name}.npy": _npy(array) for name, array in arrays.items()}
+    arrays |= arrays_of_secondary(study.secondary) | arrays_of_values(study)
+    files: list[bytes] = []
+    text = json.dumps(_as_json(project, files), indent=1, ensure_ascii=False)
+    members = {STUDY: text.encode()} | {
+        f"{name}.npy": _npy(array) for name, array in arrays.items()
+    }
+    members |= {FILE.format(k): file for k, file in enumerate(files)}
     content = BytesIO()
     with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, member in members.items():
@@ -98,20 +111,25 @@ def read_project(path_or_file: PathOrFile) -> Project:
     newer version.
     """
     content, name = read_bytes(path_or_file)
-    text = _study_json(content, name)
+    text, files = _study_and_files(content, name)
     try:
         entries = json.loads(text.decode())
     except (ValueError, RecursionError) as error:
         reason = " ".join(str(error).split())[:100]
         raise CCWSIMError(f"{name}: {STUDY} is not valid JSON ({reason}); save it again") from error
     _check_version(entries, name)
-    arrays = npz_arrays(content, name, ARRAYS | KINDS_OF_ARRAYS)
+    arrays = npz_arrays(content, name, ARRAYS | KINDS_OF_ARRAYS | KINDS_OF_VALUES)
     if missing := next((key for key in ARRAYS if key not in arrays), None):
         raise CCWSIMError(f"{name} is not a project of CCWSIM: {missing}.npy is missing")
     try:
-        return _project(entries, arrays)
+        project = _project(entries, arrays)
+        entry = entries.get("choices")
+        choices = None if entry is None else from_json(entry, Choices, files)
     except CCWSIMError as error:
         raise CCWSIMError(f"{name}: {error}") from error
+    if choices is not None and choices.guides.is_empty:
+        choices = replace(choices, guides=GuideChoice(saved=project.study.secondary))
+    return replace(project, choices=choices)
 
 
 def _check_version(entries: Any, name: str) -> None:
@@ -141,13 +159,19 @@ def _project(entries: dict[str, Any], arrays: Mapping[str, np.ndarray]) -> Proje
     choices = reader.part("study", Choices())
     image_name = printable(_take(image_entry, "name", str))
     training_image = TrainingImage(
-        arrays["training_image"], name=image_name, facies_names=facies_names
+        arrays["training_image"],
+        name=image_name,
+        facies_names=facies_names,
+        numbering=printable(str(image_entry.get("numbering", "codes"))),
+        **values_of_image(arrays),
     )
+    hard_data = data_of_arrays(arrays)
+    hard_data.numbering = training_image.numbering_of_data
     study = Study(
         training_image,
         grid,
         parameters,
-        HardData(arrays["hard_cells"], arrays["hard_facies"]),
+        hard_data,
         seed=choices.seed,
         secondary=secondary_of_arrays(arrays, grid, training_image),
     )
@@ -159,7 +183,7 @@ def _project(entries: dict[str, Any], arrays: Mapping[str, np.ndarray]) -> Proje
     return Project(study, choices.n_realizations, settings, versions, digest)
 
 
-def _as_json(project: Project) -> dict[str, Any]:
+def _as_json(project: Project, files: list[bytes]) -> dict[str, Any]:
     study = project.study
     choices = Choices(
         grid=study.grid,
@@ -170,13 +194,15 @@ def _as_json(project: Project) -> dict[str, Any]:
     current = link_settings(choices, ("grid", "parameters", "study"))
     return {
         "format": FORMAT,
-        "version": VERSION,
+        "version": VERSION if study.training_image.values else 1,
         "made_with": dict(project.versions),
         "training_image": {
             "name": study.training_image.name,
             "facies_names": list(study.training_image.facies_names),
+            "numbering": study.training_image.numbering,
         },
         "settings": {**project.settings, **current},
+        "choices": as_json(project.choices, files),
         "digest": project.digest,
     }
 
@@ -187,17 +213,19 @@ def _npy(array: np.ndarray) -> bytes:
     return content.getvalue()
 
 
-def _study_json(content: bytes, name: str) -> bytes:
-    """Return the text of a study in a project file, after checking its size."""
+def _study_and_files(content: bytes, name: str) -> tuple[bytes, list[bytes]]:
+    """Return the text of a study and the files in a project file, after checking their sizes."""
     if not content.startswith(b"PK"):
         raise CCWSIMError(f"{name} is not a project of CCWSIM; choose a saved project")
     with opened_archive(content, name) as archive:
         if STUDY not in archive.infos:
             raise CCWSIMError(f"{name} is not a project of CCWSIM: {STUDY} is missing")
-        archive.check([STUDY])
+        files = [FILE.format(k) for k in range(len(archive.infos))]
+        files = [file for file in files if file in archive.infos]
+        archive.check([STUDY, *files])
         if archive.infos[STUDY].file_size > MAX_STUDY_BYTES:
             raise CCWSIMError(f"{name}: {STUDY} is too large for a study")
-        return archive.read(STUDY)
+        return archive.read(STUDY), [archive.read(file) for file in files]
 
 
 def _take(entries: Mapping[str, Any], key: str, kind: type) -> Any:

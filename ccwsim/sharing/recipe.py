@@ -44,7 +44,7 @@ def _python(choices: Choices, study: Study, project: str) -> tuple[list[str], bo
     if reads:
         lines.append(f"study = ccwsim.read_project({project!r}).study")
     lines += image_lines or ["ti = study.training_image"]
-    sides = ("ny", "nx") if study.grid.nz is None else ("ny", "nx", "nz")
+    sides = ("ny", "nx", "nz") if study.grid.is_volume else ("ny", "nx")
     lines.append(f"grid = {_call(study.grid, _usual(study.grid), sides)}")
     lines.append(f"p = {_call(study.parameters, Parameters())}")
     lines += ["hd = study.hard_data"] if data_lines is None else data_lines
@@ -89,7 +89,7 @@ def _data_lines(choices: Choices, study: Study) -> list[str] | None:
             f"truth = ccwsim.simulate(ti, grid, p, seed={choice.seed_sampled}).realizations[0]",
             f"hd = sample_random(truth, {choice.n_sampled}, seed={choice.seed_sampled})",
         ]
-    if hard_data.n > MAX_WRITTEN_DATA:
+    if hard_data.n > MAX_WRITTEN_DATA or hard_data.values:
         return None
     return [f"hd = ccwsim.HardData({hard_data.cells.tolist()}, {hard_data.facies.tolist()})"]
 
@@ -104,7 +104,7 @@ def is_bundled(choices: Choices, study: Study) -> bool:
 
 def _usual(grid: Grid) -> Grid:
     """Return a grid of equal shape with default world coordinates."""
-    return Grid(1, 1, nz=None if grid.nz is None else 1)
+    return Grid(1, 1, nz=1 if grid.is_volume else None)
 
 
 def _call(value: Grid | Parameters, usual: Grid | Parameters, always: tuple[str, ...] = ()) -> str:

@@ -4,25 +4,24 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ccwsim import Ensemble
 from ccwsim.figures import LIGHT, map_png, proportions_chart, times_chart
-from ccwsim.metrics import etype, fit_curve, fit_flow, measure
+from ccwsim.io.hard_data.files import names_of_data
+from ccwsim.metrics import check_ensemble, etype, fit_curve, fit_flow, measure
 from ccwsim.metrics.bands import STATISTICS
-from ccwsim.metrics.lags import axes_of, max_lag
-from ccwsim.metrics.stack import Stack
+from ccwsim.metrics.lags import axes_of
 from ccwsim.model.arrays import describe_shape
-from ccwsim.model.bounds import MAX_CURVES
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.numbers import duration, three_digits
+from ccwsim.model.numbers import coordinate, duration, three_digits
 from ccwsim.model.parameters import parameter_table
 from ccwsim.report import document, verdicts
 from ccwsim.report.pictures import bundle_chart, bundle_of, map_picture, share_picture
 from ccwsim.report.settings import caption_of
-from ccwsim.sharing.choices import Choices, Shown
+from ccwsim.sharing.choices import CellsOfWells, Choices, Shown
 from ccwsim.sharing.codec import fields_of
 from ccwsim.sharing.link import parts_left_out
 from ccwsim.sharing.recipe import Recipe
 
-MAX_REPORTED = 40  # maximum number of data or realizations in a list; longer lists are summarized
+MAX_REPORTED = 100  # maximum number of data or realizations in a list; longer lists are summarized
 MAX_MAPS = 24
 MAX_FLOW_CELLS = 2e6  # limit of the cells in solutions of flow, for a few seconds of work
 REVISED = (
@@ -39,25 +38,29 @@ def study_report(
     facts: Sequence[str],
     link: str,
     recipe: Recipe,
+    wells: CellsOfWells = (),
 ) -> document.Document:
     """Return the report of a study and of its results.
 
     `shown` selects the realization and the facies; `colours` has one colour per facies. `facts` are
     short phrases on the results. `link` opens the study, and `recipe` reproduces the study.
+    `wells` are the named wells of the hard data.
     """
     image, grid = ensemble.training_image, ensemble.grid
-    facies = min(shown.facies, image.n_facies - 1)
+    chosen = image.facies_of_interest if shown.facies is None else shown.facies
+    facies = min(chosen, image.n_facies - 1)
     name, of_facies = image.name or "a training image", f"of {image.facies_names[facies]}"
     first_maps = _first_maps(ensemble, colours, min(shown.realization, ensemble.n - 1))
     maps = first_maps, _small_maps(ensemble, colours)
     e_type, curves = (_e_type_maps(ensemble, facies),), _curve_charts(ensemble, facies)
     counts = (_times_and_proportions(ensemble, colours), _table_of_realizations(ensemble))
-    study_blocks = (_study(ensemble), _facies(ensemble), *_data(ensemble))
+    study_blocks = (_study(ensemble), _facies(ensemble), *_data(ensemble, wells))
     mean = float(ensemble.cpu_seconds.mean())
     sections = (
         ("Study", study_blocks, f"{name}, {ensemble.hard_data.n} hard data"),
         ("Realizations", maps, f"{ensemble.n} of {describe_shape(grid.shape)} cells"),
         ("E-type", e_type, f"{of_facies}, in {ensemble.n} realizations"),
+        ("Checks", (_checks(ensemble),), "each beside crops of the training image"),
         ("Variograms and connectivity", curves, f"{of_facies}, compared with the training image"),
         ("Measures", (_measures(ensemble, facies),), f"{of_facies}, beside crops of the image"),
         ("Flow", (_flow(ensemble, facies),), f"{of_facies}, beside crops of the image"),
@@ -80,12 +83,9 @@ def _study(ensemble: Ensemble) -> document.Facts:
     image, grid, n = ensemble.training_image, ensemble.grid, ensemble.hard_data.n
     ti = f"{image.name or 'unnamed'}, {describe_shape(image.shape)} cells"
     ti += f", {image.n_facies} facies"
-    size = " × ".join(f"{side:g}" for side in grid.cell_size)
-    grid_text = f"{describe_shape(grid.shape)} cells of {size}"
-    corner = ", ".join(f"{place:g}" for place in grid.origin)
     rows: tuple[tuple[str, str], ...] = (
         ("Training image", f"{ti}, digest {image.digest}"),
-        ("Grid", f"{grid_text}, from ({corner})"),
+        ("Grid", f"{grid.describe()}; lengths in units of the coordinates"),
         ("Hard data", f"{n}, digest {ensemble.hard_data.digest}" if n else "none"),
         ("Realizations", f"{ensemble.n}, seed {ensemble.seed}"),
     )
@@ -106,17 +106,20 @@ def _facies(ensemble: Ensemble) -> document.Table:
     return document.Table(header, tuple(rows))
 
 
-def _data(ensemble: Ensemble) -> tuple[document.Block, ...]:
+def _data(ensemble: Ensemble, wells: CellsOfWells) -> tuple[document.Block, ...]:
     hard_data = ensemble.hard_data
     if not 0 < hard_data.n <= MAX_REPORTED:
         return ()
-    rows = []
-    for place, cell, code in zip(
-        ensemble.grid.centers_of(hard_data.cells), hard_data.cells, hard_data.facies, strict=True
-    ):
-        rows.append((*(f"{coordinate:g}" for coordinate in place), *map(str, cell), str(code)))
+    names = names_of_data(hard_data, ensemble.training_image, wells)
+    places = ensemble.grid.centers_of(hard_data.cells).tolist()
+    rows = [
+        (well, *map(coordinate, place), *map(str, cell), facies)
+        for well, place, cell, facies in zip(
+            names["well"], places, hard_data.cells.tolist(), names["facies_name"], strict=True
+        )
+    ]
     n = ensemble.grid.n_dimensions
-    header = (*("x", "y", "z")[:n], *("layer", "row", "column")[-n:], "facies")
+    header = ("well", *("x", "y", "z")[:n], *("layer", "row", "column")[-n:], "facies")
     return (document.Table(header, tuple(rows), "Hard data"),)
 
 
@@ -164,16 +167,23 @@ def _e_type_maps(ensemble: Ensemble, facies: int) -> document.PictureRow:
     return document.PictureRow((likely, share_picture(e_type.entropy, entropy)))
 
 
+def _checks(ensemble: Ensemble) -> document.Table:
+    """Return a table with a line on each check, below the headline."""
+    headline, lines = verdicts.describe_checks(
+        check_ensemble(ensemble), ensemble.training_image.facies_names
+    )
+    rows = [(what, verdict.words, verdict.numbers) for _, what, verdict in lines]
+    return document.Table(("check", "verdict", "largest difference"), tuple(rows), str(headline))
+
+
 def _curve_charts(ensemble: Ensemble, facies: int) -> tuple[document.PictureRow, ...]:
     """Return charts of the variograms and connectivity functions of a facies along each axis."""
     image = ensemble.training_image
     name, code, rows = image.facies_names[facies], int(image.codes[facies]), []
-    images = Stack(ensemble.indices[:MAX_CURVES], image.codes)
     for statistic in STATISTICS:
         bundles, notes = {}, []
         for way in axes_of(ensemble.grid.shape):
-            lags = np.arange(max_lag(way, image.shape, ensemble.grid.shape) + 1)
-            bundles[way] = bundle_of(statistic, images, image, code, direction=way, lags=lags)
+            bundles[way] = bundle_of(ensemble, statistic, facies, way)
             fit = fit_curve(ensemble, statistic, code, way)
             notes.append(f"{verdicts.way_name(way)}: {verdicts.describe_curve(fit, statistic)}")
         each = [curves for b in bundles.values() for curves in (b.each.max(), b.reference.max())]
@@ -209,7 +219,8 @@ def _flow(ensemble: Ensemble, facies: int) -> document.Table:
     words = (
         "E is the effective conductivity divided by the arithmetic mean if the facies conducts "
         f"10 000 times as well as all others: 1 for layers along the flow. {len(flow_fit.each)} of "
-        f"{ensemble.n} realizations were solved as a whole; mean (minimum to maximum). Images, "
+        f"{ensemble.n} realizations were solved as a whole, or in their "
+        "largest square without inactive cells; mean (minimum to maximum). Images, "
         "grids and crops that need more than seconds are not solved here, but on the page Validate."
     )
     head = ("axis", "E of the TI", "E of realizations", "beside crops of the TI")

@@ -20,7 +20,7 @@ def test_a_table_and_a_grid_are_written(file, tmp_path, capsys):
     values = ["-k", "sand=1e-4", "-k", "0=1e-8"]
     assert main(["flow", file, *values, "-o", str(table), "--grdecl", str(grid)]) == 0
     printed = capsys.readouterr()
-    assert "P50" in printed.out
+    assert "50 % below" in printed.out
     assert "Training image" in printed.out
     assert str(grid) in printed.err
     lines = table.read_text().splitlines()

@@ -167,7 +167,7 @@ def test_a_reader_has_an_evil_file_and_a_measurement(reader):
 def test_a_reader_has_a_good_file_that_is_changed_at_random(reader):
     package = every_reader.NEEDS.get(reader, "numpy")
     pytest.importorskip(package)
-    kinds = {opening._recognized(content, "a")[0] for content in _small_seeds()}
+    kinds = {opening.recognized(content, "a")[0] for content in _small_seeds()}
     assert reader in kinds, f"add a file of {reader} to tests/io/every_reader.py"
 
 
@@ -191,7 +191,7 @@ def test_an_evil_file_does_no_harm(reader, name, tmp_path, monkeypatch):
     assert outcome.megabytes < MEGABYTES
     assert list(tmp_path.iterdir()) == [], f"{SPRUNG}: its code was executed"
     if opening.kind_of(content) != "tiff":  # reading the tags of a TIFF would take long here
-        kind = opening._recognized(content, name)[0]
+        kind = opening.recognized(content, name)[0]
         assert kind in (reader, "npz" if reader == "project" else "")
     if reader == "project":
         return

@@ -6,8 +6,7 @@ from io import BytesIO
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from ccwsim import CCWSIMError, Grid, HardData, read_hard_data
 from ccwsim.io.hard_data.files import hard_data_as_bytes, write_hard_data

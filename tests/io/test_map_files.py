@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import ccwsim.io as cio
-from ccwsim import CCWSIMError, Grid, metrics
+from ccwsim import CCWSIMError, Grid, TrainingImage, metrics
 from ccwsim.io.formats.vti import vti_as_bytes
 from tests.io import sample_files as sample
 
@@ -99,7 +99,7 @@ def test_an_e_type_is_written_in_every_format(kind, tmp_path):
     pytest.importorskip({"tif": "rasterio", "nc": "xarray"}.get(kind, "numpy"))
     path = tmp_path / f"etype.{kind}"
     cio.write_maps(path, MAPS, E.grid)
-    names = [f"probability_{code}" for code in (0, 1, 2)]
+    names = [f"probability_{name}" for name in E.training_image.facies_names]
     names += ["most_likely", "most_likely_probability", "entropy"]
     assert [*MAPS] == names
     back = READERS[kind](path)
@@ -196,3 +196,19 @@ def test_a_package_that_is_missing_is_named(kind, package, monkeypatch):
 def test_other_maps_are_refused_in_words(maps, kind, said):
     with pytest.raises(CCWSIMError, match=said):
         cio.maps_as_bytes(maps, E.grid, kind)
+
+
+@pytest.mark.parametrize("kind", cio.MAP_FORMATS)
+def test_names_of_users_break_no_file_of_an_e_type(kind):
+    pytest.importorskip({"tif": "rasterio", "nc": "xarray"}.get(kind, "numpy"))
+    odd = ['a/b "x"', "très fin\n<b>\0\u202e" + 50 * "y", "facies 2"]
+    image = TrainingImage(E.training_image.array, facies_names=odd)
+    maps = metrics.etype(replace(E, study=replace(E.study, training_image=image))).maps
+    assert [*maps][2] == "probability_2"
+    assert len(cio.maps_as_bytes(maps, E.grid, kind)) > 100
+
+
+def test_facies_whose_names_are_not_distinct_are_named_by_codes():
+    image = TrainingImage(E.training_image.array, facies_names=["sand", "sand\t", "clay"])
+    maps = metrics.etype(replace(E, study=replace(E.study, training_image=image))).maps
+    assert [*maps][:3] == ["probability_0", "probability_1", "probability_2"]

@@ -51,7 +51,16 @@ def test_an_npz_is_read_as_the_ensemble_that_was_written(tmp_path):
 def test_every_field_of_an_ensemble_is_written_or_named_here():
     inputs = ["training_image", "grid", "parameters", "hard_data", "seed", "secondary"]
     assert {f.name for f in fields(Study)} - {*inputs} == {"checked", "inactive_data"}
-    known = ["study", "indices", "cpu_seconds", "wall_seconds", "data_status", "numbers", "revised"]
+    known = [
+        "study",
+        "indices",
+        "cpu_seconds",
+        "wall_seconds",
+        "data_status",
+        "numbers",
+        "revised",
+        "values",
+    ]
     assert {f.name for f in fields(Ensemble)} - {*known} == {"sources"}
 
 

@@ -6,8 +6,7 @@ from io import BytesIO
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 import ccwsim.io as cio
 from ccwsim import CCWSIMError, Grid, HardData, TrainingImage
@@ -145,7 +144,7 @@ class TestWells:
             (well("A,1,1,0,1", "well,x,y,porosity,facies"), "no column of heights"),
             (well("A,1,1,0,1,1", "well,x,y,z,from,facies"), "no column of ends of intervals"),
             (well("A,1,1,0,1,1", "well,x,y,z,to,facies"), "no column of starts of intervals"),
-            (well("A,1,1,0,3,2,1"), "line 2: the upper depth is below the lower depth"),
+            (well("A,1,1,0,3,2,1"), r"line 2 \(A\): the upper depth is below the lower depth"),
             (well("A,1,1,0,0,1e300,1"), "too far"),
             (well("3,4,1", "row,col,facies"), "no column of layers"),
             ("1 2 0\n3 4 1\n", "four: x, y, z and facies|no column of heights"),

@@ -10,8 +10,7 @@ from io import BytesIO
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 import ccwsim.io as cio
 from ccwsim import CCWSIMError, Ensemble, Grid, HardData, Parameters, TrainingImage

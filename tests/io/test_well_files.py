@@ -7,8 +7,7 @@ from io import BytesIO
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 import ccwsim.io as cio
 from ccwsim import CCWSIMError, Grid, TrainingImage
@@ -37,7 +36,9 @@ def test_a_german_spreadsheet_in_utm_with_names():
     assert found.lines.tolist() == [3, 4, 5]
     data = cio.read_hard_data(BytesIO(sample.in_utm()), UTM, SAND, facies_names={"ton": 0})
     assert data.facies.tolist() == [1, 1, 0]
-    with pytest.raises(CCWSIMError, match=r"line 4: .* no facies 'Ton'; give .*names=\{'Ton': 1\}"):
+    with pytest.raises(
+        CCWSIMError, match=r"line 4 \(B 2\): .* no facies 'Ton'; give .*names=\{'Ton': 1\}"
+    ):
         cio.read_hard_data(BytesIO(sample.in_utm()), UTM, SAND)
     left = cio.import_hard_data(BytesIO(sample.in_utm()), UTM, SAND, on_unknown="drop")
     assert (left.hard_data.n, left.n_unknown) == (2, 1)

@@ -175,7 +175,7 @@ def test_the_command_line_has_each_choice(tmp_path, capsys):
         "--facies-name mud=0 --facies-name sand=1"
     )
     assert main(line.split()) != 0
-    assert "on_no_collar" in capsys.readouterr().err
+    assert "--on-no-collar" in capsys.readouterr().err
     answers = " ".join(f"--{name.replace('_', '-')} {way}" for name, way in DROP.items())
     assert main(f"{line} {answers}".split()) == 0
     for option, choices in ROW_CHOICES.items():

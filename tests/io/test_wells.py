@@ -7,8 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from ccwsim import CCWSIMError, Grid, Parameters, TrainingImage, read_hard_data, simulate
 from ccwsim.cli.program import main
@@ -70,7 +69,7 @@ def test_what_was_taken_for_granted_of_paths_is_said():
     found = imported(surveys=surveys)
     assert found.notes[:2] == (
         "Wells without stations, assumed vertical: 1 (B).",
-        "Wells are straight below their last station (line 3).",
+        "Wells are straight below their last station (line 3 (A-1)).",
     )
     deeper = imported(surveys=surveys + b"A-1,7.1,90,-70\nB,30,0,-90\n")
     assert deeper.hard_data.digest == found.hard_data.digest

@@ -11,8 +11,7 @@ import pytest
 
 from ccwsim import CCWSIMError, Grid, HardData, Parameters, TrainingImage, simulate
 from ccwsim.engine import realization
-from ccwsim.jobs import job as jobs
-from ccwsim.jobs import limits
+from ccwsim.jobs import job as jobs, limits
 from ccwsim.jobs.job import Job, Queue
 from ccwsim.jobs.limits import RESERVE, Demand, admit, limits_of_environment
 from ccwsim.model.study import Study
@@ -79,6 +78,7 @@ def test_where_the_system_does_not_tell_nothing_is_refused(monkeypatch):
 def test_a_server_can_be_given_less_than_the_machine_has(monkeypatch):
     with_free(monkeypatch, 10_000 * MEGABYTE)
     monkeypatch.setattr(limits, "used_memory", lambda: 300 * MEGABYTE)
+    monkeypatch.setattr(limits, "memory_of_children", lambda: 0)  # of other tests
     monkeypatch.setenv("CCWSIM_MEMORY_MB", "1000")
     admit(Demand(1, 0, 500 * MEGABYTE))
     with pytest.raises(CCWSIMError, match="572 MB are free"):
@@ -111,7 +111,6 @@ def test_a_larger_run_needs_more():
     data = HardData([[1, 1], [50, 60]], [0, 1])
     more = (
         footprint(STUDY, 20),
-        footprint(STUDY, 10, keep_sources=True),
         footprint(STUDY, 10, n_workers=8),
         footprint(replace(STUDY, grid=Grid(2000, 2000)), 10),
         footprint(replace(STUDY, hard_data=data), 10, n_workers=2),

@@ -10,8 +10,7 @@ from urllib.parse import parse_qs, urlencode
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from ccwsim import CCWSIMError, Grid, HardData, Parameters, datasets
 from ccwsim.model.bounds import MAX_LINK_DATA, MAX_LINK_VALUES
@@ -21,18 +20,22 @@ from ccwsim.model.sizes import legal_sizes
 from ccwsim.sharing import link
 from ccwsim.sharing.choices import (
     Choices,
+    CompareChoice,
     DataChoice,
     Directions,
+    FlowChoice,
     Gradient,
     GuideChoice,
     ImageChoice,
     Shown,
     Stroke,
+    SweepChoice,
     Upload,
     ZoneLayers,
 )
 from ccwsim.sharing.codec import parts_of
 from ccwsim.sharing.link import KEYS, StudyReader, link_of, link_settings, parts_left_out, read_link
+from ccwsim.sharing.parts import json_text
 from ccwsim.sharing.words import packed, unpacked
 from ccwsim.ui.session.resolve import study_of
 
@@ -93,17 +96,30 @@ def built(kind: type) -> st.SearchStrategy:
 WKT = 'PROJCS["WGS 84 / UTM zone 32N",GEOGCS["WGS 84",' + 'AUTHORITY["EPSG","4326"],' * 80 + "]]"
 CRS = st.sampled_from(["", "EPSG:32632", "urn:ogc:def:crs:EPSG::32632", "+proj=utm +zone=32", WKT])
 MAPS = st.sampled_from(["probability", "most likely", "entropy"])
-DROPS = st.sampled_from(["on_outside", "on_unknown"])
+MATCHES = st.dictionaries(NAMES, CODES, min_size=1, max_size=3).map(lambda m: tuple(m.items()))
+ANSWERS = (
+    st.just(("on_outside", "drop"))
+    | st.just(("on_collision", "majority"))
+    | MATCHES.map(lambda matches: ("facies_names", matches))
+)
+WELLS = st.tuples(NAMES, st.lists(CELLS, min_size=1, max_size=3).map(tuple))
 SHARES, DEGREES = st.floats(0, 1), st.floats(-360, 360)
 POINTS = st.tuples(ORIGINS, ORIGINS)
 CORNERS = st.lists(POINTS, min_size=3, max_size=6).map(tuple)
 STROKES = st.builds(Stroke, SHARES, SIZES, SHARES, CORNERS)
-OTHER_IMAGES = st.builds(ImageChoice, st.sampled_from(datasets.names()))
+OTHER_IMAGES = st.builds(
+    ImageChoice,
+    st.sampled_from(datasets.names()),
+    flip_ew=st.booleans(),
+    facies_names=st.just(()) | MATCHES,
+)
+ROCKS = st.dictionaries(NAMES, st.tuples(st.floats(1e-14, 1e3), st.floats(0.01, 1)), max_size=3)
+HEADS = st.floats(-1e30, 1e30)
 RAMPS = st.builds(Gradient, DEGREES, SHARES, SHARES)
 FROM_FILES = {
-    ImageChoice: ("upload", "answers"),
-    DataChoice: ("upload", "tables", "wells"),
-    GuideChoice: ("saved",),
+    ImageChoice: ("upload", "answers", "facies_names"),
+    DataChoice: ("upload", "tables"),
+    GuideChoice: ("saved", "facies_names", "active_codes"),
     Parameters: ("method", "template_size", "overlap_size", "wavelet_level", "variant"),
 }
 """Fields that a link cannot contain, and parameters that are drawn together by `parameters`."""
@@ -117,9 +133,8 @@ VALUES: dict[type, dict[str, st.SearchStrategy]] = {
     DataChoice: {
         "source": st.sampled_from(["none", "bundled", "sampled", "placed"]),
         "bundled": st.sampled_from(datasets.hard_data_names()),
-        "answers": st.sets(DROPS).map(
-            lambda names: tuple((name, "drop") for name in sorted(names))
-        ),
+        "answers": st.lists(ANSWERS, max_size=2).map(tuple),
+        "wells": st.lists(WELLS, max_size=3).map(tuple),
         "n_sampled": st.integers(1, 100_000),
         "seed_sampled": SEEDS,
         "placed": st.none() | hard_data(),
@@ -151,15 +166,44 @@ VALUES: dict[type, dict[str, st.SearchStrategy]] = {
         "flow_azimuth": DEGREES,
         "scale": st.floats(0.2, 5),
         "mirrored": st.sampled_from(["", "x", "y", "z", "xy", "xyz"]),
-        "images": st.lists(
-            st.builds(ImageChoice, st.sampled_from(datasets.names())), max_size=2
-        ).map(tuple),
+        "images": st.lists(OTHER_IMAGES, max_size=2).map(tuple),
         "zones": st.none()
         | SHARES
         | st.lists(CORNERS, max_size=3).map(tuple)
         | st.builds(ZoneLayers, st.lists(st.integers(0, 99), min_size=1, max_size=3).map(tuple)),
     },
-    Shown: {"realization": st.integers(0, 999), "facies": st.integers(0, 253), "e_type": MAPS},
+    FlowChoice: {
+        "rocks": ROCKS.map(lambda rocks: tuple(rocks.items())),
+        "unit": st.sampled_from(["m/s", "m/d"]),
+        "axis": st.sampled_from([None, "x", "y", "z", "edge"]),
+        "along": st.sampled_from(["x", "y", "points", "constant"]),
+        "points": st.just(()) | st.tuples(HEADS, HEADS, HEADS, HEADS),
+        "thickness": st.floats(0.001, 1e5),
+        **dict.fromkeys(("high", "low"), HEADS),
+        "anisotropy": st.floats(0.001, 1),
+        "well": st.none() | CELLS,
+        "rate": st.floats(0, 1e30),
+    },
+}
+VALUES |= {
+    CompareChoice: {
+        "others": st.lists(st.none() | parameters(), min_size=1, max_size=3).map(tuple),
+        "n": st.none() | st.integers(1, 100),
+        "beside": st.sampled_from(["", "two-point"]) | OTHER_IMAGES,
+    },
+    SweepChoice: {
+        "ranges": st.sampled_from([(), (("template_size", (16, 24)), ("method", ("ccsim",)))]),
+        "n_realizations": st.integers(1, 50),
+        "error": st.sampled_from(["patterns", "proportions"]),
+    },
+}
+VALUES[Shown] = {
+    "realization": st.integers(0, 999),
+    "facies": st.integers(0, 253),
+    "e_type": MAPS,
+    "flow": built(FlowChoice),
+    "compare": built(CompareChoice),
+    "sweep": built(SweepChoice),
 }
 VALUES[Choices] = {
     "image": images(),
@@ -173,29 +217,24 @@ VALUES[Choices] = {
 STUDIES, SHOWN = built(Choices), built(Shown)
 
 
-N_WORDS = {
-    **{"gradient": 3, "along": 2, "turning": 3, "angle": 1, "scale": 1, "share": 1, "facies": 1},
-    **{"soft": 1, "weight": 1, "flow": 1, "mirrored": 1, "layers": 2, "polygon": 8, "zone": 6},
-    **{"line": 4, "stroke": 7, "bogus": 1},
-}
-"""Words for guides in a link, and the usual number of values after each word."""
-NUMBERS = st.one_of(
-    st.integers(0, 2).map(str),
-    st.floats(-10, 200).map(lambda value: f"{value:.3f}"),
-    st.sampled_from(
-        ("-0.0", "1e300", "1e-300", "nan", "-inf", "360", "9999", "-1", "", "1_0", "٣")
-    ),
+ODD = st.sampled_from(
+    [
+        *(None, True, -1, 1, 0.5, 360, 1e300, 1e999, float("nan"), 10**400, "x", [], {}, [[0]]),
+        *([[1, 2]], [[[1, 2], [3, 4]]], [[[1, 2], [30, 4], [5, 60]]], [[1e300, 0]] * 3),
+        *({"first": []}, {"first": [10**30]}, {"first": [-1]}, {"azimuth": 1e308}, {"end": -9}),
+        *([{"bundled": "mars"}], [{"bundled": "delta", "names": ["a"]}], {"saved": {}}),
+    ]
 )
+"""Values in the JSON of guides, most of which a link refuses."""
 SHAPES = "40x50", "20x20x6", "1x1", "6x300"
 
 
 @st.composite
-def guide_words(draw) -> str:
-    if draw(st.integers(0, 9)) == 0:
-        return f"image_{draw(st.sampled_from((*datasets.BUNDLED_IMAGES, 'nope')))}"
-    kind, n = draw(st.sampled_from(sorted(N_WORDS.items())))
-    n = max(n + draw(st.sampled_from((0, 0, 0, -1, 1, 2))), 0)
-    return "_".join([kind, *draw(st.lists(NUMBERS, min_size=n, max_size=n))])
+def texts_of_guides(draw) -> str:
+    changed = json.loads(json_text(draw(guides())))
+    names = st.sampled_from([f.name for f in fields(GuideChoice)])
+    changed |= draw(st.dictionaries(names, ODD, max_size=2))
+    return json.dumps(changed)
 
 
 def as_address(query: dict[str, list[str]]) -> dict[str, list[str]]:
@@ -213,7 +252,7 @@ def test_what_is_read_from_a_link_is_what_was_written(choices, shown):
 
 @given(STUDIES)
 def test_what_is_read_from_a_project_is_what_was_written(choices):
-    settings = link_settings(choices, [*parts_of(choices, Shown())])
+    settings = link_settings(choices, ["image", "data", "grid", "parameters", "study", "guides"])
     reader = StudyReader(json.loads(json.dumps(settings)), project=True)
     usual = parts_of(Choices(), Shown())
     image, data, grid, p = (
@@ -236,9 +275,9 @@ def test_any_address_gives_a_study(query):
     assert (again, seen, notes) == (choices, shown, ())
 
 
-@given(st.lists(guide_words(), min_size=1, max_size=4), st.sampled_from(SHAPES))
-def test_any_words_of_guides_give_a_study_or_are_refused(words, grid):
-    address = {"guides": ["~".join(words)], "grid": [grid], "data": ["none"], "template": ["16"]}
+@given(texts_of_guides(), st.sampled_from(SHAPES))
+def test_any_text_of_guides_gives_a_study_or_is_refused(text, grid):
+    address = {"guides": [text], "grid": [grid], "data": ["none"], "template": ["16"]}
     choices, shown, _ = read_link(address)
     again, _, notes = read_link(as_address(link_of(choices, shown)))
     assert (again, notes) == (choices, ())
@@ -290,8 +329,8 @@ def test_bundled_data_are_those_of_their_image_unless_the_link_names_them():
     ("query", "said"),
     [
         ({"ti": ["mars"]}, "ti = mars is not a bundled training image"),
-        ({"ti": ["own"]}, "Open the project file"),
-        ({"data": ["own"]}, "Open the project file"),
+        ({"ti": ["own"]}, "does not have the training image own of this link"),
+        ({"data": ["own-1a-a-b.csv"]}, "does not have the hard data a-b.csv of this link"),
         ({"data": ["oil"]}, "data = oil is none of"),
         ({"data": ["placed"], "points": ["0_0_3D_A~1_2_1H"]}, "copy the entire link again"),
         ({"grid": ["0x5"]}, "grid = 0x5 is not two or three numbers in range"),
@@ -359,9 +398,9 @@ def test_what_a_link_cannot_carry_is_named():
     file = Upload("a.npy", b"")
     assert parts_left_out(Choices(ImageChoice(upload=file))) == ("the training image a.npy",)
     assert parts_left_out(Choices(data=DataChoice("file", upload=file))) == ("the hard data a.npy",)
-    assert "300 data placed" in parts_left_out(Choices(data=DataChoice("placed", placed=many)))[0]
+    assert "set by hand" in parts_left_out(Choices(data=DataChoice("placed", placed=many)))[0]
     for choices in (
         Choices(ImageChoice(upload=file)),
         Choices(data=DataChoice("placed", placed=many)),
     ):
-        assert "project file" in read_link(link_of(choices))[2][0]
+        assert "This server does not have the" in read_link(link_of(choices))[2][0]

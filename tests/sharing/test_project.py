@@ -10,8 +10,7 @@ from io import BytesIO
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from ccwsim import (
     CCWSIMError,
@@ -110,6 +109,7 @@ def test_a_project_and_its_parts_are_not_given_together(line, capsys):
 
 
 CLASHING = np.array([[1, 1], [1, 1]])
+NO_FILE = {"image": {"upload": {"name": "a.npy", "content": 3}}}
 BROKEN = {
     "no zip": (lambda: BytesIO(b"hello"), "is not a project"),
     "cut": (lambda: BytesIO(project_as_bytes(a_project())[:200]), "broken"),
@@ -131,6 +131,15 @@ BROKEN = {
     "template": (lambda: changed(study=settings(template="9")), "Template 9"),
     "unknown": (lambda: changed(study=settings(magic="9")), "'magic' is unknown"),
     "settings": (lambda: changed(study=study_json(settings=[3])), "settings is missing or broken"),
+    "choices": (
+        lambda: changed(study=study_json(choices={"image": 7})),
+        "is changed; save or copy it again",
+    ),
+    "file": (
+        lambda: changed(study=study_json(choices=NO_FILE)),
+        "is changed; save or copy it again",
+    ),
+    "guides": (lambda: changed(study=study_json(choices={"guides": {"scale": 0}})), "scale of"),
     "no data": (lambda: changed(hard_facies=None), "hard_facies.npy is missing"),
     "clash": (lambda: changed(hard_cells=npy(CLASHING), hard_facies=npy([0, 7])), "two facies"),
     "pickle": (lambda: changed(training_image=npy(np.array([[{}]], object))), "of type object"),

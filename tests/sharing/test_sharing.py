@@ -5,22 +5,32 @@ from __future__ import annotations
 import shlex
 import subprocess
 import sys
+from html import escape
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from ccwsim import Grid, HardData, Parameters, TrainingImage, datasets, save_project, simulate
+from ccwsim import (
+    Grid,
+    HardData,
+    Parameters,
+    TrainingImage,
+    datasets,
+    read_project,
+    save_project,
+    simulate,
+)
 from ccwsim.engine.kernel_cache import KERNEL_FOLDER
 from ccwsim.io import training_image_as_bytes
-from ccwsim.metrics import fit_curve, fit_flow
+from ccwsim.metrics import check_ensemble, fit_curve, fit_flow
 from ccwsim.model.study import Study
 from ccwsim.report.document import report_html
 from ccwsim.report.settings import caption_of
-from ccwsim.report.verdicts import describe_curve, describe_flow, relative_text
+from ccwsim.report.verdicts import describe_checks, describe_curve, describe_flow, relative_text
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Shown, Upload
-from ccwsim.sharing.link import link_of, link_settings
-from ccwsim.sharing.project import Project
+from ccwsim.sharing.project import Project, project_as_bytes
 from ccwsim.sharing.recipe import reproduction_recipe
 from ccwsim.sharing.study_report import MAX_FLOW_CELLS, study_report
 from ccwsim.ui.session.resolve import study_of
@@ -50,8 +60,7 @@ STUDIES = {
 
 
 def project_of(choices: Choices, study: Study) -> Project:
-    settings = {**link_of(choices), "colour": link_settings(choices, ["image"])["colour"]}
-    return Project(study, choices.n_realizations, settings)
+    return Project(study, choices.n_realizations, choices=choices)
 
 
 @pytest.mark.slow
@@ -83,17 +92,13 @@ def test_script_and_command_give_the_same_cells(what, tmp_path):
 def test_a_project_becomes_the_study_it_was(what):
     choices = STUDIES[what]
     study = study_of(choices)
-    opened, _ = choices_of(project_of(choices, study))
-    again_there = study_of(opened)
-    assert again_there.training_image.digest == study.training_image.digest
-    assert again_there.training_image.facies_names == study.training_image.facies_names
-    assert again_there.hard_data.digest == study.hard_data.digest
-    assert (opened.grid, opened.parameters) == (choices.grid, choices.parameters)
-    assert (opened.n_realizations, opened.seed) == (choices.n_realizations, choices.seed)
-    assert opened.image.colours == choices.image.colours
-    assert (opened.image.upload is None) == (choices.image.upload is None)
-    if choices.image.upload is None:
-        assert opened.data.source == choices.data.source
+    content = BytesIO(project_as_bytes(project_of(choices, study)))
+    assert choices_of(read_project(content))[0] == choices
+    of_script, _ = choices_of(Project(study, choices.n_realizations))
+    again_there = study_of(of_script)
+    assert again_there.training_image == study.training_image
+    assert not again_there.differs_from(study)
+    assert of_script.n_realizations == choices.n_realizations
 
 
 def test_a_report_has_everything_and_all_of_it_is_escaped():
@@ -111,7 +116,7 @@ def test_a_report_has_everything_and_all_of_it_is_escaped():
     assert "<script>alert" not in page
     assert not OUTSIDE.search(own_part(page))
     assert ", ".join(section.title for section in document.sections) == (
-        "Study, Realizations, E-type, Variograms and connectivity, Measures, "
+        "Study, Realizations, E-type, Checks, Variograms and connectivity, Measures, "
         "Flow, CPU time and proportions, Parameters, Reproduction"
     )
     assert page.count('class="plot"') == 6
@@ -127,11 +132,14 @@ def test_a_report_says_the_same_of_curves_as_the_pages():
     e = simulate(image, (64, 64), SMALL, n_realizations=2)
     how = reproduction_recipe(choices, Study(image, grid, SMALL), "a.ccwsim")
     page = report_html(study_report(e, choices, Shown(), ["#112233"] * 2, ["fine"], "?", how))
+    headline, lines = describe_checks(check_ensemble(e), image.facies_names)
+    for words in (str(headline), *(line.verdict.numbers for line in lines)):
+        assert escape(words) in page
     for statistic in ("variogram", "connectivity"):
         for way in ("E-W", "N-S"):
-            assert str(describe_curve(fit_curve(e, statistic, 0, way), statistic)) in page
+            assert str(describe_curve(fit_curve(e, statistic, 1, way), statistic)) in page
     assert page.count(f"{caption_of(e)}.") == 3  # below each row of charts
-    found = fit_flow(e, Shown().facies, max_cells=MAX_FLOW_CELLS)
+    found = fit_flow(e, 1, max_cells=MAX_FLOW_CELLS)
     for axis in (0, 1):
         assert f">{found.reference[axis]:.3f}</td>" in page
         assert f">{found.each[:, axis].mean():.3f} (" in page

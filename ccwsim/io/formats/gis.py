@@ -1,10 +1,14 @@
 """Read points from GeoJSON and, with the package pyogrio, from GeoPackage and Shapefile."""
 
 import json
-import struct
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from glob import escape
 from io import BytesIO
 from itertools import chain
 from math import inf, nan
+from pathlib import Path
 from typing import Any
 from zipfile import ZipFile
 
@@ -19,6 +23,7 @@ from ccwsim.model.extras import needs
 
 GIS_FILES = {"geopackage": "GeoPackage", "shapefile": "Shapefile", "shp": "Shapefile"}
 """Names of the formats that pyogrio reads."""
+_PARTS = (".shp", ".shx", ".dbf", ".cpg", ".prj")  # ends of names of the parts that are read
 
 
 def read_geojson(text: bytes, name: str) -> DataFile:
@@ -40,6 +45,20 @@ def read_geojson(text: bytes, name: str) -> DataFile:
     columns = chain(x_and_y, columns)  # made one by one, after their number is checked
     names = ["x", "y", *keys]
     return make_table("GeoJSON points", name, names, columns, numbers, counted="feature")
+
+
+def points_as_geojson(columns: Mapping[str, Sequence], crs: str) -> bytes:
+    """Return points as GeoJSON with a CRS that GDAL reads, from columns x, y and properties."""
+    features = [
+        {
+            "type": "Feature",
+            "geometry": {"type": "Point", "coordinates": row[:2]},
+            "properties": dict(zip([*columns][2:], row[2:], strict=True)),
+        }
+        for row in zip(*columns.values(), strict=True)
+    ]
+    system = {"crs": {"type": "name", "properties": {"name": crs}}} if crs else {}
+    return json.dumps({"type": "FeatureCollection", **system, "features": features}).encode()
 
 
 def _places(geometry: Any, name: str, number: int) -> list[tuple[float, float]]:
@@ -74,48 +93,55 @@ def is_shapefile_zip(content: bytes) -> bool:
 
 def read_gis(content: bytes, name: str, kind: str) -> DataFile:
     """Return the points of a GeoPackage or a zipped Shapefile as a table."""
+    return replace(
+        read_geojson(as_geojson(content, name, kind)[0], name), kind=f"{GIS_FILES[kind]} points"
+    )
+
+
+def as_geojson(content: bytes, name: str, kind: str) -> tuple[bytes, str]:
+    """Return a GeoPackage or a zipped Shapefile as GeoJSON, and its coordinate system."""
     if kind == "shp":
         raise refused("shapefile_without_table", name=name)
-    pyogrio = needs("pyogrio")
+    crs, text, pyogrio = "", BytesIO(), needs("pyogrio")
     if kind == "shapefile":
-        content = _parts(content, name)
-    with broken(f"{name}: the file cannot be read", remedy="save it again"):
+        content, crs = _parts(content, name)
+    reading = broken(f"{name}: the file cannot be read", remedy="save it again")
+    with reading, warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of missing systems and unusual names of files
         info = pyogrio.read_info(content)
         check(name, points=int(info["features"]))
         check_table(name, max(int(info["features"]), 1), len(info["fields"]) + 2)
         most = limits().points + 1
         meta, _, shapes, columns = pyogrio.raw.read(content, max_features=most)
-        places = [_point(shape, name, k) for k, shape in enumerate(shapes, start=1)]
-    names, columns = ["x", "y", *meta["fields"]], [*np.array(places).reshape(-1, 2).T, *columns]
-    numbers = np.arange(1, len(places) + 1)
-    kind_name = f"{GIS_FILES[kind]} points"
-    return make_table(kind_name, name, names, columns, numbers, counted="feature")
+        look = {"driver": "GeoJSON", "geometry_type": "Unknown"}
+        pyogrio.raw.write(text, shapes, columns, meta["fields"], **look)
+    return text.getvalue(), crs or info["crs"] or ""
 
 
-def _parts(content: bytes, name: str) -> bytes:
-    """Return a zip of one Shapefile without its coordinate system, whose reading can be slow."""
-    with opened_archive(content, name) as archive:
-        stem = next(m[:-4] for m in archive.infos if m.lower().endswith(".shp"))
-        parts = {m: m[-4:].lower() for m in archive.infos if m[:-4] == stem}
-        parts = {m: end for m, end in parts.items() if end in (".shp", ".shx", ".dbf", ".cpg")}
-        archive.check(list(parts))
-        packed = BytesIO()
-        with ZipFile(packed, "w") as shapefile:
-            for member, end in parts.items():
-                shapefile.writestr(f"points{end}", archive.read(member))
+def pack_shapefile(path: Path) -> bytes:
+    """Return a zip of a Shapefile and the files beside it that belong to it."""
+    packed = BytesIO()
+    with ZipFile(packed, "w") as shapefile:
+        for part in path.parent.glob(f"{escape(path.stem)}.*"):
+            if part.suffix.lower() in _PARTS:
+                shapefile.write(part, f"{path.stem}{part.suffix.lower()}")
     return packed.getvalue()
 
 
-def _point(shape: bytes | None, name: str, number: int) -> tuple[float, float]:
-    """Return x and y of a point in well-known binary; z and m may follow and are ignored."""
-    if shape is None:
-        return nan, nan
-    if len(shape) >= 21:
-        order = "<" if shape[0] == 1 else ">"
-        kind, x, y = struct.unpack_from(f"{order}Idd", shape, 1)
-        if kind & 0xFFFF in (1, 1001, 2001, 3001):
-            return x, y
-        n = struct.unpack_from(f"{order}I", shape, 5)[0]
-        if kind & 0xFFFF in (4, 1004, 2004, 3004) and n == 1:
-            return _point(shape[9:], name, number)
-    raise CCWSIMError(f"{name}, feature {number}: a single point is needed; save points")
+def _parts(content: bytes, name: str) -> tuple[bytes, str]:
+    """Return a zip of one Shapefile without its coordinate system, and the coordinate system.
+
+    GDAL does not get the coordinate system, because reading it can be slow.
+    """
+    with opened_archive(content, name) as archive:
+        stem = next(m[:-4] for m in archive.infos if m.lower().endswith(".shp"))
+        parts = {m: m[-4:].lower() for m in archive.infos if m[:-4] == stem}
+        parts = {m: end for m, end in parts.items() if end in _PARTS}
+        archive.check(list(parts))
+        contents = {end: archive.read(member) for member, end in parts.items()}
+        crs = contents.pop(".prj", b"").decode("utf-8", "replace").strip()
+        packed = BytesIO()
+        with ZipFile(packed, "w") as shapefile:
+            for end, part in contents.items():
+                shapefile.writestr(f"points{end}", part)
+    return packed.getvalue(), crs

@@ -1,18 +1,19 @@
 """Read arrays with named axes from NetCDF and HDF5 files, and write NetCDF."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from io import BytesIO
 from math import prod
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim import CCWSIMError, Grid
 from ccwsim.io.data_file import DataFile, Geometry, broken
 from ccwsim.io.formats.rasters import code_and_wkt
 from ccwsim.io.limits import check, check_arrays, limits
-from ccwsim.model.arrays import WORLD_AXES, labelled_axes, oriented_values
+from ccwsim.model.arrays import WORLD_AXES, Array, is_top_first, labelled_axes, oriented_values
+from ccwsim.model.bounds import MAX_FACIES
 from ccwsim.model.extras import needs
 
 _MATLAB = "MATLAB_class"
@@ -40,9 +41,9 @@ def read_netcdf(content: bytes, name: str) -> DataFile:
 def _crs_of(dataset: Any) -> str:
     """Return the coordinate system in the attributes of a dataset or of one of its variables."""
     for place in (dataset, *dataset.variables.values()):
-        for key in ("crs", "crs_wkt", "spatial_ref"):
-            if isinstance(crs := place.attrs.get(key), str):
-                return code_and_wkt(crs)[0]
+        for key in ("crs", "crs_wkt", "spatial_ref", "epsg_code", "epsg", "proj4"):
+            if isinstance(crs := place.attrs.get(key), (str, int, np.integer)):
+                return code_and_wkt(crs if isinstance(crs, str) else f"EPSG:{crs}")[0]
     return ""
 
 
@@ -64,9 +65,21 @@ def _file_of(arrays: dict[str, Any], name: str, crs: str) -> DataFile:
     if too_many := next((key for key, grid in grids.items() if grid.ndim > 3), None):
         raise CCWSIMError(f"{name}: {too_many} has {grids[too_many].ndim} axes; save at most 3")
     grids = {key: grid if grid.ndim == 3 else grid[None] for key, grid in grids.items()}
-    file = DataFile("NetCDF file", name, grids, geometry=Geometry(crs=crs))
-    sizes, origins = zip(*labelled_axes(next(iter(arrays.values()))), strict=True)
+    first = next(iter(arrays.values()))
+    labels = {key: names for key, array in arrays.items() if (names := _flag_names(array))}
+    file = DataFile("NetCDF file", name, grids, geometry=Geometry(crs=crs), labels=labels)
+    file = replace(file, bottom_first=not is_top_first(first))
+    sizes, origins = zip(*labelled_axes(first), strict=True)
     return file.at(sizes, origins) if len(sizes) > 1 else file
+
+
+def _flag_names(array: Any) -> tuple[str, ...]:
+    """Return the names of the values 0, 1, … by the CF attributes of flags; else nothing."""
+    meanings = str(array.attrs.get("flag_meanings", "")).split()
+    values = np.atleast_1d(array.attrs.get("flag_values", np.arange(len(meanings)))).tolist()
+    names = dict(zip(values, meanings, strict=False))
+    n = max(names, default=-1) + 1 if {*names} <= {*range(MAX_FACIES + 1)} else 0
+    return tuple(names.get(k, f"facies {k}") for k in range(n))
 
 
 def read_hdf5(content: bytes, name: str) -> DataFile:
@@ -108,14 +121,14 @@ def _arrays(file: Any, h5py: Any, name: str) -> dict[str, Any]:
     return arrays
 
 
-def _grid(array: NDArray, is_matlab: bool) -> NDArray:
+def _grid(array: Array, is_matlab: bool) -> Array:
     """Return an array as layers, rows and columns; MATLAB stores axes in reverse order."""
     if is_matlab:
         array = np.swapaxes(array, -1, -2)
     return array if array.ndim == 3 else array[None]
 
 
-def netcdf_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
+def netcdf_as_bytes(maps: Mapping[str, Array], grid: Grid) -> bytes:
     """Return maps as NetCDF variables; coordinates (z,) y, x are cell centres in world units."""
     xarray = needs("xarray")
     axes = dict(reversed(list(zip(WORLD_AXES, grid.axes, strict=False))))
@@ -125,9 +138,12 @@ def netcdf_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
 
 def realizations_as_netcdf(array: Any) -> bytes:
     """Return the DataArray of an ensemble as NetCDF; integers have at most 32 bits."""
+    array = array.assign_attrs(seed=str(array.attrs["seed"]))
+    if "flag_values" not in array.attrs:
+        return _netcdf(array.to_dataset(), array.attrs.get("crs", ""))
     codes = netcdf_integers(np.asarray(array.attrs["flag_values"]))
     small = array.astype(codes.dtype if array.dtype.kind in "ui" else np.float64)
-    small.attrs |= {"flag_values": codes, "seed": str(array.attrs["seed"])}
+    small.attrs["flag_values"] = codes
     return _netcdf(small.to_dataset(), small.attrs.get("crs", ""))
 
 
@@ -143,7 +159,7 @@ def _netcdf(dataset: Any, crs: str) -> bytes:
     return bytes(dataset.to_netcdf(engine="scipy"))
 
 
-def netcdf_integers(values: NDArray) -> NDArray:
+def netcdf_integers(values: Array) -> Array:
     """Convert integers to the smallest sufficient NetCDF type; return other values unchanged."""
     if values.dtype.kind not in "ui":
         return values

@@ -9,11 +9,11 @@ from collections.abc import Iterator
 from math import prod
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ccwsim import CCWSIMError
 from ccwsim.io.data_file import DataFile, broken, printable
 from ccwsim.io.limits import check, check_arrays, check_cells, limits
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.arrays import Array
 
 _TYPE_NUMBERS = (1, 2, 3, 4, 5, 6, 7, 9, 12, 13)
 _KINDS = ("i1", "u1", "i2", "u2", "i4", "u4", "f4", "f8", "i8", "u8")
@@ -30,7 +30,7 @@ def read_matlab(content: bytes, name: str) -> DataFile:
     order = {b"IM": "<", b"MI": ">"}.get(content[126:128])
     if order is None:
         raise CCWSIMError(f"{name}: the MATLAB header is broken; save it again with -v7")
-    grids: dict[str, NDArray] = {}
+    grids: dict[str, Array] = {}
     for kind, payload in _variables(_Elements(memoryview(content)[128:], order, name)):
         array = _named_array(_Elements(payload, order, name)) if kind == _MATRIX else None
         if array is not None:
@@ -117,7 +117,7 @@ def _shape_and_name(elements: _Elements) -> tuple[tuple[int, ...], str] | None:
     return shape, key
 
 
-def _named_array(elements: _Elements) -> tuple[str, NDArray] | None:
+def _named_array(elements: _Elements) -> tuple[str, Array] | None:
     """Return name and values of a matrix element; None if its values are not real numbers."""
     header = _shape_and_name(elements)
     if header is None:
@@ -149,7 +149,7 @@ def is_matlab4(content: bytes) -> bool:
 
 def read_matlab4(content: bytes, name: str) -> DataFile:
     """Return the full matrices of real numbers in a file of MATLAB 4."""
-    grids: dict[str, NDArray] = {}
+    grids: dict[str, Array] = {}
     position = n_variables = 0
     while position + 20 <= len(content):
         order = (

@@ -10,14 +10,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.lib import format as npy
-from numpy.typing import NDArray
 
+from ccwsim import Grid
 from ccwsim.io.archive import Archive, opened_archive
 from ccwsim.io.data_file import DataFile, Geometry, broken, distinct_names
 from ccwsim.io.formats.tables import make_table
 from ccwsim.io.limits import check, check_arrays, check_cells
+from ccwsim.model.arrays import Array, Shape
 from ccwsim.model.errors import CCWSIMError, refused, shown
-from ccwsim.model.grid import Grid
 
 MAX_NPY_HEADER = 10_000  # maximum number of bytes of an array header, equal to NumPy's limit
 
@@ -51,13 +51,13 @@ def read_npz(content: bytes, name: str) -> DataFile:
     return file.at(size.tolist(), origin.tolist()) if placed else file
 
 
-def place_arrays(grid: Grid) -> dict[str, NDArray]:
+def place_arrays(grid: Grid) -> dict[str, Array]:
     """Return cell size, origin and coordinate system of a grid as members of an `.npz` file."""
     keys = ("cell_size", "origin", "crs")
     return {key: np.array(getattr(grid, key)) for key in keys}
 
 
-def npz_arrays(content: bytes, name: str, kinds: Mapping[str, str]) -> dict[str, NDArray]:
+def npz_arrays(content: bytes, name: str, kinds: Mapping[str, str]) -> dict[str, Array]:
     """Return members of an `.npz` file; `kinds` maps their names to the allowed NumPy kinds."""
     with opened_archive(content, name) as archive:
         members = {key: f"{key}.npy" for key in kinds if f"{key}.npy" in archive.infos}
@@ -75,7 +75,7 @@ def npz_arrays(content: bytes, name: str, kinds: Mapping[str, str]) -> dict[str,
         return arrays
 
 
-def one_value(arrays: Mapping[str, NDArray], name: str, default: Any) -> Any:
+def one_value(arrays: Mapping[str, Array], name: str, default: Any) -> Any:
     """Return the only value of an array, or a default if there is no array of this name."""
     value = arrays.get(name, np.asarray(default))
     if value.size != 1:
@@ -101,7 +101,7 @@ def _cells_and_facies(archive: Archive, name: str) -> DataFile | None:
     return make_table("NumPy arrays", name, [*places, "facies"], [*cells.T, facies], lines)
 
 
-def _grids_and_reasons(archive: Archive, name: str) -> tuple[dict[str, NDArray], list[str]]:
+def _grids_and_reasons(archive: Archive, name: str) -> tuple[dict[str, Array], list[str]]:
     """Return the arrays that are grids, and the reasons that exclude other arrays."""
     keys = [key for key in archive.infos if key.endswith(".npy")]
     check(name, variables=len(keys))
@@ -125,7 +125,7 @@ class _Array(NamedTuple):
 
     file: BytesIO
     name: str
-    shape: tuple[int, ...]
+    shape: Shape
     by_columns: bool
     dtype: np.dtype
 
@@ -147,12 +147,12 @@ class _Array(NamedTuple):
             raise refused("not_numbers", name=name, dtype=array.dtype)
         return array
 
-    def grid(self) -> NDArray:
+    def grid(self) -> Array:
         """Return the values as layers, rows and columns, or as a stack of volumes."""
         values = self.values()
         return values[None] if values.ndim == 2 else values
 
-    def values(self) -> NDArray:
+    def values(self) -> Array:
         """Return the values after the header."""
         content, n = self.file.getvalue(), prod(self.shape)  # shared with the file, no copy
         if len(content) - self.file.tell() < n * self.dtype.itemsize:

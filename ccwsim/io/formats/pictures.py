@@ -5,6 +5,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from io import BytesIO
+from math import ceil, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,10 +15,12 @@ from PIL.PngImagePlugin import PngInfo
 from ccwsim.io.data_file import DataFile, broken
 from ccwsim.io.gridding import FilePart
 from ccwsim.io.limits import MIB, check_cells
-from ccwsim.model.arrays import Bytes, Floats, Ints, Mask
+from ccwsim.model.arrays import Array, Bytes, Floats, Int32s, Integers, Ints, Mask
 from ccwsim.model.classes import Classes, asks_for_codes, classify
 from ccwsim.model.errors import CCWSIMError, refused, shown
 
+MAX_SHEET_PIXELS = 50_000_000  # pixels in a sheet of maps; many viewers reject larger pictures
+SHEET_GAP = 4  # width of the white gap between the maps of a sheet, in cells
 _FORMATS = ("PNG", "JPEG", "TIFF", "GIF", "BMP")
 PICTURE_OF_NUMBERS = "picture of numbers"
 _TAG, _CODES = "Palette", "facies codes"
@@ -44,6 +47,11 @@ class PictureFile:
         n = np.count_nonzero(~self.opaque)
         return f"{n} of {self.opaque.size} pixels are transparent, which means unknown"
 
+    def grid(self) -> DataFile:
+        """Return the grey values as a grid; transparent pixels are NaN."""
+        grey = np.where(True if self.opaque is None else self.opaque, grey_of(self.rgb), np.nan)
+        return DataFile("picture", self.name, {"grey": grey[None]}, south_first=False)
+
 
 def read_picture(
     content: bytes, name: str, part: FilePart | None = None, *, up: bool | None = None
@@ -51,7 +59,7 @@ def read_picture(
     """Read a picture, or a grid if its pixels are numbers of 16 bits or more."""
     picture = _opened_picture(content, name)
     check_cells(name, (picture.height, picture.width))
-    with broken(f"{name}: the picture is broken; save it again as PNG"):
+    with broken(f"{name}: the picture is broken; save it again"):
         if part is not None:
             picture = _part_of(picture, part, name, up)
         if picture.mode in _NUMBER_MODES:
@@ -85,8 +93,18 @@ def picture_facies(
     return classify(grey, threshold=threshold, classes=classes, what=picture.name)
 
 
+def sheet_layout(n: int, ny: int, nx: int) -> tuple[int, int]:
+    """Return rows and columns of a sheet of n maps; raise an error if it is too large."""
+    columns = min(n, max(1, ceil(sqrt(n * ny / nx))))
+    rows = ceil(n / columns)
+    height, width = rows * (ny + SHEET_GAP), columns * (nx + SHEET_GAP)
+    if height * width > MAX_SHEET_PIXELS or max(height, width) > 65_000:
+        raise CCWSIMError(f"a picture of {n} realizations is too large; write fewer, or an npz")
+    return rows, columns
+
+
 def picture_as_bytes(
-    indices: NDArray[np.integer],
+    indices: Integers,
     n_colours: int,
     colours: Sequence[str] | None = None,
     *,
@@ -113,7 +131,7 @@ def picture_as_bytes(
 def _opened_picture(content: bytes, name: str) -> Image.Image:
     too_large = f"{name}: more than {2 * (Image.MAX_IMAGE_PIXELS or 0)} pixels; cut a smaller piece"
     with (
-        broken(f"{name}: the picture cannot be read; save it again as PNG"),
+        broken(f"{name}: the picture cannot be read; save it again, as PNG or TIFF"),
         broken(too_large, Image.DecompressionBombError),
     ):
         picture = Image.open(BytesIO(content), formats=_FORMATS)
@@ -174,7 +192,7 @@ def is_grey(rgb: Bytes, percent: float = 100.0) -> bool:
     )
 
 
-def distinct_colours(rgb: Bytes, counted: Mask | None = None) -> tuple[Bytes, NDArray[np.int32]]:
+def distinct_colours(rgb: Bytes, counted: Mask | None = None) -> tuple[Bytes, Int32s]:
     """Return the colours of `counted` cells from dark to light, and each cell's colour index."""
     packed = _packed_rgb(rgb, 8)
     occurs = np.zeros(1 << 24, bool)
@@ -236,13 +254,13 @@ def nearest_colours(rgb: Bytes, n: int) -> Ints:
     return of_bin[coarse]
 
 
-def _packed_rgb(rgb: NDArray[np.integer], bits: int) -> NDArray[np.int32]:
+def _packed_rgb(rgb: Integers, bits: int) -> Int32s:
     """Return red, green and blue packed into one number."""
     red, green, blue = np.moveaxis(rgb.astype(np.int32), -1, 0)
     return red << 2 * bits | green << bits | blue
 
 
-def _k_means(points: NDArray, weights: NDArray, n: int) -> NDArray[np.intp]:
+def _k_means(points: Array, weights: Array, n: int) -> NDArray[np.intp]:
     centres = points[[weights.argmax()]]
     while len(centres) < n:
         far = ((points[:, None] - centres) ** 2).sum(axis=2).min(axis=1)

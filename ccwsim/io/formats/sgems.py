@@ -4,11 +4,11 @@ from dataclasses import replace
 from io import BytesIO
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ccwsim import CCWSIMError
 from ccwsim.io.data_file import DataFile, broken, distinct_names, printable
 from ccwsim.io.limits import check, check_cells
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.arrays import Array
 
 _N_MAGIC = 4  # number of bytes that mark the format
 
@@ -38,7 +38,7 @@ def read_sgems(content: bytes, name: str) -> DataFile:
     return replace(read, is_table=True, lines=np.arange(1, shape[0] + 1), counted="row")
 
 
-def _take(file: BytesIO, n: int, dtype: str = ">u4") -> NDArray:
+def _take(file: BytesIO, n: int, dtype: str = ">u4") -> Array:
     """Return the next n numbers of a file; raise `ValueError` if the file has fewer."""
     values = np.frombuffer(file.read(n * np.dtype(dtype).itemsize), dtype)
     if len(values) < n:

@@ -1,18 +1,19 @@
 """Make tables of columns, and read tables in memory and the first sheet of an Excel workbook."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from io import BytesIO
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim.io.archive import opened_archive
 from ccwsim.io.data_file import DataFile, broken, distinct_names
 from ccwsim.io.formats.text_tables import column_of_numbers, read_delimited
+from ccwsim.io.hard_data.columns import is_points
 from ccwsim.io.limits import check_table, limits
-from ccwsim.model.arrays import as_array
+from ccwsim.model.arrays import Array, Ints, as_array
 from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.extras import needs
 
@@ -39,14 +40,14 @@ def make_table(
     kind: str,
     name: str,
     keys: Sequence[object],
-    columns: Iterable[NDArray],
-    lines: NDArray[np.int64],
+    columns: Iterable[Array],
+    lines: Ints,
     counted: str = "row",
 ) -> DataFile:
     """Return columns as a table; columns of other types are texts, unless all are numbers."""
     check_table(name, len(lines), len(keys))
     names = distinct_names([str(key) for key in keys])
-    variables, words = dict[str, NDArray](), dict[str, tuple[str, ...]]()
+    variables, words = dict[str, Array](), dict[str, tuple[str, ...]]()
     for label, column in zip(names, columns, strict=True):
         if column.dtype.kind in "buif":
             variables[label] = column.astype(np.float64)
@@ -61,7 +62,7 @@ def make_table(
     return replace(table, words=words, columns=tuple(names))
 
 
-def _values_of(column: Any) -> NDArray:
+def _values_of(column: Any) -> Array:
     """Return the values of a column; masked values are missing."""
     if isinstance(column, np.ma.MaskedArray):
         is_real = column.dtype.kind in "buif"
@@ -84,17 +85,24 @@ def is_excel(content: bytes) -> bool:
 
 
 def read_excel(content: bytes, name: str) -> DataFile:
-    """Return the first sheet that has values, read like a text with the same cells."""
+    """Return the first sheet with coordinates, or else with values, read like a text."""
     openpyxl = needs("openpyxl")
     with opened_archive(content, name) as archive:
         archive.check(list(archive.infos))
     with broken(f"{name}: the workbook cannot be read", remedy="save it as CSV"):
         book = openpyxl.load_workbook(BytesIO(content), read_only=True, data_only=True)
+        texts: list[bytes] = []
         for sheet in book.worksheets:
             rows: list[bytes] = []
             for row in sheet.iter_rows(values_only=True, max_row=limits().lines):
                 fields = ["" if v is None else " ".join(str(v).split()) for v in row]
                 rows.append(SEPARATOR.join(fields).encode() if any(fields) else b"")
-            if any(rows):
-                return read_delimited(b"\n".join(rows) + b"\n", name)
-    raise CCWSIMError(f"{name}: the workbook has no values")
+            texts += [b"\n".join(rows) + b"\n"] if any(rows) else []
+    if not texts:
+        raise CCWSIMError(f"{name}: the workbook has no values")
+    tables: list[DataFile] = []
+    for text in texts[1:] and texts:  # a cover or a legend may be no table
+        with suppress(CCWSIMError):
+            tables.append(read_delimited(text, name))
+    first = tables[0] if tables else read_delimited(texts[0], name)
+    return next((table for table in tables if is_points(list(table.names))), first)

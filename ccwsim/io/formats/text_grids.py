@@ -6,12 +6,12 @@ from itertools import takewhile
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim import CCWSIMError, Grid
 from ccwsim.io.data_file import DataFile, distinct_names, printable
 from ccwsim.io.formats.text_tables import is_number, numbers_in
 from ccwsim.io.limits import check, check_cells, limits
+from ccwsim.model.arrays import Array, Floats, Ints
 from ccwsim.model.errors import refused
 
 _IN_TITLE = re.compile(r"\((\d{1,6}) ?[xX×] ?(\d{1,6})(?: ?[xX×] ?(\d{1,6}))?\)")
@@ -20,6 +20,11 @@ MAX_HEADER_LINE = 1000  # maximum number of bytes of a header line
 
 
 def is_gslib(content: bytes) -> bool:
+    """Return whether a text starts with a GSLIB header, perhaps after empty lines."""
+    return _has_header(content) or _has_header(content.lstrip())
+
+
+def _has_header(content: bytes) -> bool:
     """Return whether a text starts with a GSLIB header: title or sizes, count, names."""
     lines, _ = _head(content, 3)
     if len(lines) < 2:
@@ -37,6 +42,7 @@ def is_gslib(content: bytes) -> bool:
 
 def read_gslib(content: bytes, name: str) -> DataFile:
     """Return the grid (sizes in the first two lines) or table of a GSLIB-like text."""
+    content = content if _has_header(content) else content.lstrip()
     lines, _ = _head(content, 2)
     count = lines[1].split()
     n = int(count[0][:9])
@@ -53,7 +59,7 @@ def read_gslib(content: bytes, name: str) -> DataFile:
 
 
 def grid_as_bytes(
-    columns: Sequence[NDArray], names: Sequence[str], grid: Grid | None = None
+    columns: Sequence[Array], names: Sequence[str], grid: Grid | None = None
 ) -> bytes:
     """Return grids as an SGeMS text, row 0 at the south, with size and origin as in DeeSse."""
     nz, ny, nx = (1, *columns[0].shape)[-3:]
@@ -88,7 +94,7 @@ def _head(content: bytes, n: int) -> tuple[list[str], int]:
 
 def _grid_sizes(line: str) -> tuple[int, int, int] | None:
     words = line.split()
-    if not 3 <= len(words) <= 9 or not all(map(is_number, words)):
+    if not 3 <= len(words) <= 10 or not all(map(is_number, words)):
         return None
     numbers = [float(word) for word in words]
     nx, ny, nz = numbers[:3]
@@ -108,22 +114,18 @@ class _Size(NamedTuple):
 
 def _size_of(lines: list[str]) -> _Size | None:
     """Return the size in line 1, after the count in line 2, or in the title."""
-    if sides := _grid_sizes(lines[0]):
-        numbers = _leading_numbers(lines[0])
-        return _Size(sides, _three(numbers[3:6]), _three(numbers[6:9]))
-    numbers = _leading_numbers(lines[1])[1:]
-    if sides := _grid_sizes(" ".join(map(str, numbers[:3]))):
-        cell, centre = _three(numbers[6:9]), numbers[3:6]  # as programs of GSLIB write them
-        corner = [c - s / 2 for c, s in zip(centre, cell, strict=True)] if cell else []
-        stacked = len(numbers) in (4, 10) and numbers[-1] % 1 == 0
+    in_first = _grid_sizes(lines[0])
+    numbers = _leading_numbers(lines[0]) if in_first else _leading_numbers(lines[1])[1:]
+    n_triples, left = divmod(len(numbers), 3)
+    cell, corner, *_ = [*(numbers[k : k + 3] for k in range(3, 3 * n_triples, 3)), [], []]
+    if not in_first:  # programs of GSLIB write the centre of the first cell before its size
+        centre, cell = cell, corner
+        corner = [c - s / 2 for c, s in zip(centre, cell, strict=False)]
+    if sides := in_first or _grid_sizes(" ".join(map(str, numbers[:3]))):
+        stacked = left == 1 and numbers[-1] % 1 == 0  # a last number counts realizations
         return _Size(sides, cell, corner, int(numbers[-1]) if stacked else 1)
     sizes = _IN_TITLE.search(lines[0])
     return _Size((int(sizes[1]), int(sizes[2]), int(sizes[3] or 1)), [], []) if sizes else None
-
-
-def _three(numbers: list[float]) -> list[float]:
-    """Return three numbers, or none of fewer."""
-    return numbers if len(numbers) == 3 else []
 
 
 def _leading_numbers(line: str) -> list[float]:
@@ -133,18 +135,20 @@ def _leading_numbers(line: str) -> list[float]:
 
 def _grid_variables(
     content: bytes, name: str, names: list[str], size: _Size, start: int
-) -> dict[str, NDArray[np.float64]]:
+) -> dict[str, Floats]:
     """Return the variables of a grid; realizations follow each other in the file."""
     nx, ny, nz = size.sides
-    promised = check_cells(name, (size.n_realizations * len(names), nz, ny, nx))
+    n = size.n_realizations
+    promised = check_cells(name, (n * len(names), nz, ny, nx))
     values = numbers_in(content, name, start=start, first_line=len(names) + 3)
-    if len(values) != promised:
+    if n * len(values) == promised:  # the last number of the header is not their count
+        n = 1
+    elif len(values) != promised:
         raise CCWSIMError(
             f"{name} states {nx} × {ny} × {nz} cells of {len(names)} variables, which are "
             f"{promised} values, but {len(values)} follow; correct the header or get the complete "
             "file"
         )
-    n = size.n_realizations
     stack = np.moveaxis(values.reshape(n, nz, ny, nx, -1), -1, 1).reshape(-1, nz, ny, nx)
     if n > 1:
         names = [f"{label} ({k})" for k in range(1, n + 1) for label in names]
@@ -165,7 +169,7 @@ def _table(content: bytes, name: str, names: list[str], start: int, title: str) 
     return DataFile("GSLIB/Geo-EAS table", name, columns, is_table=True, lines=lines)
 
 
-def _line_numbers(content: bytes, name: str, start: int, n: int) -> NDArray[np.int64]:
+def _line_numbers(content: bytes, name: str, start: int, n: int) -> Ints:
     """Return the line number of each row; raise an error if a line does not have n numbers."""
     counts = np.array([len(line.split()) for line in content[start:].split(b"\n")])
     numbers = np.flatnonzero(counts) + n + 3

@@ -11,11 +11,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ccwsim import CCWSIMError
 from ccwsim.io.data_file import DataFile, distinct_names
 from ccwsim.io.limits import check, check_cells, check_table
 from ccwsim.model.arrays import Floats, Ints
 from ccwsim.model.bounds import MAX_FACIES
-from ccwsim.model.errors import CCWSIMError
 
 CHUNK = 2**20  # number of bytes that are split into words at a time, to limit memory use
 
@@ -69,13 +69,16 @@ def _parsed(chunk: bytes, name: str, line: int) -> Floats:
 
 SEPARATORS = (";", "\t", ",", None)  # possible separators; None means white space
 
-MISSING_WORDS = frozenset({"", "nan", "na", "n/a", "null", "none", "-"})  # missing, in lower case
-
-BOOLEANS = {
-    **dict.fromkeys(["true", "yes", "wahr", "ja", "vrai", "oui", "verdadero"], 1.0),
-    **dict.fromkeys(["false", "no", "falsch", "nein", "faux", "non", "falso"], 0.0),
-}
-"""Words that mean 1 and 0, in lower case, also as spreadsheets write them in other languages."""
+# words for a missing value, errors of spreadsheets, values beyond a limit of detection, and marks
+_MISSING = re.compile(
+    r"|nan|nat|na|<na>|n[./][ad]\.?|nd|s[./]d\.?|k\. ?a\.|\(?null\)?|nil|none|missing|empty|"
+    r"unknown|no ?data|not (available|measured|known)|unbekannt|fehlt|inconnu|desconocido|"
+    r"#\w+[!?]|#n[adv]|#\w+/\w+!?|#+|[<>]\s*[\d.,]+|[-.?*–—…]+",
+    re.IGNORECASE,
+)
+# words that mean 1 and 0, also as spreadsheets write them in other languages
+_TRUE = re.compile("true|yes|wahr|ja|vrai|oui|verdadero", re.IGNORECASE)
+_FALSE = re.compile("false|no|falsch|nein|faux|non|falso", re.IGNORECASE)
 
 _QUOTED = re.compile(r'"[^"]*"|\S+')
 
@@ -101,9 +104,14 @@ _APOSTROPHE = re.compile(r"(?<=\d)['’\u00a0\u202f](?=\d{3})")
 """Thousands separators that cannot be a decimal mark."""
 
 
+def is_missing(field: str) -> bool:
+    """Return whether a field stands for a missing value."""
+    return _MISSING.fullmatch(field) is not None
+
+
 def field_number(field: str, decimal: str) -> float | None:
     """Return the number in a field; return NaN for a missing value and None for text."""
-    if field.lower() in MISSING_WORDS or field == "*" * len(field):
+    if is_missing(field):
         return float("nan")
     field = _APOSTROPHE.sub("", field)
     if _GROUPS[decimal].fullmatch(field):
@@ -114,9 +122,9 @@ def field_number(field: str, decimal: str) -> float | None:
 
 def column_of_numbers(fields: Sequence[str], decimal: str = ".") -> Floats | None:
     """Return a column as numbers, if it consists of numbers, or of words for 1 and 0."""
-    if {field.lower() for field in fields} <= BOOLEANS.keys() | MISSING_WORDS:
-        return np.array([BOOLEANS.get(field.lower(), np.nan) for field in fields])
     values = [field_number(field, decimal) for field in fields]
+    if all(_TRUE.fullmatch(f) or _FALSE.fullmatch(f) or is_missing(f) for f in {*fields}):
+        values = [np.nan if is_missing(f) else float(bool(_TRUE.fullmatch(f))) for f in fields]
     return None if any(v is None or np.isinf(v) for v in values) else np.array(values, np.float64)
 
 
@@ -154,7 +162,7 @@ def _n_numbers(line: str, separator: str | None) -> int:
 
 def _counts(field: str, decimal: str) -> bool:
     number = field_number(field, decimal)
-    return number is not None and field.lower() not in MISSING_WORDS - {"nan"}
+    return number is not None and (field.lower() == "nan" or not is_missing(field))
 
 
 _COMMENT = (b"#", b"%", b"//")
@@ -167,8 +175,7 @@ def read_delimited(content: bytes, name: str) -> DataFile:
     header = _own_header(lines.texts)
     lines = lines.after(header.n_lines)
     if header.n_lines:  # a date and a time are one field
-        texts = [_DATE_AND_TIME.sub(rb"\1T\2", line) for line in lines.texts]
-        lines = _Lines(texts, lines.numbers)
+        lines = lines._replace(texts=[_DATE_AND_TIME.sub(rb"\1T\2", k) for k in lines.texts])
     if header.wrapped:
         lines = _unwrapped(lines, len(header.names))
     stated = re.fullmatch(rb'"?sep=(.)"?', lines.texts[0], re.IGNORECASE) if lines.texts else None
@@ -213,7 +220,7 @@ def read_delimited(content: bytes, name: str) -> DataFile:
         if not isinstance(column, tuple) and not np.isnan(column).all()
     }
     if not numbers:
-        raise CCWSIMError(f"{name}: no column contains numbers")
+        raise CCWSIMError(f"{name}: no column contains numbers; give a table or a grid of numbers")
     keys = tuple(key for key in named if key in numbers or key in words)
     if header.well and "well" not in map(str.lower, keys):
         words["well"], keys = (header.well,) * len(line_numbers), ("well", *keys)
@@ -318,7 +325,7 @@ def _matrix_of_names(lines: _Lines, marks: _Marks, name: str) -> DataFile | None
     fields = [field for row in rows for field in row]
     if len({len(row) for row in rows}) > 1 or any(map(is_number, {*fields} - {""})):
         return None
-    values, names = numbered(fields, {field for field in fields if field.lower() in MISSING_WORDS})
+    values, names = numbered(fields, {field for field in fields if is_missing(field)})
     if len(names) > MAX_FACIES:
         return None
     check_cells(name, (len(rows), len(rows[0])))
@@ -353,35 +360,27 @@ def _own_header(lines: list[bytes]) -> _Header:
         first, last = upper.index("BEGIN HEADER") + 1, upper.index("END HEADER")
         names = (_TYPE_OF_COLUMN.sub("", line).strip('"') for line in start[first:last])
         return _Header(tuple(names), last + 1, kind=PETREL)
-    data_line = next((k for k, line in enumerate(upper) if line.startswith("~A")), None)
+    starts = "~A", "~LOG_DATA"  # in LAS 3 the second
+    data_line = next((k for k, line in enumerate(upper) if line.startswith(starts)), None)
     if data_line is None or not upper[0].startswith("~"):
         return _Header()
-    section, curves, missing, wrapped, well, separator, version = "", [], (), False, "", None, ""
+    section, curves, entries = "", list[str](), dict[str, tuple[str, str]]()
     for line in start[:data_line]:
         mnemonic = re.split(r"[.\s]", line, maxsplit=1)[0]
         if line.startswith("~"):
-            section = line[1:2].upper()
+            section = "C" if line.upper().startswith("~LOG_DEF") else line[1:2].upper()
         elif section == "C":
             curves.append(mnemonic)
-        value = line.partition(".")[2].partition(":")[0].strip()
-        if mnemonic.upper() == "NULL" and is_number(value):
-            missing = (float(value),)
-        elif mnemonic.upper() == "WRAP":
-            wrapped = value.upper() == "YES"
-        elif mnemonic.upper() == "VERS":
-            version = value
-        elif mnemonic.upper() == "DLM":
-            separator = {"COMMA": ",", "TAB": "\t"}.get(value.upper())
-        elif mnemonic.upper() == "WELL":  # the value follows the colon in version 1
-            well = line.partition(":")[2].strip() if version.startswith("1.") else value
-    names = tuple(curves or start[data_line].split()[1:])
+        value, _, remark = line.partition(".")[2].partition(":")
+        entries[mnemonic.upper()] = value.strip(), remark.strip()
+    null, wrap, version, mark = (entries.get(k, ("",))[0] for k in ("NULL", "WRAP", "VERS", "DLM"))
     return _Header(
-        names=names,
+        names=tuple(curves or start[data_line].split()[1:]),
         n_lines=data_line + 1,
-        missing=missing,
-        wrapped=wrapped,
-        well=well,
-        separator=separator,
+        missing=(float(null),) if is_number(null) else (),
+        wrapped=wrap.upper() == "YES",
+        well=entries.get("WELL", ("", ""))[version.startswith("1.")],  # in version 1, the remark
+        separator={"COMMA": ",", "TAB": "\t"}.get(mark.upper()),
     )
 
 

@@ -11,13 +11,12 @@ from xml.etree import ElementTree
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ccwsim import Grid
 from ccwsim.io.data_file import DataFile, broken, distinct_names, printable
 from ccwsim.io.limits import check, check_arrays
-from ccwsim.model.arrays import Floats
+from ccwsim.model.arrays import Array, Floats
 from ccwsim.model.errors import CCWSIMError, shown
-from ccwsim.model.grid import Grid
 
 _VTK_DTYPES = {
     f"{name}{8 * size}": f"{kind}{size}"
@@ -129,7 +128,7 @@ class _Values:
             packed = self._packed[:40]
             raise CCWSIMError(f"{name}: compression by {packed} is not supported; use zlib")
 
-    def read(self, array: ElementTree.Element, n: int) -> NDArray:
+    def read(self, array: ElementTree.Element, n: int) -> Array:
         """Return the n values of an array; raise an error if it does not have n values."""
         kind, form = np.dtype(self._order + _VTK_DTYPES[array.get("type", "")]), array.get("format")
         text = (array.text or "").encode()
@@ -203,7 +202,7 @@ def _letters(n: int) -> int:
     return -(-max(n, 0) // 3) * 4
 
 
-def vti_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
+def vti_as_bytes(maps: Mapping[str, Array], grid: Grid) -> bytes:
     """Return maps (layers from z = 0 to 1) or volumes as VTK XML ImageData, one array per map."""
     extent = f'"0 {grid.nx} 0 {grid.ny} 0 {grid.nz or 1}"'
     spacing = " ".join((*map(repr, grid.cell_size), "1")[:3])
@@ -221,7 +220,7 @@ def vti_as_bytes(maps: Mapping[str, NDArray], grid: Grid) -> bytes:
     return b"".join([*parts, b"</CellData>\n</Piece>\n</ImageData>\n</VTKFile>\n"])
 
 
-def _vtk_blocks(values: NDArray) -> bytes:
+def _vtk_blocks(values: Array) -> bytes:
     """Return values in the layout of VTK: compressed blocks, preceded by their sizes."""
     raw = memoryview(values.tobytes())
     blocks = [zlib.compress(raw[k : k + _BLOCK], 6) for k in range(0, len(raw), _BLOCK)]

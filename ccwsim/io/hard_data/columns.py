@@ -14,6 +14,7 @@ import numpy as np
 
 from ccwsim.io.data_file import DataFile, listed
 from ccwsim.io.formats.text_tables import PETREL
+from ccwsim.model.arrays import Floats
 from ccwsim.model.errors import CCWSIMError, refused, shown
 
 
@@ -261,15 +262,17 @@ def place_columns(
     column, row = x or _first(free, "column"), y or _first(free, "row")
     first, second = x or _first(free, "x", 4), y or _first(free, "y", 4)
     if coordinates is None and column and row:
-        counts_cells = _is(column, ["column"]) and _is(row, ["row"]) and not (first and second)
-        counts_cells |= column == first and row == second and _is(column, ["column"])
+        counts_cells = (
+            is_kind(column, ["column"]) and is_kind(row, ["row"]) and not (first and second)
+        )
+        counts_cells |= column == first and row == second and is_kind(column, ["column"])
     if first and second and not counts_cells:
         return first, second, True, []
     if row and column and coordinates != "world":
         letters = counts_from_one((row, column)) and asked == [None, None]
         note = [f"{column} counts cells along x, and {row} along y."] if letters else []
         return column, row, False, note
-    places = [name for name in free if name in file.variables and not _is(name, _NOT_PLACES)]
+    places = [name for name in free if name in file.variables and not is_kind(name, _NOT_PLACES)]
     if len(names) < 3 or len(places) < asked.count(None):
         raise refused("columns_needed", name=file.name, names=listed(names))
     guess = iter(places)
@@ -282,7 +285,7 @@ def place_columns(
 
 def counts_from_one(columns: Iterable[str]) -> bool:
     """Return whether the names of all these columns say that cells are counted from 1."""
-    return all(_is(column, ["from_one"]) for column in columns)
+    return all(is_kind(column, ["from_one"]) for column in columns)
 
 
 _NOT_PLACES = ("z", "label", "code", "value", "depth", "from", "to", "length")
@@ -342,7 +345,7 @@ def value_column(file: DataFile, taken: Collection[str], variable: str | None) -
     named = _first(free, "code", 5) or _first(free, "value") or surface
     if named:
         return named
-    likely = [name for name in free if not _is(name, ("z", "label"))]
+    likely = [name for name in free if not is_kind(name, ("z", "label"))]
     unnamed = all(re.match(r"(col|column|var)[ _]?\d", name.lower()) for name in file.names)
     if len(likely) == 2 and len(file.names) == 4 and unnamed:
         return likely[1]  # four columns with generic names are x, y, z and the value
@@ -357,7 +360,12 @@ def value_column(file: DataFile, taken: Collection[str], variable: str | None) -
 
 def height_column(names: list[str], key: str) -> str | None:
     """Return the column of heights among `names`, except `key`; return None if there is none."""
-    return next((name for name in names if _is(name, ["z"]) and name != key), None)
+    return next((name for name in names if is_kind(name, ["z", "layer"]) and name != key), None)
+
+
+def upward(column: str, heights: Floats) -> Floats:
+    """Return elevations; depths, by the name of their column, are negative."""
+    return -heights if is_kind(column, ["depth"]) and not (heights < 0).any() else heights
 
 
 def _first(names: list[str], kind: str, prefix: int = 0) -> str | None:
@@ -368,7 +376,7 @@ def _first(names: list[str], kind: str, prefix: int = 0) -> str | None:
     return exact or next((n for word in long for n in names if _plain(n).startswith(word)), None)
 
 
-def _is(name: str, kinds: Iterable[str]) -> bool:
+def is_kind(name: str, kinds: Iterable[str]) -> bool:
     """Return whether a column name is a word of one of these kinds."""
     return any(_plain(name) in WORDS[kind] for kind in kinds)
 

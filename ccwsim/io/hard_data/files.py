@@ -1,11 +1,14 @@
 """Read hard data from files in one call, and write them."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
 from typing import Any
 
 from ccwsim import CCWSIMError, Grid, HardData, TrainingImage
 from ccwsim.io.atomic import format_of, write_bytes
 from ccwsim.io.formats.csv_table import csv_as_bytes
+from ccwsim.io.formats.gis import points_as_geojson
 from ccwsim.io.hard_data.columns import PointColumns
 from ccwsim.io.hard_data.placing import Conversion, HardDataImport, place_points, resolve_points
 from ccwsim.io.hard_data.points import read_points
@@ -36,7 +39,12 @@ def import_hard_data(
     grid = None if grid is None else Grid.of(grid)
     conversion = Conversion.taken_from(options)
     shape = None if grid is None else grid.shape
-    points = read_points(path_or_file, PointColumns(**options), grid_shape=shape)
+    columns, points = PointColumns(**options), None
+    if training_image is not None and training_image.values and columns.facies is None:
+        with suppress(CCWSIMError):  # a column that has the name of the variable
+            named = replace(columns, facies=training_image.variable)
+            points = read_points(path_or_file, named, grid_shape=shape)
+    points = points or read_points(path_or_file, columns, grid_shape=shape)
     return resolve_points(place_points(points, grid, training_image, conversion), conversion)
 
 
@@ -59,13 +67,13 @@ def read_hard_data(
     return import_hard_data(path_or_file, grid, training_image, **options).hard_data
 
 
-HARD_DATA_FORMATS = ("csv", "gslib", "dat")
+HARD_DATA_FORMATS = ("csv", "geojson", "gslib", "dat")
 
 
 def write_hard_data(
     path_or_file: Any, hard_data: HardData, grid: Grid | None = None, *, format: str | None = None
 ) -> None:
-    """Write hard data as `csv`, `gslib` or `dat`: points at the centres of their cells.
+    """Write hard data as `csv`, `geojson`, `gslib` or `dat`: points at the centres of their cells.
 
     By default, cells have size 1 and the origin is (0, 0).
 
@@ -81,22 +89,50 @@ def write_hard_data(
     write_bytes(path_or_file, hard_data_as_bytes(hard_data, kind, grid))
 
 
-def hard_data_as_bytes(hard_data: HardData, format: str, grid: Grid | None = None) -> bytes:
+def hard_data_as_bytes(
+    hard_data: HardData,
+    format: str,
+    grid: Grid | None = None,
+    names: Mapping[str, Sequence[str]] | None = None,
+) -> bytes:
     """Return the file content that `write_hard_data` writes, for a download.
 
-    `csv` has the columns x, y, facies (for volumes x, y, z, facies). `gslib` and `dat` have x, y, z
-    (0 for maps) and facies in a Geo-EAS table, the format of point sets in SGeMS and GSLIB. Raises
+    `csv` has the columns x, y, facies (for volumes x, y, z, facies), and `geojson` the property
+    facies; both also have `names` of each datum, such as those of `names_of_data`. `gslib` and
+    `dat` have x, y, z (0 for maps) and facies in a Geo-EAS table, the format of point sets in SGeMS
+    and GSLIB. Data of a continuous variable have a column of its name instead of facies. Raises
     `CCWSIMError` if there are no data.
     """
     kind = format_of(None, format, HARD_DATA_FORMATS)
     if not hard_data.n:
         raise CCWSIMError("there are no hard data to write; place some first")
     frame = grid or Grid.of((1,) * hard_data.n_dimensions)
-    places = frame.centers_of(hard_data.cells).tolist()
-    rows = zip(places, hard_data.facies.tolist(), strict=True)
-    if kind == "csv":
-        names = *WORLD_AXES[: hard_data.n_dimensions], "facies"
-        return csv_as_bytes(names, ((*place, code) for place, code in rows))
-    head = [f"{hard_data.n} hard data", "4", "x", "y", "z", "facies"]
+    name, measured = next(iter(hard_data.values.items()), ("facies", hard_data.facies))
+    places, codes = frame.centers_of(hard_data.cells).tolist(), measured.tolist()
+    if kind in ("csv", "geojson"):
+        axes = dict(zip(WORLD_AXES, zip(*places, strict=True), strict=False))
+        columns = {**axes, name: codes, **(names or {})}
+        if kind == "geojson":
+            return points_as_geojson(columns, frame.crs)
+        return csv_as_bytes(columns, zip(*columns.values(), strict=True))
+    head = [f"{hard_data.n} hard data", "4", "x", "y", "z", name]
+    rows = zip(places, codes, strict=True)
     lines = [" ".join([*(*map(repr, place), "0")[:3], str(code)]) for place, code in rows]
     return "\n".join([*head, *lines, ""]).encode()
+
+
+def names_of_data(
+    hard_data: HardData, image: TrainingImage, wells: Iterable[tuple[str, Any]]
+) -> dict[str, list[str]]:
+    """Return the name of the facies and of the well of each datum; `wells` have their cells.
+
+    Examples
+    --------
+    >>> names_of_data(HardData([[3, 4]], [1]), TrainingImage([[0, 1]]), [("F001", [(3, 4)])])
+    {'facies_name': ['facies 1'], 'well': ['F001']}
+    """
+    well_of = {tuple(cell): name for name, cells in wells for cell in cells}
+    return {
+        "facies_name": [image.facies_names[image.index_of(c)] for c in hard_data.facies.tolist()],
+        "well": [well_of.get(tuple(cell), "") for cell in hard_data.cells.tolist()],
+    }

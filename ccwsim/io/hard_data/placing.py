@@ -11,12 +11,19 @@ from typing import Any, Literal, get_args, get_type_hints
 import numpy as np
 
 from ccwsim import Grid, HardData, TrainingImage
-from ccwsim.io.formats.text_tables import is_number
 from ccwsim.io.hard_data.points import MAX_DISTANCE_CELLS, ImportedPoints, along_wells
 from ccwsim.io.hard_data.rows import RowProblem
-from ccwsim.model.arrays import Floats, Ints, Mask, as_integers, check_choice, is_integer
+from ccwsim.io.places import check_place
+from ccwsim.model.arrays import Floats, Ints, Mask, as_integers, check_choice, check_int
 from ccwsim.model.classes import Classes, asks_for_codes, classify
 from ccwsim.model.errors import CCWSIMError, refused, shown
+from ccwsim.model.facies_match import (
+    FaciesMatch,
+    FaciesNames,
+    code_or_name,
+    facies_label,
+    match_facies,
+)
 from ccwsim.model.grid import describe_cell
 
 _LISTED = 6  # maximum number of problems of a kind that a message lists
@@ -25,7 +32,6 @@ CollisionTreatment = Literal["error", "drop", "majority", "nearest"]
 _FILE = Path(__file__).parents[2] / "assets" / "hard_data_notes.toml"
 _NOTES: dict[str, dict[str, str]] = tomllib.loads(_FILE.read_text("utf-8"))
 KINDS_OF_ROWS = _NOTES["rows"]  # problems with rows of tables of wells, by the option that decides
-FaciesNames = Mapping[str, int] | Sequence[tuple[str, int]]  # facies codes by name
 
 
 @dataclass(frozen=True)
@@ -33,8 +39,8 @@ class Conversion:
     """Options for converting values to facies and for treating data that do not fit."""
 
     facies_names: FaciesNames | None = None
-    """Facies codes of names that the training image does not have: `{"Sand": 1, "Ton": 0}` or
-    pairs. A name can also be a number: `{"7": 1}` changes the code 7 to 1."""
+    """Facies of the training image, by code or name, for names and codes of the data:
+    `{"Sand": 1, "Ton": "clay"}` or pairs. `{7: 1}` changes the code 7 to 1."""
     threshold: float | None = None
     classes: Classes = None
     """Threshold or classes of continuous values, as in `classify`; use the image's class edges."""
@@ -100,6 +106,8 @@ class PlacedPoints:
     """Indices of the points in the grid whose facies the training image does not have."""
     collisions: tuple[Ints, ...]
     """For each cell with several facies: indices of its points that have a known facies."""
+    match: FaciesMatch | None = None
+    """Facies of the training image for each facies of the points; None without an image."""
 
     @property
     def unknown_facies(self) -> tuple[str, ...]:
@@ -108,11 +116,6 @@ class PlacedPoints:
             indices = np.unique(self.points.values[self.unknown]).astype(int)
             return tuple(self.points.words[k] for k in indices)
         return tuple(map(str, np.unique(self.facies[self.unknown]).tolist()))
-
-    @property
-    def n_off_centre(self) -> int:
-        """The number of points moved to the centre of their cell."""
-        return int(np.count_nonzero(self.offsets > 1e-6))
 
 
 def place_points(
@@ -136,22 +139,15 @@ def place_points(
     >>> placed.cells.tolist(), [c.tolist() for c in placed.collisions]
     ([[0, 5], [0, 5]], [[0, 1]])
     """
+    if grid is not None:
+        check_place(points.name, points.place, grid)
     points = along_wells(points, grid)
     cells, offsets = _cells(points, grid)
-    named_codes = _codes_by_name(conversion.facies_names)
-    if points.words:
-        facies, has_code = _by_name(points, training_image, named_codes)
-    else:
-        facies = _facies(points, conversion.threshold, conversion.classes)
-        has_code = np.ones(points.n, bool)
-        numbers = {
-            round(float(name)): code for name, code in named_codes.items() if is_number(name)
-        }
-        numbers = numbers or _of_indicator(points.variable, facies, training_image)
-        facies = np.array([numbers.get(code, code) for code in facies.tolist()], np.int64)
+    facies, match = _facies_and_match(points, training_image, conversion)
     inside = grid.holds(cells) if grid is not None else (cells >= 0).all(axis=1)
-    if training_image is not None:
-        has_code &= np.isin(facies, training_image.codes)
+    has_code = facies != _NO_CODE
+    if training_image is not None and not training_image.values:
+        has_code = np.isin(facies, training_image.codes)
     outside, unknown = np.flatnonzero(~inside), np.flatnonzero(inside & ~has_code)
     collisions = colliding(cells, facies, np.flatnonzero(inside & has_code))
     return PlacedPoints(
@@ -162,17 +158,55 @@ def place_points(
         outside=outside,
         unknown=unknown,
         collisions=collisions,
+        match=match,
     )
 
 
-def _of_indicator(variable: str, facies: Ints, image: TrainingImage | None) -> dict[int, int]:
+def _facies_and_match(
+    points: ImportedPoints, training_image: TrainingImage | None, conversion: Conversion
+) -> tuple[Ints, FaciesMatch | None]:
+    """Return the facies of points, or numbers of their values, and how they match an image."""
+    if training_image is not None and training_image.values:
+        if points.words or conversion.threshold is not None or conversion.classes is not None:
+            raise refused("data_of_values", name=points.name, variable=training_image.variable)
+        numbers = np.unique(points.values, return_inverse=True)[1]
+        return numbers, FaciesMatch(training_image, {}, [], {})
+    if points.words:
+        labels = [facies_label(word) for word in points.words]
+        which = as_integers(points.values, points.name, 0, len(labels) - 1)
+    else:
+        values = _facies(points, conversion.threshold, conversion.classes)
+        present_codes, which = np.unique(values, return_inverse=True)
+        labels = [str(code) for code in present_codes.tolist()]
+    stated = _of_indicator(points.variable, labels, training_image)
+    stated |= _stated_codes(conversion.facies_names, training_image)
+    match, by_label = None, {label: code_or_name(label) for label in labels}
+    if training_image is not None:
+        as_codes = conversion.threshold is None and asks_for_codes(conversion.classes)
+        as_codes |= training_image.numbering == "codes"  # a threshold of the data states its codes
+        match = match_facies(
+            labels,
+            training_image,
+            numbering=points.numbering if as_codes else "values",
+            facies=stated,
+            shares=(np.bincount(which, minlength=len(labels)) / max(points.n, 1)).tolist(),
+        )
+        by_label = match.codes
+    codes = [stated.get(label.casefold(), by_label[label]) for label in labels]
+    numbers = [_NO_CODE if isinstance(code, str) else code for code in codes]
+    return np.array(numbers, np.int64)[which], match
+
+
+def _of_indicator(
+    variable: str, labels: Sequence[str], image: TrainingImage | None
+) -> dict[str, int]:
     """Return the codes of 0 and 1 in a column with the name of a facies; no facies has code −1."""
     names = [] if image is None else [name.casefold() for name in image.facies_names]
-    if image is None or variable.casefold() not in names or not np.isin(facies, (0, 1)).all():
+    if image is None or variable.casefold() not in names or not {*labels} <= {"0", "1"}:
         return {}
-    one = image.codes[names.index(variable.casefold())]
-    other_codes = [code for code in image.codes.tolist() if code != one]
-    return {1: int(one), 0: other_codes[0] if len(other_codes) == 1 else -1}
+    codes = image.codes.tolist()
+    one = codes.pop(names.index(variable.casefold()))
+    return {"1": one, "0": codes[0] if len(codes) == 1 else -1}
 
 
 def fit_grid(
@@ -255,45 +289,23 @@ def _facies(points: ImportedPoints, threshold: float | None, classes: Classes) -
     return classify(points.values, threshold=threshold, classes=classes, what=points.name)
 
 
-def _codes_by_name(facies_names: FaciesNames | None) -> dict[str, int]:
-    """Check names and codes of facies; return the codes by lower-case name."""
+def _stated_codes(names: FaciesNames | None, image: TrainingImage | None) -> dict[str, int]:
+    """Check names and facies; return the codes by label in lower case."""
     try:
-        codes = {_bare(name): code for name, code in dict(facies_names or {}).items()}
+        codes = {
+            facies_label(name).casefold(): image.code_of(facies)
+            if image is not None and isinstance(facies, str)
+            else check_int("code of a facies", facies, -(2**53), 2**53)
+            for name, facies in dict(names or {}).items()
+        }
     except (TypeError, ValueError):
         codes = {"": 0}
-    if not all(
-        name and is_integer(code) and abs(int(code)) < 2**53 for name, code in codes.items()
-    ):
-        message = f"facies_names = {shown(facies_names)} must map names to whole numbers"
-        raise CCWSIMError(f"{message}, as {{'sand': 1}}")
-    finite = {name for name in codes if not is_number(name) or np.isfinite(float(name))}
-    return {name: int(code) for name, code in codes.items() if name in finite}
-
-
-def _bare(name: object) -> str:
-    return str(name).strip().casefold()
+    if "" in codes:
+        raise refused("facies_names", names=shown(names))
+    return codes
 
 
 _NO_CODE = np.iinfo(np.int64).min  # the code of an unknown name
-
-
-def _by_name(
-    points: ImportedPoints, training_image: TrainingImage | None, named_codes: dict[str, int]
-) -> tuple[Ints, Mask]:
-    """Return the codes of facies names (given, of the image, or numbers), and which are known."""
-    codes = dict(named_codes)
-    if training_image is not None:
-        names = [_bare(name) for name in training_image.facies_names]
-        pairs = zip(names, training_image.codes.tolist(), strict=True)
-        codes = {name: code for name, code in pairs if names.count(name) == 1} | named_codes
-    words = [_bare(word) for word in points.words]
-    for word in words:
-        if is_number(word) and abs(float(word)) < 2**53 and float(word).is_integer():
-            codes.setdefault(word, int(float(word)))
-    has_code = np.array([word in codes for word in words], bool)
-    numbers = np.array([codes.get(word, _NO_CODE) for word in words], np.int64)
-    which = as_integers(points.values, points.name, 0, len(words) - 1)
-    return numbers[which], has_code[which]
 
 
 def colliding(cells: Ints, facies: Ints, among: Ints) -> tuple[Ints, ...]:
@@ -361,7 +373,8 @@ def resolve_points(placed: PlacedPoints, conversion: Conversion = STRICT) -> Har
     if len(placed.outside) and conversion.on_outside == "error":
         problems.append(
             f"{points.name}, {points.named(placed.outside)}: {len(placed.outside)} of {points.n} "
-            "data lie outside the grid; drop them, or correct the grid or the coordinates"
+            "data lie outside the grid; drop them (on_outside='drop'), or correct the grid or the "
+            "coordinates"
         )
     if len(placed.unknown) and conversion.on_unknown == "error":
         problems.append(_unknown_message(placed))
@@ -406,23 +419,24 @@ def _unknown_message(placed: PlacedPoints) -> str:
     points, unknown = placed.points, placed.unknown_facies
     start = f"{points.name}, {points.named(placed.unknown)}: the training image has no facies "
     if not points.words:
-        return f"{start}{', '.join(unknown[:10])}; recode or drop these data"
+        return f"{start}{', '.join(unknown[:10])}; recode or drop these data (on_unknown='drop')"
     listed = ", ".join(map(repr, unknown))[:300]
-    remedy = f"give codes, as facies_names={{{shown(unknown[0])}: 1}}, or drop these data"
+    remedy = f"give codes, as facies_names={{{shown(unknown[0])}: 1}}, or on_unknown='drop'"
     return f"{start}{listed}; {remedy}"
 
 
 def _collision_message(placed: PlacedPoints) -> str:
     points, members = placed.points, placed.collisions[0]
     where = describe_cell(placed.cells[members[0]])
-    values = [points.said(k) if points.words else placed.facies[k] for k in members[:6]]
+    as_read = points.words or (placed.match and placed.match.image.values)
+    values = [points.said(k) if as_read else placed.facies[k] for k in members[:6]]
     lines = zip(points.lines[members[:6]], values, strict=True)
     examples = ", ".join(f"{points.counted} {line}: {value}" for line, value in lines)
     more = len(placed.collisions) - 1
     tail = f", and {more} more such cells" if more else ""
     return (
         f"{points.name}: two facies in the cell at {where} ({examples}){tail}; drop these data, or "
-        "keep the majority or the nearest facies"
+        "keep the majority or the nearest facies (on_collision='drop', 'majority' or 'nearest')"
     )
 
 
@@ -430,24 +444,34 @@ def _report(
     placed: PlacedPoints, keep: Mask, ties: int, notes_on_rows: tuple[str, ...]
 ) -> HardDataImport:
     points = placed.points
-    hard_data = HardData(placed.cells[keep], placed.facies[keep])
+    image = placed.match and placed.match.image
+    if image and image.values:
+        values = {image.variable: points.values[keep]}
+        hard_data = HardData(placed.cells[keep], values=values).of_image(image)
+    else:
+        hard_data = HardData(placed.cells[keep], placed.facies[keep])
+    if placed.match is not None:
+        placed.match.warn(points.name)
+        hard_data.numbering = placed.match.image.numbering_of_data
     n_outside, n_unknown = len(placed.outside), len(placed.unknown)
-    n_clashing = sum(len(members) for members in placed.collisions)
+    clashing = np.concatenate([*placed.collisions, np.empty(0, np.int64)])
     n_dropped = int(np.count_nonzero(~keep))
     n_repeated = points.n - n_dropped - hard_data.n
     counted = {"missing": points.n_missing, "outside": n_outside, "unknown": n_unknown}
-    counted |= {"clashing": n_clashing, "ties": ties, "repeated": n_repeated}
-    counted |= {"off_centre": placed.n_off_centre}
+    counted |= {"clashing": len(clashing), "ties": ties, "repeated": n_repeated}
+    counted |= {"off_centre": int(np.count_nonzero(placed.offsets[keep] > 1e-6))}
     told: dict[str, Any] = {"of": points.n, "rejected": n_dropped - n_outside - n_unknown}
     told |= {"outside": points.named(placed.outside), "unknown": points.named(placed.unknown)}
-    told |= {"collisions": len(placed.collisions)}
+    kept = clashing[keep[clashing]]
+    chosen = points.named(kept) if len(kept) else "none"
+    told |= {"collisions": len(placed.collisions), "chosen": chosen, "kept": points.n - n_dropped}
     sentences = (_NOTES["placed"][what].format(n=n, **told) for what, n in counted.items() if n)
     notes = (*points.notes, *notes_on_rows, *sentences)
     return HardDataImport(
         hard_data=hard_data,
         n_read=points.n,
         n_missing=points.n_missing,
-        n_off_centre=placed.n_off_centre,
+        n_off_centre=counted["off_centre"],
         n_outside=n_outside,
         n_unknown=n_unknown,
         n_collisions=len(placed.collisions),

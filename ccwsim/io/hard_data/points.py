@@ -6,12 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim import CCWSIMError, Grid
-from ccwsim.io.data_file import DataFile, first_of, named_lines, printable
+from ccwsim.io.data_file import DataFile, Geometry, first_of, named_lines, printable
 from ccwsim.io.formats.pictures import PictureFile
-from ccwsim.io.formats.text_tables import MISSING_WORDS, is_number, not_a_number, numbered
+from ccwsim.io.formats.text_tables import is_missing, is_number, not_a_number, numbered
 from ccwsim.io.hard_data.columns import (
     GUESSED,
     NOTHING_ASSIGNED,
@@ -25,7 +24,9 @@ from ccwsim.io.limits import check
 from ccwsim.io.opening import PathOrFile, open_file
 from ccwsim.model.arrays import (
     WORLD_AXES,
+    Array,
     Floats,
+    Integers,
     Ints,
     Mask,
     Shape,
@@ -40,6 +41,8 @@ from ccwsim.model.missing import CUSTOMARY_CODES
 MAX_DISTANCE_CELLS = (
     2.0**40
 )  # maximum distance of data from the grid, in cells; a larger distance is an error
+
+MAX_NAMED_WELLS = 5  # maximum number of wells in a message
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,10 +71,14 @@ class ImportedPoints:
     """Distinct facies names, if the file contains names; `values` are then indices of `words`."""
     grid: Grid | None = None
     """The grid of the file, if the file is a grid with gaps."""
+    place: Geometry = field(default_factory=Geometry)
+    """The geometry that such a file states."""
     spans: Floats | None = None
     """Heights z of bottom and top of each interval, shape (n, 2); `places` has the middle."""
     wells: Mapping[int, str] = field(default_factory=dict)
     """Well names by line number; empty if the file has no well names."""
+    numbering: str = "codes"
+    """The numbering of the values, as in `match_facies`."""
     problems: tuple[RowProblem, ...] = ()
     """Rows of tables of wells that need a decision, whether or not it is taken."""
 
@@ -90,16 +97,20 @@ class ImportedPoints:
         value = self.values[k]
         return self.words[int(value)] if self.words else f"{value:g}"
 
-    def named(self, which: NDArray[np.integer]) -> str:
-        """Return the line numbers of some data as a phrase: "lines 3, 7 and 12"."""
-        return named_lines(self.counted, self.lines[which])
+    def named(self, which: Integers) -> str:
+        """Return the lines and wells of some data as a phrase: "lines 3 and 7 (F1, F5)"."""
+        lines = self.lines[which]
+        wells = [*dict.fromkeys(self.wells[n] for n in lines.tolist() if n in self.wells)]
+        more = ["…"] if len(wells) > MAX_NAMED_WELLS else []
+        names = ", ".join(wells[:MAX_NAMED_WELLS] + more)
+        return named_lines(self.counted, lines) + (f" ({names})" if names else "")
 
     def refuse(self, bad: Mask, message: str) -> None:
         """Raise an error with the lines of bad data, if there are any."""
         if bad.any():
             raise CCWSIMError(f"{self.name}, {self.named(np.flatnonzero(bad))}: {message}")
 
-    def taken(self, which: NDArray | list[int]) -> ImportedPoints:
+    def taken(self, which: Array | list[int]) -> ImportedPoints:
         """Return the data selected by a mask or by indices."""
         return replace(
             self,
@@ -138,7 +149,7 @@ def along_wells(points: ImportedPoints, grid: Grid | None) -> ImportedPoints:
     """Replace intervals by a datum per cell centre; on a border, the upper one counts."""
     if points.spans is None:
         return points
-    if grid is None or grid.nz is None:
+    if grid is None or not grid.is_volume:
         raise CCWSIMError(f"{points.name}: depth intervals need a grid with nz; give such a grid")
     bottom, top = ((points.spans - grid.origin[2]) / grid.cell_size[2] - 0.5).T
     far = ~(np.maximum(np.abs(bottom), np.abs(top)) <= MAX_DISTANCE_CELLS)  # also NaN
@@ -328,7 +339,7 @@ def facies_of(file: DataFile, column: str) -> tuple[Floats, tuple[str, ...]]:
         values = file.variables[column]
         return np.where(file.known(values), values, np.nan).astype(np.float64), ()
     fields = file.words[column]
-    unknown = {field for field in fields if field.lower() in MISSING_WORDS}
+    unknown = {field for field in fields if is_missing(field)}
     unknown |= {f for f in fields if is_number(f) and float(f) in (*CUSTOMARY_CODES, *file.missing)}
     return numbered(fields, unknown)
 
@@ -386,7 +397,7 @@ def _of_list(file: DataFile, key: str, coordinates: str | None, volume: bool) ->
     return _of_table(table, Assignment(columns, (note,), world=world))
 
 
-def _of_grid(file: DataFile, key: str, values: NDArray, grid_shape: Shape | None) -> ImportedPoints:
+def _of_grid(file: DataFile, key: str, values: Array, grid_shape: Shape | None) -> ImportedPoints:
     if grid_shape is not None and values.shape != tuple(grid_shape):
         raise CCWSIMError(
             f"{file.name} is a grid of {describe_shape(values.shape)} cells, but the simulation "
@@ -403,10 +414,13 @@ def _of_grid(file: DataFile, key: str, values: NDArray, grid_shape: Shape | None
         name=file.name,
         variable=key,
         grid=file.geometry.grid(values.shape),
+        place=file.geometry,
+        words=file.labels.get(key, ()),
+        numbering=file.numbering,
     ).known()
 
 
-def _is_list(values: NDArray, in_text: bool, grid_shape: Shape | None) -> bool:
+def _is_list(values: Array, in_text: bool, grid_shape: Shape | None) -> bool:
     """Return whether a file lists data in 3 or 4 columns (x, y, (z,) facies) and is no grid."""
     four = in_text or _is_volume(grid_shape)
     one = values.shape[0] == 1 and (values.shape[2] == 3 or (four and values.shape[2] == 4))

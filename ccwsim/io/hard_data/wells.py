@@ -145,7 +145,7 @@ def read_well_points(
     ([[10.5, 2.5, 6.8]], {2: 'A'})
     """
     grid = Grid.of(grid)
-    if grid.nz is None:
+    if not grid.is_volume:
         raise CCWSIMError(f"wells need a grid with layers, but {grid} is a map; give nz")
     decisions = {name: getattr(conversion, name) for name in placing.ROW_CHOICES}
     problems = RowProblems(_table(collars), decisions, [])

@@ -90,4 +90,4 @@ def test_a_file_has_the_geometry_once_and_short_keywords():
     assert all(len(word) <= 8 for word in keywords)
     assert max(map(len, lines)) <= 128
     assert "RUN_10" in keywords
-    assert "-- probability of sand" in lines
+    assert "-- MAP-3 is probability of sand" in lines

@@ -73,7 +73,7 @@ def test_a_format_that_is_not_read_is_named_with_a_remedy(name, remedy):
         assert str(told.value) == f"file is {name}; {remedy}"
 
 
-def test_a_text_of_seg_y_is_recognized():
+def test_a_text_of_seg_y_isrecognized():
     with pytest.raises(CCWSIMError, match="is an SEG-Y file"):
         read_training_image(BytesIO(CARD + bytes(400)))
 
@@ -81,8 +81,8 @@ def test_a_text_of_seg_y_is_recognized():
 def test_what_is_read_is_not_refused():
     everything = {**sample.training_images(), **sample.hard_data()}
     for name, content in everything.items():
-        assert opening._recognized(content, name)[0] in opening.READERS
-        assert opening._recognized(content, name)[0] not in opening._LAST or not refusal(content)
+        assert opening.recognized(content, name)[0] in opening.READERS
+        assert opening.recognized(content, name)[0] not in opening._LAST or not refusal(content)
 
 
 def test_another_grid_of_vtk_is_named():
