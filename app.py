@@ -8,8 +8,10 @@ from ccwsim.ui.page import PAGES
 
 
 def main() -> None:
-    """Open the first page; every page configures itself."""
-    st.switch_page(PAGES[0][1], query_params=st.query_params)
+    """Open the first page with the study of the address; every page configures itself."""
+    # a copy, because switching clears the query
+    asked = {name: st.query_params.get_all(name) for name in st.query_params}
+    st.switch_page(PAGES[0][1], query_params=asked)
 
 
 if __name__ == "__main__":

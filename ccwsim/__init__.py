@@ -11,31 +11,34 @@ from typing import TYPE_CHECKING, Any
 from ccwsim.model import backends
 
 if TYPE_CHECKING:
-    from ccwsim import datasets as datasets
-    from ccwsim import experiments as experiments
-    from ccwsim import figures as figures
-    from ccwsim import flow as flow
-    from ccwsim import io as io
-    from ccwsim import metrics as metrics
+    from ccwsim import (
+        datasets as datasets,
+        experiments as experiments,
+        figures as figures,
+        flow as flow,
+        io as io,
+        metrics as metrics,
+    )
     from ccwsim.engine.revision import revise as revise
-    from ccwsim.io import read_hard_data as read_hard_data
-    from ccwsim.io import read_realizations as read_realizations
-    from ccwsim.io import read_training_image as read_training_image
-    from ccwsim.io import write_realizations as write_realizations
-    from ccwsim.model.ensemble import Ensemble as Ensemble
-    from ccwsim.model.ensemble import concatenate as concatenate
-    from ccwsim.model.errors import Cancelled as Cancelled
-    from ccwsim.model.errors import CCWSIMError as CCWSIMError
+    from ccwsim.io import (
+        read_hard_data as read_hard_data,
+        read_realizations as read_realizations,
+        read_training_image as read_training_image,
+        write_realizations as write_realizations,
+    )
+    from ccwsim.model.ensemble import Ensemble as Ensemble, concatenate as concatenate
+    from ccwsim.model.errors import Cancelled as Cancelled, CCWSIMError as CCWSIMError
     from ccwsim.model.grid import Grid as Grid
     from ccwsim.model.hard_data import HardData as HardData
     from ccwsim.model.parameters import Parameters as Parameters
-    from ccwsim.model.secondary import Auxiliary as Auxiliary
-    from ccwsim.model.secondary import Secondary as Secondary
+    from ccwsim.model.secondary import Auxiliary as Auxiliary, Secondary as Secondary
     from ccwsim.model.training_image import TrainingImage as TrainingImage
     from ccwsim.run.simulation import simulate as simulate
-    from ccwsim.sharing.project import Project as Project
-    from ccwsim.sharing.project import read_project as read_project
-    from ccwsim.sharing.project import save_project as save_project
+    from ccwsim.sharing.project import (
+        Project as Project,
+        read_project as read_project,
+        save_project as save_project,
+    )
 
 __version__ = "0.1.0"
 

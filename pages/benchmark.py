@@ -1,4 +1,4 @@
-"""Page that measures CPU time by grid size and number of data, as in the paper."""
+"""Page that measures CPU time against one quantity of the study, beside the paper's times."""
 
 from __future__ import annotations
 

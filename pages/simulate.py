@@ -10,10 +10,12 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.simulate.results import draw_history, draw_results
 from ccwsim.ui.study.run import draw_news, is_live, run_button, start_run_if_needed
 from ccwsim.ui.study.study_column import study_column
+from ccwsim.ui.widgets.theme import draw_style
 
 
 def simulate_page(state: State) -> None:
     """Show the study on the left and the results on the right."""
+    draw_style("simulate/simulate.css")
     live = is_live(state)
     start_run_if_needed(state, live=live)  # the run continues while the page is drawn
     if not live:

@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim import Ensemble, HardData, TrainingImage
 from ccwsim.figures import LIGHT, Group, mds_chart, mds_title
 from ccwsim.metrics import Anodi, anodi
 from ccwsim.metrics.stack import Stack
+from ccwsim.model.arrays import Array, Bytes, Floats
 from ccwsim.model.parameters import Method
 from ccwsim.model.published import Variant
 from ccwsim.paper import methods, verdicts
@@ -39,8 +39,8 @@ class Case:
     method: str
     level: int
     column: str  # a key of `COLUMNS`: a variant, or "authors"
-    images: NDArray[np.uint8]
-    distances: NDArray[np.float64]
+    images: Bytes
+    distances: Floats
     tau: dict[int, float]
     wrong: float  # share of the data that are not honoured
 
@@ -73,7 +73,7 @@ class ComparedStudy:
     data: HardData
     cases: dict[tuple[str, int, str], Case] = field(default_factory=dict)
 
-    def add(self, method: str, level: int, column: str, images: NDArray) -> None:
+    def add(self, method: str, level: int, column: str, images: Array) -> None:
         """Add a case with its measures."""
         self.cases[method, level, column] = Case(
             method,
@@ -282,7 +282,7 @@ def variability(run: ExperimentRun) -> Outcome:
 
 def _distances(run: ExperimentRun, image_name: str, side: int, files: list[str]) -> Anodi:
     image, n = run.inputs.image(image_name), run.extent.n_anodi
-    stacks: dict[str, NDArray] = {}
+    stacks: dict[str, Array] = {}
     for variant, method in product(COMPARED, COMPARED_METHODS):
         p = methods.paper_parameters(method, ANODI_LEVEL, variant)
         e = run.simulate(image, (side, side), p, n=n)
@@ -293,8 +293,7 @@ def _distances(run: ExperimentRun, image_name: str, side: int, files: list[str])
             code = file.split("_")[0]
             is_authors = code in TITLES.values()
             stacks[f"{code}, {COLUMNS['authors']}" if is_authors else code] = published_images
-    coded = {name: Stack(images, image.codes) for name, images in stacks.items()}
-    distances = anodi(coded, image)
+    distances = anodi({name: Stack(images, image.codes) for name, images in stacks.items()}, image)
     run.step()
     return distances
 
@@ -303,14 +302,12 @@ def _anodi_table(result: Anodi, title: str) -> Table:
     rows = []
     for k, name in enumerate(result.names):
         each = [methods.format_distances(row[k]) for row in (result.between, result.within)]
-        by_resolution = _each(result.ratio[0] / result.ratio[k])
         r = result.relative(result.names[0], name)[2]
         n = int(np.count_nonzero(result.owner == k))
-        rows.append((name, str(n), *each, by_resolution, f"{r:.2f}"))
+        rows.append((name, str(n), *each, _each(result.ratio[0] / result.ratio[k]), f"{r:.2f}"))
     column_names = (f"{what}, at 1, 1/2, 1/3" for what in ("between", "within"))
     header = ("method", "n", *column_names, f"ratio of {result.names[0]} to this method", "r")
-    caption = said("anodi", title=title[:1].upper() + title[1:])
-    return Table(header, tuple(rows), caption)
+    return Table(header, tuple(rows), said("anodi", title=title[:1].upper() + title[1:]))
 
 
 def _table_1(distances: Anodi, image: str) -> Table:
@@ -322,8 +319,7 @@ def _table_1(distances: Anodi, image: str) -> Table:
         each = (_each(row[a] / row[b]) for row in (distances.between, distances.within))
         rows.append((who, *each, f"{distances.relative(name, other)[2]:.2f}"))
     header = ("CCWSIM relative to MS-CCSIM", "between", "within", "r")
-    caption = said("table_1", image=image)
-    return Table(header, tuple(rows), caption)
+    return Table(header, tuple(rows), said("table_1", image=image))
 
 
 def _each(values: Iterable[float]) -> str:
@@ -345,10 +341,9 @@ def _mds(distances: Anodi, image: str) -> Chart:
         Group(name, scaling.positions[distances.owner == k], colours[k], symbol)
         for k, (name, symbol) in enumerate(zip(distances.names, METHOD_SYMBOLS, strict=False))
     ]
-    figure = mds_chart(scaling.positions[0], groups, LIGHT, height=420)
     legend = (*zip(distances.names, colours, strict=True), ("training image", LIGHT.reference))
     title = f"Fig. 12 · {image} image, {mds_title(scaling.stress)}"
-    return Chart(figure, title, title, legend)
+    return Chart(mds_chart(scaling.positions[0], groups, LIGHT, height=420), title, title, legend)
 
 
 def _anodi_judgements(distances: Anodi, image: str) -> Iterator[Judgement]:

@@ -1,29 +1,31 @@
 """Experiments of the paper: texts, inputs (the authors' or bundled files), runs and outcomes."""
 
-import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ccwsim import datasets
+from ccwsim import (
+    Ensemble,
+    Grid,
+    HardData,
+    Parameters,
+    TrainingImage,
+    datasets,
+    read_hard_data,
+    read_training_image,
+)
 from ccwsim.datasets.sampling import sample_random
 from ccwsim.experiments.trials import Trial
-from ccwsim.io import read_hard_data, read_training_image
-from ccwsim.model.ensemble import Ensemble
+from ccwsim.model.arrays import Bytes, Integers
+from ccwsim.model.assets import read_toml
 from ccwsim.model.errors import CCWSIMError, refused
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
-from ccwsim.model.parameters import Parameters
-from ccwsim.model.training_image import TrainingImage
 from ccwsim.model.watch import UNWATCHED, Watch
 from ccwsim.report.document import Block, Judgement
 
-PAPER_TEXTS = tomllib.loads(files("ccwsim.paper").joinpath("texts.toml").read_text("utf-8"))
-"""Texts of the report and its experiments, images, and sources of published times."""
+PAPER_TEXTS = read_toml("paper/texts.toml")
+"""Texts of the report and its experiments, and images."""
 PAPER_IMAGES = PAPER_TEXTS[
     "images"
 ]  # files, hard data and published results of each image of the paper
@@ -71,13 +73,13 @@ class PaperInputs:
         ny, nx = map(int, path.stem.rsplit("grid", 1)[1].split("x"))
         return inside(read_hard_data(path, Grid(ny, nx)), shape)
 
-    def reference(self, name: str, n: int, shape: tuple[int, int]) -> NDArray[np.integer] | None:
+    def reference(self, name: str, n: int, shape: tuple[int, int]) -> Integers | None:
         """Return the field from which the authors' `n` data are, or None if it is not available."""
         stem = PAPER_IMAGES[name].get("reference", {}).get(str(n))
         path = self._file(f"{stem}.npy") if stem and self.is_own(name) else None
         return None if path is None else read_training_image(path).array[: shape[0], : shape[1]]
 
-    def published(self, name: str, image: TrainingImage) -> NDArray[np.uint8] | None:
+    def published(self, name: str, image: TrainingImage) -> Bytes | None:
         """Return the realizations of a published code as facies indices, or None if unavailable."""
         path = self._file(f"reference/{name}.npz")
         if path is None:
@@ -115,10 +117,10 @@ def inputs_in(folder: str | Path | None) -> PaperInputs:
 def inside(data: HardData, shape: tuple[int, int]) -> HardData:
     """Return the data whose cells are inside a grid of this shape."""
     kept = (data.cells < shape).all(axis=1)
-    return HardData(data.cells[kept], data.facies[kept])
+    return data.part(kept)
 
 
-def sample_as_dense(truth: NDArray[np.integer], n_data: int, n_cells: int, seed: int) -> HardData:
+def sample_as_dense(truth: Integers, n_data: int, n_cells: int, seed: int) -> HardData:
     """Return data from a field, as dense as `n_data` data on a grid of `n_cells` cells."""
     return sample_random(truth, max(round(n_data * truth.size / n_cells), 1), seed)
 
@@ -190,7 +192,7 @@ class ExperimentRun:
 
     def data(
         self, name: str, image: TrainingImage, n: int, shape: tuple[int, int], side: int
-    ) -> tuple[HardData, NDArray[np.integer] | None]:
+    ) -> tuple[HardData, Integers | None]:
         """Return data and the field that they are from: the authors', or sampled (section 5.2).
 
         `n` data are as dense on a square grid with this `side` as the data on a grid of this shape.

@@ -3,13 +3,13 @@
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim import Ensemble, HardData, Parameters, TrainingImage
 from ccwsim.figures import LIGHT, Line, facies_colours, lines_chart
 from ccwsim.metrics import pattern_distance
 from ccwsim.metrics.bands import curves_of
 from ccwsim.metrics.stack import Stack
+from ccwsim.model.arrays import Array, Bytes, Floats, Ints
 from ccwsim.model.parameters import Method
 from ccwsim.model.published import Variant
 from ccwsim.paper.experiment import PAPER_TEXTS, ExperimentRun
@@ -46,7 +46,7 @@ def paper_parameters(
 
 def published(
     run: ExperimentRun, image: TrainingImage, name: str, shape: tuple[int, int]
-) -> NDArray | None:
+) -> Array | None:
     """Return realizations of a published code, or None if the code simulated another study."""
     if not run.inputs.is_own("stone wall" if "stonewall" in name else "channel"):
         return None
@@ -59,23 +59,23 @@ def median_seconds(ensemble: Ensemble) -> float:
     return float(np.median(ensemble.cpu_seconds))
 
 
-def wrong_share(images: NDArray, image: TrainingImage, data: HardData) -> float:
+def wrong_share(images: Array, image: TrainingImage, data: HardData) -> float:
     """Return the mean share of data that the realizations (facies indices) do not honour."""
     wrong = [data.n_mismatched(image.codes[indices]) for indices in images]
     return float(np.mean(wrong) / max(data.n, 1))
 
 
-def mean_distances(images: NDArray, image: TrainingImage) -> NDArray[np.float64]:
+def mean_distances(images: Array, image: TrainingImage) -> Floats:
     """Return the mean pattern distance to the training image at resolutions 1, 1/2 and 1/3."""
     return pattern_distance(Stack(images, image.codes), image).mean(axis=0)
 
 
-def format_distances(distances: NDArray[np.float64]) -> str:
+def format_distances(distances: Floats) -> str:
     """Return distances at several resolutions as the text of one table cell."""
     return " ".join(f"{d:.4f}" for d in distances)
 
 
-def relative_tau(images: NDArray, image: TrainingImage) -> dict[int, float]:
+def relative_tau(images: Array, image: TrainingImage) -> dict[int, float]:
     """Return mean connectivity E–W relative to the image, at the `LAGS` that fit into the image."""
     smallest = min(images.shape[-2:] + image.shape)
     fits = [lag for lag in LAGS if lag <= smallest // 2] or [max(smallest // 4, 1)]
@@ -88,27 +88,27 @@ def relative_tau(images: NDArray, image: TrainingImage) -> dict[int, float]:
         return dict(zip(fits, (means / reference).tolist(), strict=True))
 
 
-def lags_for(*shapes: tuple[int, ...], largest: int) -> NDArray[np.int64]:
+def lags_for(*shapes: tuple[int, ...], largest: int) -> Ints:
     """Return the lags from 0 to half of the smallest image side, but at most `largest`."""
     smallest = min(side for shape in shapes for side in shape[-2:])
     return np.arange(min(largest, smallest // 2) + 1)
 
 
 def paper_map(
-    indices: NDArray[np.uint8], image: TrainingImage, caption: str, data: HardData | None = None
+    indices: Bytes, image: TrainingImage, caption: str, data: HardData | None = None
 ) -> Picture:
     """Return a picture of a map in the default colours, with hard data."""
     return map_picture(indices, image, facies_colours(image), caption, data)
 
 
-def image_picture(image: TrainingImage, description: str, share: float = 0.6) -> Picture:
+def image_picture(image: TrainingImage, description: str) -> Picture:
     """Return a picture of the training image."""
     ny, nx = image.shape
     caption = f"Training image, {nx} × {ny}: {description}"
-    return map_picture(image.indices, image, facies_colours(image), caption, share=share)
+    return map_picture(image.indices, image, facies_colours(image), caption, share=0.6)
 
 
-def connectivity_chart(stacks: Mapping[str, NDArray], image: TrainingImage, lags: NDArray) -> Chart:
+def connectivity_chart(stacks: Mapping[str, Array], image: TrainingImage, lags: Array) -> Chart:
     """Return a chart of the mean connectivity E–W of several methods and of the training image."""
     code = int(image.codes[-1])
     lines = []

@@ -6,13 +6,13 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim import Ensemble, HardData, TrainingImage
 from ccwsim.figures import Bundle
 from ccwsim.metrics import Stationarity, etype, main_direction, stationarity
-from ccwsim.metrics.bands import STATISTICS, Statistic
+from ccwsim.metrics.bands import STATISTICS, Statistic, curves_of
 from ccwsim.metrics.stack import Stack
+from ccwsim.model.arrays import Bytes
 from ccwsim.model.numbers import duration
 from ccwsim.model.published import Variant
 from ccwsim.paper import methods, verdicts
@@ -21,7 +21,7 @@ from ccwsim.paper.methods import AUTHORS_SETTINGS, COLUMNS, COMPARED
 from ccwsim.paper.published_times import stated_seconds
 from ccwsim.paper.verdicts import percent
 from ccwsim.report.document import Block, Judgement, Picture, PictureRow, Table, Text
-from ccwsim.report.pictures import bundle_chart, bundle_of, share_picture
+from ccwsim.report.pictures import bundle_chart, bundle_of_curves, share_picture
 from ccwsim.report.settings import caption_of
 
 SHOWN = 3
@@ -60,12 +60,12 @@ class FigureResults:
     figure: MapFigure
     image: TrainingImage
     data: HardData | None
-    truth: NDArray[np.uint8] | None  # facies indices of the field from which data are sampled
-    authors: NDArray[np.uint8] | None  # stored realizations of the authors' code
+    truth: Bytes | None  # facies indices of the field from which data are sampled
+    authors: Bytes | None  # stored realizations of the authors' code
     ensembles: dict[Variant, Ensemble] = field(default_factory=dict)
 
     @property
-    def stacks(self) -> dict[str, NDArray[np.uint8]]:
+    def stacks(self) -> dict[str, Bytes]:
         """Facies indices of all realizations, by the title of their column."""
         stacks = {COLUMNS[variant]: e.indices for variant, e in self.ensembles.items()}
         return stacks if self.authors is None else stacks | {COLUMNS["authors"]: self.authors}
@@ -81,7 +81,11 @@ class FigureResults:
         ways = {"variogram": ("E-W", "N-S"), "connectivity": connected}
         return {
             (variant, statistic): {
-                way: bundle_of(statistic, e, image, code, direction=way, lags=lags)
+                way: bundle_of_curves(
+                    lags.astype(float),
+                    curves_of(statistic, image, code, way, lags)[0],
+                    curves_of(statistic, e, code, way, lags),
+                )
                 for way in ways[statistic]
             }
             for variant, e in self.ensembles.items()
@@ -124,7 +128,7 @@ def _simulated(figure: MapFigure, run: ExperimentRun) -> FigureResults:
 
 def figure_data(
     figure: MapFigure, run: ExperimentRun, image: TrainingImage, shape: tuple[int, int]
-) -> tuple[HardData | None, NDArray[np.uint8] | None]:
+) -> tuple[HardData | None, Bytes | None]:
     """Return a figure's data, and the facies indices of the field they are from, if it is shown.
 
     The data are the authors' or, if these are not available, data sampled as in section 5.2.
@@ -159,7 +163,7 @@ def _pictures(results: FigureResults) -> Iterator[Block]:
         yield PictureRow(tuple(_average(results, *each) for each in results.stacks.items()))
 
 
-def _average(results: FigureResults, title: str, images: NDArray[np.uint8]) -> Picture:
+def _average(results: FigureResults, title: str, images: Bytes) -> Picture:
     """Return the E-type of a column or, for more than two facies, its entropy."""
     image = results.image
     of = etype(Stack(images, image.codes))
@@ -216,9 +220,7 @@ def _three_columns(results: FigureResults) -> Table:
     return Table(("", "the paper", *columns), tuple(rows), caption)
 
 
-def _column(
-    results: FigureResults, images: NDArray[np.uint8], seconds: float | None
-) -> dict[str, str]:
+def _column(results: FigureResults, images: Bytes, seconds: float | None) -> dict[str, str]:
     """Return the measures of some realizations as texts, by name."""
     image, data = results.image, results.data
     column = {"realizations": str(len(images))}
@@ -351,8 +353,7 @@ def _judge_trend(results: FigureResults) -> Iterator[Judgement]:
     """Judge by the slope of the realizations' differences between quarters on the image's."""
     own = stationarity(results.image)
     for title, e in _by_column(results):
-        each = [stationarity(one, results.image.codes) for one in e]
-        kept = _kept_trend(own, each)
+        kept = _kept_trend(own, [stationarity(one, results.image.codes) for one in e])
         finding = said("kept", title=title, kept=percent(kept))
         yield verdicts.judge_claim(PAPER_TEXTS["claims"]["trend"], finding, kept < MIN_KEPT_TREND)
 

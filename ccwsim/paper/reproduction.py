@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
+from ccwsim import Cancelled, CCWSIMError
 from ccwsim.experiments.trials import Trial, run_trials
-from ccwsim.model.errors import Cancelled, CCWSIMError
 from ccwsim.model.numbers import duration
 from ccwsim.model.watch import Watch
 from ccwsim.paper.comparison import compare_methods, variability
@@ -215,11 +215,10 @@ def _run_facts(r: Reproduction) -> tuple[tuple[str, str], ...]:
     folder = "the bundled training images and data"
     if r.inputs.folder is not None:
         folder = f"training images and data of the folder “{r.inputs.folder.name}”"
-    extent = said("extent", x=r.extent)
     took = ", ".join(f"{f.experiment.title} {duration(f.seconds)}" for f in r.finished)
     return (
         ("Inputs", folder),
-        ("Extent", extent),
+        ("Extent", said("extent", x=r.extent)),
         ("Seed", str(r.seed)),
         ("Parameters", f"{AUTHORS_SETTINGS}, unless a section states other values"),
         ("Time", f"{duration(r.seconds)} in all; {took}"),

@@ -1,10 +1,11 @@
 """Experiments on CPU time by level, grid size and number of data (section 5.6)."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import pairwise, product
 
 import numpy as np
 
+from ccwsim.experiments.plan import value_of
 from ccwsim.experiments.timing import data_trials, growth, time_trials
 from ccwsim.experiments.trials import Trial, TrialResult
 from ccwsim.figures import LIGHT, TimeSeries, timings_chart
@@ -15,14 +16,11 @@ from ccwsim.paper import methods, verdicts
 from ccwsim.paper.experiment import PAPER_TEXTS, ExperimentRun, Outcome, said
 from ccwsim.paper.methods import AUTHORS_SETTINGS, COLUMNS, COMPARED, TITLES
 from ccwsim.paper.published_times import (
+    ALL_TIMES,
     FIGURE_13,
     LEVEL_CHANGES,
-    OCTAVE_SOURCE,
-    PAPER_SOURCE,
     TABLE_2,
     TABLE_2_DATA,
-    Source,
-    published_time,
 )
 from ccwsim.paper.verdicts import AGREES, DIFFERENT, IN_PART, NOISE
 from ccwsim.report.document import Chart, Judgement, PictureRow, Table, Text
@@ -31,6 +29,7 @@ TIMED_LEVELS = (1, 2, 3)
 LEVELS_OF_TABLE_2 = (1, 3)
 METHODS_OF_TABLE_2: tuple[Method, ...] = ("ms-ccsim", "ccwsim")
 PAPER_SIDE = 5000
+SMALLEST_TIME = 1e-6  # in seconds, for logarithmic axes
 N_TIMED = 3
 MAX_EXPONENT_ERROR = 0.15
 """Growth of time is called linear if the exponent differs from 1 by at most this."""
@@ -56,7 +55,7 @@ def grid_size(run: ExperimentRun) -> Outcome:
     results = list(time_trials(trials, n, run.watch.progress, run.watch.cancel))
     times: GridTimes = {key: results[k :: len(keys)] for k, key in enumerate(keys)}
     paper = {p.level: p.cpu_seconds for p in FIGURE_13}
-    stated = [duration(paper[level] or 0.0) for level in TIMED_LEVELS]
+    stated = [duration(paper[level]) for level in TIMED_LEVELS]
     rows = []
     for k, side in enumerate(sides):
         seconds = (duration(times[key][k].seconds) for key in keys)
@@ -83,14 +82,11 @@ def grid_size(run: ExperimentRun) -> Outcome:
 
 def _grid_chart(times: GridTimes, sides: tuple[int, ...]) -> Chart:
     """Return the chart of the published method's times, beside the paper's."""
-    measured = []
-    for level in TIMED_LEVELS:
-        results = times["paper", level]
-        cells, values = np.array([(t.trial.grid.n_cells, t.seconds) for t in results], float).T
-        measured.append(TimeSeries(f"level {level}", level, cells, values))
-    named = sorted({*sides, PAPER_SIDE})
-    ticks = {side**2: f"{side}²" for side in named}
-    figure = timings_chart(measured, paper_series(), ticks, LIGHT, y_title="CPU time (s)", unit="s")
+    results = [result for level in TIMED_LEVELS for result in times["paper", level]]
+    ticks = {side**2: f"{side}²" for side in sorted({*sides, PAPER_SIDE})}
+    figure = timings_chart(
+        measured_series(results), paper_series(), ticks, LIGHT, x_title="cells of the grid"
+    )
     title = "Fig. 13 · CPU time of a realization against the number of cells"
     legend = (
         ("as published, measured here", LIGHT.ink),
@@ -99,13 +95,33 @@ def _grid_chart(times: GridTimes, sides: tuple[int, ...]) -> Chart:
     return Chart(figure, title, title, legend)
 
 
-def paper_series(per_cell: bool = False) -> list[TimeSeries]:
-    """Return the paper's times for the largest grid by level, in seconds or in µs per cell."""
+def measured_series(results: Sequence[TrialResult], quantity: str = "n_cells") -> list[TimeSeries]:
+    """Return times by level against "n_cells", "n_data" or a parameter (a name in `RANGED`)."""
+    points: dict[int, list[tuple[float, float]]] = {}
+    for result in results:
+        trial, p = result.trial, result.parameters
+        sizes = {"n_cells": trial.grid.n_cells, "n_data": trial.n_data}
+        size = sizes[quantity] if quantity in sizes else value_of(p, quantity)
+        seconds = max(result.seconds, SMALLEST_TIME)
+        points.setdefault(value_of(p, "wavelet_level"), []).append((size, seconds))
+    return [
+        TimeSeries(f"level {level}", level, *np.array(points[level], float).T)
+        for level in sorted(points)
+    ]
+
+
+def paper_series(quantity: str = "n_cells", method: str = "ccwsim") -> list[TimeSeries]:
+    """Return the paper's times of channels by level, if it states times against a quantity."""
+    where = {"n_cells": "Fig. 13", "n_data": "Table 2"}.get(quantity)
     series = []
-    for t in FIGURE_13:
-        cells, taken = np.array([t.n_cells], float), np.array([t.cpu_seconds], float)
-        values = 1e6 * taken / cells if per_cell else taken
-        series.append(TimeSeries(f"paper, level {t.level}", t.level or 0, cells, values))
+    for level in TIMED_LEVELS:
+        points = [
+            (getattr(t, quantity), t.cpu_seconds)
+            for t in ALL_TIMES
+            if (t.where, t.image, t.method, t.level) == (where, "channel", method, level)
+        ]
+        if points:
+            series.append(TimeSeries(f"paper, level {level}", level, *np.array(points, float).T))
     return series
 
 
@@ -116,7 +132,8 @@ def _grid_judgements(times: GridTimes, variant: Variant) -> Iterator[Judgement]:
     for a, b in pairwise(TIMED_LEVELS):
         yield level_change(taken, a, b, title)
     yield verdicts.judge_levels({level: each[-1] for level, each in taken.items()}, title)
-    powers = {level: growth(times[variant, level]).exponent for level in TIMED_LEVELS}
+    results = [result for level in TIMED_LEVELS for result in times[variant, level]]
+    powers = {each.level: growth(each.sizes, each.values) for each in measured_series(results)}
     each = ", ".join(f"{power:.2f} (level {level})" for level, power in powers.items())
     worst = max(abs(power - 1) for power in powers.values())
     claim = "Fig. 13: CPU times of five grids; only the time of the largest grid is available."
@@ -125,7 +142,7 @@ def _grid_judgements(times: GridTimes, variant: Variant) -> Iterator[Judgement]:
     largest = times[variant, 1][-1]
     side, seconds = largest.trial.grid.nx, largest.seconds
     if side == PAPER_SIDE:
-        paper = next(p.cpu_seconds or 0.0 for p in FIGURE_13 if p.level == 1)
+        paper = next(p.cpu_seconds for p in FIGURE_13 if p.level == 1)
         what = f"25 million cells, level 1 ({COLUMNS[variant]})"
         yield verdicts.judge_time(what, seconds, paper, "Fig. 13")
         return
@@ -136,7 +153,6 @@ def _grid_judgements(times: GridTimes, variant: Variant) -> Iterator[Judgement]:
 
 def level_change(taken: dict[int, list[float]], a: int, b: int, title: str) -> Judgement:
     """Judge the change of CPU time from one level to the next, averaged over the grids."""
-    theirs = LEVEL_CHANGES[a, b]
     ours = float(np.mean(np.divide(taken[b], taken[a]))) - 1
     each = " and ".join(
         f"{_change(v)} from level {m} to {n}" for (m, n), v in LEVEL_CHANGES.items()
@@ -145,7 +161,7 @@ def level_change(taken: dict[int, list[float]], a: int, b: int, title: str) -> J
     largest = f"{duration(taken[a][-1])} and {duration(taken[b][-1])} at the largest"
     sizes = f"averaged over {len(taken[a])} sizes"
     finding = f"{title}, level {a} to {b}: {_change(ours)}, {sizes}; {largest}."
-    return verdicts.judge_ratio(claim, finding, 1 + ours, 1 + theirs)
+    return verdicts.judge_ratio(claim, finding, 1 + ours, 1 + LEVEL_CHANGES[a, b])
 
 
 def _change(share: float) -> str:
@@ -177,9 +193,7 @@ def times_with_data(run: ExperimentRun) -> Outcome:
         what = f"{name}, CCWSIM, level 1, 2000 data"
         seconds = times["ccwsim", 1, "paper", 1].seconds
         judgements.append(verdicts.judge_time(what, seconds, stated, "Table 2", run.extent.is_full))
-    octave = f"Octave: {OCTAVE_SOURCE.reference}; {OCTAVE_SOURCE.machine}"
-    remark = f"{octave}. The paper: {PAPER_SOURCE.machine}."
-    blocks += [Text(PAPER_TEXTS["ms_ccsim"]), Text(remark, quiet=True)]
+    blocks.append(Text(PAPER_TEXTS["ms_ccsim"]))
     return Outcome(tuple(blocks), tuple(judgements))
 
 
@@ -188,16 +202,14 @@ def _table_2(run: ExperimentRun, name: str, times: Times) -> Table:
     rows = []
     for method, level in product(METHODS_OF_TABLE_2, LEVELS_OF_TABLE_2):
         cells = [TITLES[method], str(level)]
-        for k, n_data in enumerate(TABLE_2_DATA):
+        for k in range(len(TABLE_2_DATA)):
             cells.append(f"{_paper(name, method, level, k):.2f} s")
             for variant in COMPARED:
                 t = times[method, level, variant, k]
                 wrong = 100 * float(t.n_mismatched.mean()) / max(t.trial.n_data, 1)
                 cells.append(f"{duration(t.seconds)}, {wrong:.1f} %")
-            octave = _published(OCTAVE_SOURCE, name, method, level, n_data)
-            cells.append("–" if octave is None else duration(octave))
         rows.append(tuple(cells))
-    titles = ("the paper", *(f"{COLUMNS[variant]}, data wrong" for variant in COMPARED), "Octave")
+    titles = ("the paper", *(f"{COLUMNS[variant]}, data wrong" for variant in COMPARED))
     columns = (f"{n_data} data: {title}" for n_data in TABLE_2_DATA for title in titles)
     some = times["ccwsim", 1, "paper", 1].trial
     caption = said(
@@ -210,15 +222,10 @@ def _table_2(run: ExperimentRun, name: str, times: Times) -> Table:
     return Table(("method", "level", *columns), tuple(rows), caption)
 
 
-def _published(source: Source, image: str, method: str, level: int, n_data: int) -> float | None:
-    stated = published_time(source, method, level, n_cells=PAPER_CELLS, n_data=n_data, image=image)
-    return None if stated is None else stated.cpu_seconds
-
-
 def _paper(image: str, method: str, level: int, k: int) -> float:
-    stated = _published(PAPER_SOURCE, image, method, level, TABLE_2_DATA[k])
-    assert stated is not None
-    return stated
+    """Return the time in Table 2 for the number of data with index k."""
+    case = image, method, level, TABLE_2_DATA[k]
+    return next(t.cpu_seconds for t in TABLE_2 if (t.image, t.method, t.level, t.n_data) == case)
 
 
 def _methods_timed(name: str, times: Times) -> Iterator[Judgement]:

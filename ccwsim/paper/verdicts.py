@@ -21,8 +21,13 @@ AGREES, BETTER, BEHIND, DIFFERENT, NOT_COMPARABLE = (
     "not comparable",
 )
 SAME_ORDER, IN_PART = "same order", "in part"
-TONES: dict[str, Tone] = {AGREES: "good", BETTER: "good", BEHIND: "bad", DIFFERENT: "bad"}
-TONES[NOT_COMPARABLE] = "unknown"
+TONES: dict[str, Tone] = {
+    AGREES: "good",
+    BETTER: "good",
+    BEHIND: "bad",
+    DIFFERENT: "bad",
+    NOT_COMPARABLE: "unknown",
+}
 ALIKE = 1.25
 NOISE = 1.1
 
@@ -41,8 +46,7 @@ def by_claim(judgements: Iterable[Judgement]) -> tuple[Judgement, ...]:
 
 
 def _merged(cases: list[Judgement]) -> Judgement:
-    words = {case.word for case in cases}
-    if len(words) == 1:
+    if len({case.word for case in cases}) == 1:
         return judged(cases[0].claim, " ".join(case.finding for case in cases), cases[0].word)
     finding = " ".join(f"{case.finding.removesuffix('.')}: {case.word}." for case in cases)
     return judged(cases[0].claim, finding, IN_PART)

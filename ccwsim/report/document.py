@@ -1,7 +1,6 @@
 """Parts of a report, and functions that write a report as one HTML file for offline use."""
 
 import re
-import zlib
 from base64 import b64encode
 from dataclasses import dataclass
 from datetime import datetime
@@ -14,7 +13,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 import ccwsim
-from ccwsim.figures import figure_json, plotly_script
+from ccwsim.figures import figure_json, packed_plotly
 from ccwsim.io.atomic import write_bytes
 from ccwsim.system.machine import this_machine
 
@@ -160,12 +159,6 @@ def report_html(document: Document) -> str:
     scripts = {"plotly": packed_plotly(), "script": _own("charts.js")} if drawn else {}
     template = _environment().get_template("report.html.jinja")
     return template.render(document=document, style=_own("style.css"), **scripts)
-
-
-@cache
-def packed_plotly() -> str:
-    """Return plotly's script, compressed from 5 to 2 MB and encoded in base64."""
-    return b64encode(zlib.compress(plotly_script().encode(), 9)).decode()
 
 
 @cache

@@ -1,18 +1,18 @@
 """Pictures of maps and charts of curves for the reports on realizations."""
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim import Ensemble, Grid, HardData, TrainingImage, figures
 from ccwsim.figures import LIGHT, Bundle, Dots, LayerData, Theme
 from ccwsim.metrics import band, vertical_proportions
 from ccwsim.metrics.bands import Statistic, curves_of
-from ccwsim.metrics.lags import Direction
-from ccwsim.metrics.stack import N_AXES, Fraction, Images, Stack
-from ccwsim.model.arrays import Floats
+from ccwsim.metrics.lags import Direction, distinct_lags, max_lag
+from ccwsim.metrics.stack import N_AXES, Fraction, Stack
+from ccwsim.model.arrays import Bytes, Floats, frozen
 from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.report.document import Chart, Picture
 from ccwsim.report.verdicts import SIGNS, curve_title
@@ -26,7 +26,7 @@ LEGEND = (
 
 
 def map_picture(
-    indices: NDArray[np.uint8],
+    indices: Bytes,
     image: TrainingImage,
     colours: Sequence[str],
     caption: str,
@@ -34,17 +34,25 @@ def map_picture(
     share: float = 1.0,
 ) -> Picture:
     """Return a map or slices of a volume with data; the caption counts wrong data (red)."""
-    dots = None
-    if data is not None and data.n:
-        facies = np.searchsorted(image.codes, data.facies)
-        wrong = indices[tuple(data.cells.T)] != facies
-        dots = Dots(data.cells, [str(colours[k]) for k in facies.tolist()], wrong)
-        if wrong.any():
-            caption += f"; {np.count_nonzero(wrong)} of {data.n} data not honoured (red rings)"
+    dots = dots_of(data, image, indices, colours)
+    if dots is not None and dots.wrong.any():
+        n_wrong, n = np.count_nonzero(dots.wrong), len(dots.wrong)
+        caption += f"; {n_wrong} of {n} data not honoured (red rings)"
     if indices.ndim == N_AXES:
         return _slices(figures.slices_png(indices, colours, dots=dots), caption, share)
     png = figures.data_map_png(indices, colours, dots)
     return Picture(png, caption, f"Map of facies: {caption}", share, pixelated=dots is None)
+
+
+def dots_of(
+    data: HardData | None, image: TrainingImage, indices: Bytes, colours: Sequence[str]
+) -> Dots | None:
+    """Return hard data to draw on a map or volume of facies `indices`; None without data."""
+    if data is None or not data.n:
+        return None
+    facies = np.searchsorted(image.codes, data.facies)
+    wrong = indices[tuple(data.cells.T)] != facies
+    return Dots(data.cells, [str(colours[k]) for k in facies.tolist()], wrong)
 
 
 def share_picture(shares: Floats, caption: str) -> Picture:
@@ -52,8 +60,7 @@ def share_picture(shares: Floats, caption: str) -> Picture:
     steps, colours = figures.steps_of(shares)
     if shares.ndim == N_AXES:
         return _slices(figures.slices_png(steps, colours), caption)
-    png = figures.data_map_png(steps, colours)
-    return Picture(png, caption, f"Map: {caption}", pixelated=True)
+    return Picture(figures.data_map_png(steps, colours), caption, f"Map: {caption}", pixelated=True)
 
 
 def _slices(png: bytes, caption: str, share: float = 1.0) -> Picture:
@@ -62,18 +69,30 @@ def _slices(png: bytes, caption: str, share: float = 1.0) -> Picture:
 
 
 def bundle_of(
+    ensemble: Ensemble,
     statistic: Statistic,
-    images: Images,
-    image: TrainingImage,
     facies: int,
     direction: Direction,
-    lags: NDArray,
     progress: Fraction | None = None,
 ) -> Bundle:
-    """Return a bundle of the curves of a statistic for a facies code, along one direction."""
-    reference = curves_of(statistic, image, facies, direction, lags)[0]
-    each = curves_of(statistic, images, facies, direction, lags, progress=progress)
-    return bundle_of_curves(lags.astype(float), reference, each)
+    """Return a curve of a facies, given by its index, for the image and the realizations."""
+    image = ensemble.training_image
+    code = int(image.codes[facies])
+    n_lags = max_lag(direction, image.shape, ensemble.study.whole_shape)
+    lags, distances = distinct_lags(direction, n_lags)
+    reference = _curve_of_image(image, statistic, code, direction, n_lags)
+    stack = Stack(ensemble.indices[:MAX_CURVES], image.codes)
+    each = curves_of(statistic, stack, code, direction, lags, progress=progress)
+    return bundle_of_curves(distances, reference, each)
+
+
+@lru_cache(maxsize=64)
+def _curve_of_image(
+    image: TrainingImage, statistic: Statistic, code: int, direction: Direction, n_lags: int
+) -> Floats:
+    """Return a curve of a training image; ensembles with this training image share the curve."""
+    lags, _ = distinct_lags(direction, n_lags)
+    return frozen(curves_of(statistic, image, code, direction, lags)[0])
 
 
 def bundle_of_curves(lags: Floats, reference: Floats, each: Floats) -> Bundle:
@@ -100,8 +119,7 @@ def layers_bundle(ensemble: Ensemble, facies: int) -> Bundle:
 def layers_of_image(grid: Grid, n_layers: int) -> Floats:
     """Return the elevations of a training image's layers, stretched to the height of the grid."""
     shares = (np.arange(n_layers) + 0.5) / n_layers
-    height = grid.cell_size[-1] * (grid.nz or 1)
-    return grid.origin[-1] + height * shares
+    return grid.origin[-1] + grid.cell_size[-1] * (grid.nz or 1) * shares
 
 
 def layer_data(data: HardData, grid: Grid, code: int) -> LayerData:

@@ -3,8 +3,8 @@
 from dataclasses import replace
 from typing import Any
 
+from ccwsim import Ensemble
 from ccwsim.model.arrays import describe_shape
-from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.numbers import plural
 from ccwsim.model.parameters import Parameters, describe_weight
 
@@ -18,8 +18,11 @@ SHORT_NAMES = {
     "exact_data": "exact honouring",
     "method": "",
 }
-VALUES = {"ccwsim": "CCWSIM", "ccsim": "CCSIM", "ms-ccsim": "MS-CCSIM", "ssd": "squared difference"}
-VALUES |= {
+VALUES = {
+    "ccwsim": "CCWSIM",
+    "ccsim": "CCSIM",
+    "ms-ccsim": "MS-CCSIM",
+    "ssd": "squared difference",
     "ours": "ours",
     "paper": "as in the paper",
     "code": "as in the authors' code",

@@ -2,6 +2,7 @@
 
 import os
 import secrets
+import shutil
 import stat
 import time
 from collections.abc import Iterator
@@ -10,12 +11,14 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from ccwsim.model.errors import CCWSIMError
+from ccwsim.model.numbers import format_bytes
 
 try:
     import fcntl
 except ImportError:  # Windows does not let open files be deleted anyway
     fcntl: Any = None
 
+TRIAL_BYTES = 65536  # written to find out whether a folder is full
 MIN_AGE = 60.0  # minimum age in seconds of a temporary file that a killed run may have left
 
 
@@ -41,6 +44,26 @@ def check_replaceable(path: str | os.PathLike[str]) -> Path:
         if target.exists() and not target.stat().st_mode & 0o222:
             raise OSError("it is read-only; make it writable or give another path")
     return target
+
+
+def check_writable(path: str | os.PathLike[str], n_bytes: int = 0) -> None:
+    """Raise an error if a file of `n_bytes` cannot be written; an existing file is kept."""
+    with unwritable(path):
+        folder = check_replaceable(path).parent
+        if not folder.is_dir():
+            raise OSError(f"there is no folder {folder}; create it first")
+        if n_bytes > (free := shutil.disk_usage(folder).free):
+            raise OSError(
+                f"{format_bytes(n_bytes)} do not fit into {folder}, which has {format_bytes(free)} "
+                "free; write less, another format, or to another folder"
+            )
+        trial = WholeFile(path)
+        try:
+            trial.file.write(bytes(TRIAL_BYTES))
+            trial.file.flush()
+            os.fsync(trial.file.fileno())
+        finally:
+            trial.drop()
 
 
 class WholeFile:

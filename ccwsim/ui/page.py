@@ -15,10 +15,11 @@ from ccwsim.ui.session.server import settle_server
 from ccwsim.ui.session.state import KEY, State, session_state
 from ccwsim.ui.session.uploads import bound_uploads
 from ccwsim.ui.share.menu import draw_open, draw_share
+from ccwsim.ui.study.guides_step import GUIDES_PAGE
 from ccwsim.ui.study.image_step import IMPORT_PAGE
 from ccwsim.ui.study.run import SIMULATE_PAGE
 from ccwsim.ui.widgets.fields import button
-from ccwsim.ui.widgets.text import how_tos, page_text, plain
+from ccwsim.ui.widgets.text import how_tos, in_row, page_text, plain
 from ccwsim.ui.widgets.theme import own_colours, theme_name
 
 LOGO_FOLDER = Path(__file__).parents[1] / "assets"
@@ -28,6 +29,7 @@ STUDY_WIDTH = 336  # width of the study column in pixels
 PAGES = (
     ("Simulate", SIMULATE_PAGE),
     ("Hard data", "pages/data.py"),
+    ("Guides", GUIDES_PAGE),
     ("Validate", "pages/validate.py"),
     ("Compare", "pages/compare.py"),
     ("Sweep", "pages/sweep.py"),
@@ -41,11 +43,11 @@ PAGES = (
 """Names and files of the pages in the menu (`st.navigation` hides names in narrow windows)."""
 MENU = {
     "Simulate": PAGES[:1],
-    "Data": PAGES[1:2],
-    "Check": PAGES[2:5],
-    "Use": PAGES[5:6],
-    "Learn": PAGES[6:],
-    "Menu": PAGES[5:],
+    "Data": PAGES[1:3],
+    "Check": PAGES[3:6],
+    "Use": PAGES[6:7],
+    "Learn": PAGES[7:],
+    "Menu": PAGES[6:],
 }
 """Pages by purpose; on phones, “Menu” replaces the groups after the third."""
 OFF_MENU = (("Import", IMPORT_PAGE),)
@@ -95,20 +97,20 @@ def _draw_page(title: str, body: Callable[[State], None]) -> None:
 
 def _top(title: str, state: State) -> None:
     """Draw the menus (pages, Share, Open, How to) and notes about the page address."""
-    with st.container(horizontal=True, vertical_alignment="center", gap="small", key="top"):
+    with in_row("top"):
         _menu(title)
         draw_share(state)
         draw_open(state)
         _draw_how_to(title)
     if state.notes:
-        with st.container(horizontal=True, vertical_alignment="center", key="told"):
+        with in_row("told"):
             st.warning("\n".join(f"- {plain(note)}" for note in state.notes))
             button("Close", key="told_close", on_click=setattr, args=(state, "notes", ()))
 
 
 def _menu(title: str) -> None:
     """Draw the groups of pages: a group of one page as a link, another group as a menu."""
-    with st.container(horizontal=True, key="menu", gap="small"):
+    with in_row("menu", "top"):
         for name, pages in MENU.items():
             if len(pages) == 1:
                 [(label, path)] = pages

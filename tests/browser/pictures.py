@@ -7,10 +7,12 @@ the pictures are those of this machine.
 
 from __future__ import annotations
 
+import json
 import sys
 from collections.abc import Callable, Sequence
 from io import BytesIO
 from typing import Any, NamedTuple
+from urllib.parse import quote
 
 from PIL import Image
 
@@ -69,6 +71,13 @@ def draw_a_well(page: Any) -> None:
     page.wait_for_timeout(REST)
 
 
+def choose_probabilities(page: Any) -> None:
+    """Choose the task that draws probabilities on the map of the guides."""
+    fill_with_maps(page)
+    page.locator(".st-key-guides_task button", has_text="What is likely where").click(timeout=SLOW)
+    page.wait_for_selector(".st-key-guides_facies", timeout=SLOW)
+
+
 def play_quiz(page: Any) -> None:
     """Play a round of the quiz."""
     page.locator(".st-key-examples_view button", has_text="Quiz").click(timeout=SLOW)
@@ -122,13 +131,27 @@ class Picture(NamedTuple):
 
 
 STUDY = "grid=256x256&data=sampled&data-n=40&data-seed=4"
-ZONES = (
-    "image_stone_wall~zone_12_140_244_140_244_250_12_250~line_92_12_20_60_28_120_60_170_110_200_128"
+
+
+def guides(**choices: Any) -> str:
+    """Return guides as a part of an address."""
+    return f"guides={quote(json.dumps(choices, separators=(',', ':')))}"
+
+
+ZONES = guides(
+    images=[{"bundled": "stone_wall"}],
+    zones=[[[12, 140], [244, 140], [244, 250], [12, 250]]],
+    angle=[[[12, 20], [60, 28], [120, 60], [170, 110], [200, 128]]],
+    flow_azimuth=92,
 )
 """A second image in an outline, and a line along which both images are turned."""
-GUIDES = (
-    "stroke_0.75_25_0.5_1_1_60_60_120_150_200_190~stroke_0.05_25_0.6_1_1_190_60"
-    "~polygon_20_30_130_15_235_40_245_170_190_235_90_240_25_170"
+STROKES = (0.75, 0.5, [[60, 60], [120, 150], [200, 190]]), (0.05, 0.6, [[190, 60]])
+GUIDES = guides(
+    probabilities=[
+        {"value": value, "radius": 25, "softness": softness, "points": points}
+        for value, softness, points in STROKES
+    ],
+    active=[[20, 30], [130, 15], [235, 40], [245, 170], [190, 235], [90, 240], [25, 170]],
 )
 VOLUME = "ti=sinuous_channels&data=sinuous_channels_10_wells&grid=100x100x48&realizations=8"
 PICTURES = {
@@ -139,8 +162,8 @@ PICTURES = {
     "import": Picture("import", 750, FILLED["import"]),
     "import-wells": Picture("import?data=none", 1030, fill_with_wells),
     "hard-data": Picture(f"data?{STUDY}", 790, draw_a_well),
-    "guides": Picture(f"simulate?{STUDY}&guides={GUIDES}", 760),
-    "guides-zones": Picture(f"simulate?data=none&grid=256x256&realizations=6&guides={ZONES}", 860),
+    "guides": Picture(f"guides?{STUDY}&{GUIDES}", 860, choose_probabilities),
+    "guides-zones": Picture(f"guides?data=none&grid=256x256&realizations=6&{ZONES}", 800),
     "validate": Picture(f"validate?{STUDY}&realizations=20", 930),
     "flow": Picture(f"flow?{STUDY}", 900, FILLED["flow"]),
     "compare": Picture(f"compare?{STUDY}", 960),
@@ -148,7 +171,7 @@ PICTURES = {
     "how-it-works": Picture(f"how_it_works?{STUDY}", 900),
     "examples": Picture("examples", 560, FILLED["examples"]),
     "quiz": Picture("examples", 810, play_quiz),
-    "benchmark": Picture("benchmark", 860, FILLED["benchmark"]),
+    "benchmark": Picture("benchmark", 640, FILLED["benchmark"]),
     "paper-and-ours": Picture("paper_and_ours", 720, FILLED["paper_and_ours"]),
     "paper": Picture("paper", 800, unfold_experiments),
     "share": Picture(f"simulate?{STUDY}", 480, open_share, left=530),

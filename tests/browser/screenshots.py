@@ -16,7 +16,7 @@ from urllib.parse import urlencode
 
 import numpy as np
 
-from tests.browser.hands import GLANCE, until
+from tests.browser.hands import GLANCE, choose, until
 from tests.browser.served import browser, served
 
 SIZES = {1440: 900, 1024: 768, 390: 844}
@@ -27,7 +27,7 @@ VOLUME = {
     "template": "32x32x16", "overlap": "8x8x4", "level": "2x2x1", "realizations": "4",
 }  # fmt: skip
 SETTLED = "() => !document.querySelector('.st-key-progress, .ghost')"
-WHOLE = "() => !document.querySelector('.unseen, .working, [data-testid=stSkeleton]')"
+WHOLE = "() => !document.querySelector('.working, [data-testid=stSkeleton]')"
 HEIGHT = "document.querySelector('[data-testid=stMain]').scrollHeight"
 
 
@@ -47,15 +47,11 @@ def press(page, button: str, begun: str) -> None:
 
 
 def fill_with_times(page) -> None:
-    """Run both measurements of the page Benchmark."""
-    for kind, end in (
-        ("grids", ".st-key-download_times"),
-        ("data", ".st-key-part_data .note:has-text('median time of')"),
-    ):
-        start = f".st-key-measure_{kind} button:not([disabled])"
-        press(page, start, f".st-key-cancel_{kind}, {end}")
-        page.wait_for_selector(end, timeout=SLOW)
-    page.wait_for_selector(".st-key-measure_data button:not([disabled])", timeout=SLOW)
+    """Run the measurement of the page Benchmark."""
+    end = ".st-key-results .note:has-text('median of')"
+    press(page, ".st-key-measure button:not([disabled])", f".st-key-benchmark_cancel, {end}")
+    page.wait_for_selector(end, timeout=SLOW)
+    page.wait_for_selector(".st-key-measure button:not([disabled])", timeout=SLOW)
 
 
 def fill_with_experiments(page) -> None:
@@ -115,10 +111,20 @@ def fill_with_steps(page) -> None:
     page.wait_for_selector(".st-key-method_text table", timeout=SLOW)
 
 
+def fill_with_guides(page) -> None:
+    """Let the probability of a facies change across the grid."""
+    fill_with_maps(page)
+    page.locator(".st-key-guides_task button", has_text="What is likely where").click(timeout=SLOW)
+    page.wait_for_selector(".st-key-guides_probabilities", timeout=SLOW)
+    choose(page, "guides_probabilities", "a gradient")
+    page.wait_for_selector("i.results-current", state="attached", timeout=SLOW)
+
+
 FILLED = {
     "benchmark": fill_with_times,
     "examples": fill_with_pictures,
     "flow": fill_with_flow,
+    "guides": fill_with_guides,
     "import": fill_with_file,
     "paper": fill_with_experiments,
     "paper_and_ours": fill_with_steps,

@@ -53,7 +53,7 @@ def test_a_saved_chart_says_what_it_is_of(tab, address, name, said):
     height = plot.bounding_box()["height"]
     svg = saved(tab, "variogram_E", "svg")
     words = words_of(svg)
-    assert words.startswith("Variogram E–W channels, no hard data, grid 64 × 48;")
+    assert re.match("Variogram E–W(, along)? channels, no hard data, grid 64 × 48;", words)
     assert "CCWSIM, level 2, template 16, overlap 4" in words
     assert said in words
     sizes = re.search(r'width="([\d.]+)" height="([\d.]+)"', svg.read_text("utf-8"))

@@ -180,7 +180,7 @@ def test_on_a_phone_the_menu_is_one_line(phone, address):
         assert page.evaluate("document.scrollingElement.scrollWidth") <= 390
         names = page.locator(".st-key-menu").locator("a, button").locator("visible=true")
         words = [text.split("\n")[0] for text in names.all_inner_texts()]  # without the icon
-        assert words == ["Simulate", "Hard data", "Check", "Menu"]
+        assert words == ["Simulate", "Data", "Check", "Menu"]
         right = "(all) => Math.max(...all.map((e) => e.getBoundingClientRect().right))"
         assert names.evaluate_all(right) < 390
 

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from ccwsim import Grid
+from ccwsim.figures import LIGHT, times_chart
 from ccwsim.ui.frontend.cells import CellMap, map_content
 from ccwsim.ui.frontend.component import component_parts
 from tests.browser.hands import SOON, soon
@@ -338,17 +339,6 @@ def test_a_switch_of_the_theme_is_told_once(tab, put_up):
     is_told(tab, ["told", "dark"])
 
 
-def test_a_section_in_view_is_told_once(tab, put_up):
-    put_up("script", {"script": "seen", "unseen": ["facts"]})
-    tab.evaluate(
-        """() => { document.querySelector('.stApp').innerHTML =
-        "<div class='st-key-section_facts'><div class='unseen'>…</div></div>"; }"""
-    )
-    tab.wait_for_function("() => told.length", timeout=SOON)
-    tab.wait_for_timeout(600)  # two further checks
-    assert tab.evaluate("told") == [["told", ["facts"]]]
-
-
 def test_the_menu_of_a_chart_closes_where_somewhere_else_is_clicked(tab, put_up):
     put_up("chart_menu", {"title": "CPU time", "chart": "times", "name": "times"})
     tab.locator(".open").click()
@@ -403,6 +393,21 @@ def test_the_csv_of_a_chart_has_no_formulas(tab):
     shown = [name if name in ("-3.5", "sand, =1") else f"'{name}" for name in names]
     assert lines[::2] == [[name, "1", name, "-3.5"] for name in shown]
     assert lines[1::2] == [[name, "1", "1e-7", ""] for name in shown]
+
+
+def test_a_chart_is_drawn_with_its_values_at_the_pointer(tab):
+    figure = times_chart(np.array([20.0, 30.0, 40.0]), 30.0, LIGHT).to_json()
+    begin(tab, "chart", {"figure": figure, "alt": "Times"})
+    style = ".chart { position: relative; height: 190px; } .chart > * { position: absolute; }"
+    tab.add_style_tag(content=style)  # as the style of all pages
+    tab.evaluate("() => { call(); }")
+    dots = tab.locator(".points path")
+    dots.nth(1).wait_for(timeout=SOON)
+    assert dots.count() == 3
+    assert tab.locator("svg[aria-label=Times]").count() == 1
+    box = dots.nth(1).bounding_box()
+    tab.mouse.move(box["x"] + 3, box["y"] + 3)
+    assert tab.locator(".readout").inner_text() == "realization 2: 30 ms"
 
 
 # Return the texts that a map writes when it is drawn again.
@@ -489,7 +494,7 @@ def test_a_dragged_well_is_told_one_choice_after_another_and_the_last_one_always
 def test_a_line_of_flow_is_drawn_and_undone_with_keys(tab):
     guides = {"strokes": False, "flow": [], "outlines": {}}
     tab.set_viewport_size({"width": 500, "height": 600})
-    begin(tab, "guides", map_content(EMPTY) | guides | {"arrows": None})
+    begin(tab, "guides", map_content(EMPTY) | guides | {"arrows": None, "tool": "line"})
     tab.evaluate("() => { call(); }")
     width(tab, "> 400")
     tab.locator("canvas").focus()

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from urllib.parse import urlencode
+
 import pytest
 
+from ccwsim import Grid
+from ccwsim.sharing.choices import Choices, GuideChoice
+from ccwsim.sharing.link import link_of
 from tests.browser.hands import SLOW, at_rest, fits_a_phone, settled, soon
 from tests.browser.screenshots import fill_with_flow
 from tests.browser.served import CHROMIUM
@@ -27,6 +32,29 @@ def test_a_click_places_a_well_and_all_realizations_answer(tab, address):
     number = k.locator(".panel span").inner_text().split(",")[0].split()[-1]
     k.get_by_role("button", name="Open").click(timeout=SLOW)
     tab.locator(".panel", has_text=f"Realization {number} of 4").wait_for(timeout=SLOW)
+
+
+def test_controls_are_in_view_after_a_reload_and_after_the_study_column_was_closed(tab, address):
+    def sees_controls() -> None:
+        tab.wait_for_selector(".st-key-map_heads canvas", timeout=SLOW)
+        tab.locator(".st-key-flow_high input").wait_for(timeout=SLOW)
+        column = tab.get_by_test_id("stSidebar")
+        soon(lambda: equal(column.bounding_box()["x"], 0))
+
+    tab.goto(f"{address}/flow?{SMALL}")
+    sees_controls()
+    tab.locator(".st-key-flow_high input").fill("12.5")
+    tab.locator(".st-key-flow_high input").press("Enter")
+    tab.wait_for_function("() => location.search.includes('12.5')", timeout=SLOW)
+    tab.reload()
+    sees_controls()
+    assert tab.locator(".st-key-flow_high input").input_value() == "12.50"
+    tab.goto(f"{address}/simulate?{SMALL}")
+    tab.locator(".st-key-run").first.wait_for(timeout=SLOW)
+    tab.get_by_test_id("stSidebar").hover()
+    tab.locator("[data-testid=stSidebarCollapseButton] button").click(timeout=SLOW)
+    tab.goto(f"{address}/flow?{SMALL}")
+    sees_controls()
 
 
 def spot(tab, key: str, x: float, y: float) -> tuple[float, float]:
@@ -89,3 +117,20 @@ def test_the_page_fits_a_phone(tab, address):
     tab.goto(f"{address}/flow?{SMALL}")
     tab.wait_for_selector(".st-key-flow_maps canvas", timeout=SLOW)
     fits_a_phone(tab, "Flow · CCWSIM")
+
+
+def test_the_reason_why_a_model_cannot_be_created_is_on_the_page(chromium, address):
+    context = chromium.new_context(viewport={"width": 1440, "height": 900})
+    tab = context.new_page()
+    outline = ((10.0, 10.0), (80.0, 15.0), (85.0, 80.0), (15.0, 75.0))
+    choices = Choices(grid=Grid(96, 96), guides=GuideChoice(active=outline))
+    query = urlencode(link_of(choices), doseq=True)
+    tab.goto(f"{address}/flow?{query}&data=none&realizations=2")
+    tab.wait_for_selector(".st-key-map_heads canvas", timeout=SLOW)
+    at_rest(tab)
+    tab.locator(".st-key-flow_axis button", has_text="W–E").click(timeout=SLOW)
+    tab.locator(".st-key-flow_unsolved", has_text="No head is fixed").wait_for(timeout=SLOW)
+    tab.locator(".st-key-flow_downloads button").first.click(timeout=SLOW)
+    tab.locator(".st-key-download_models_modflow button").first.click(timeout=SLOW)
+    tab.locator("[data-testid=stAlert]", has_text="no head is fixed").wait_for(timeout=SLOW)
+    context.close()

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import re
 from typing import Any
+from urllib.parse import parse_qs, urlsplit
 
 import pytest
 
@@ -14,13 +16,15 @@ from tests.browser.hands import (
     at_rest,
     choose,
     fill,
-    run,
+    follow,
     settled,
     soon,
     to_page,
     until,
 )
+from tests.browser.pictures import guides
 from tests.browser.served import CHROMIUM
+from tests.browser.test_validate import show
 
 pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = [
@@ -29,11 +33,19 @@ pytestmark = [
 ]
 
 STUDY = "data=none&grid=128x128&realizations=12"
+GRADIENT = guides(probabilities={"start": 0.05, "end": 0.6})
+"""Guides in an address: the probability grows from west to east."""
+
+
+def in_address(page: Any) -> dict[str, Any]:
+    """Return the guides in the address of a page."""
+    (text,) = parse_qs(urlsplit(page.url).query).get("guides", ["{}"])
+    return json.loads(text)
 
 
 @pytest.fixture
 def page(tab, address):
-    tab.goto(f"{address}/simulate?{STUDY}")
+    tab.goto(f"{address}/guides?{STUDY}")
     current(tab)
     return tab
 
@@ -44,15 +56,17 @@ def current(page: Any) -> None:
     at_rest(page)
 
 
-def unfold(page: Any) -> None:
-    """Open the frame of the guides."""
-    box = page.locator(".st-key-guides_probabilities").first
+def to_task(page: Any, title: str) -> None:
+    """Choose a task of the page Guides."""
+    from playwright.sync_api import expect
+
+    button = page.locator(".st-key-guides_task").get_by_role("radio", name=title).first
+    at_rest(page)
     until(
-        lambda: (
-            None if box.is_visible() else page.locator(".st-key-guides summary").click(timeout=SOON)
-        ),
-        lambda wait: box.wait_for(timeout=wait),
+        lambda: button.click(timeout=SOON),
+        lambda wait: expect(button).to_have_attribute("aria-checked", "true", timeout=wait),
     )
+    at_rest(page)
 
 
 def spot(page: Any, key: str, x: float, y: float, left: int = 1, bottom: int = 1) -> Any:
@@ -102,54 +116,56 @@ def probability(page: Any, x: float, y: float) -> float:
 
 
 @pytest.mark.parametrize("width", [1280, 1440])
-def test_the_chart_of_proportions_fits_beside_four_maps(tab, address, width):
+def test_three_maps_are_beside_each_other_and_proportions_fit(tab, address, width):
     tab.set_viewport_size({"width": width, "height": 900})
-    tab.goto(f"{address}/simulate?data=none&realizations=2&guides=gradient_90_0.05_0.6")
+    tab.goto(f"{address}/simulate?data=none&realizations=2&{GRADIENT}")
     current(tab)
-    tab.wait_for_function(
-        """() => {
-          const chart = document.querySelector('.st-key-chart_proportions .js-plotly-plot');
-          const [frame, drawn] = [chart, chart?.querySelector('svg')].map((e) => e?.clientWidth);
-          return drawn && drawn <= frame;
-        }""",
-        timeout=SLOW,
-    )
-    columns = [each.bounding_box() for each in tab.locator(".st-key-maps .stColumn").all()]
-    assert len(columns) == 4
-    assert len({column["y"] for column in columns}) == 1  # beside each other
+    maps = [f".st-key-map_{name} canvas" for name in ("realization", "e_type", "given")]
+
+    def beside_each_other() -> None:
+        boxes = [tab.locator(canvas).bounding_box() for canvas in maps]
+        assert len({round(box["y"]) for box in boxes}) == 1
+        assert all(box["width"] >= 250 for box in boxes)
+        chart = tab.locator(".st-key-chart_proportions svg").first.bounding_box()
+        frame = tab.locator(".st-key-panel_proportions").bounding_box()
+        assert 0 < chart["width"] <= frame["width"]
+
+    soon(beside_each_other)
 
 
 def test_a_brush_draws_probabilities_that_realizations_follow(page):
-    unfold(page)
+    to_task(page, "What is likely where")
     choose(page, "guides_probabilities", "drawn on the map")
     drag(page, (0.25, 0.2), (0.25, 0.5), (0.25, 0.8))
-    assert "guides=stroke_0.8_" in page.url
+    (stroke,) = in_address(page)["probabilities"]
+    assert stroke["value"] == 0.8
     assert page.get_by_text("Given probability of sand").count() == 1
-    drawn = read(page, "map_given", 0.25, 0.5)
-    assert "given P(sand) = 0.8" in drawn
+    drawn = read(page, "guide_board", 0.25, 0.5)
+    assert "P(sand) = 0.8" in drawn
     along = [probability(page, 0.25, y) for y in (0.3, 0.4, 0.5, 0.6, 0.7)]
     away = [probability(page, 0.75, y) for y in (0.3, 0.4, 0.5, 0.6, 0.7)]
     assert sum(along) > sum(away) + 1
     board = page.locator(".st-key-guide_board")
-    stroke = page.url
+    drawn_address = page.url
     board.locator("[data-step=undo]").click(timeout=SLOW)
-    changed(page, stroke)
-    assert "stroke_0.8" not in page.url
+    changed(page, drawn_address)
+    assert not in_address(page)["probabilities"]
     board.locator("[data-step=redo]").click(timeout=SLOW)
-    page.wait_for_url(stroke, timeout=SLOW)
+    page.wait_for_url(drawn_address, timeout=SLOW)
     current(page)
     to_page(page, "Validate")
+    show(page, "Uncertainty")
     page.get_by_text("share of sand given and simulated").first.wait_for(timeout=SLOW)
 
 
 def test_an_outline_makes_cells_inactive(page):
-    unfold(page)
+    to_task(page, "Where is the model")
     choose(page, "guides_active", "inside an outline")
-    frame = settled(page, lambda: re.search("polygon[_0-9.]*", page.url) and page.url)
+    frame = settled(page, lambda: in_address(page).get("active") and page.url)
     drag(page, (0.9, 0.9), (0.97, 0.8))  # a corner
-    corners = [float(k) for k in page.url.split("polygon_")[1].split("&")[0].split("_")]
-    assert len(corners) == 8
-    assert corners[4:6] == [pytest.approx(0.97 * 128, abs=3), pytest.approx(0.8 * 128, abs=3)]
+    corners = in_address(page)["active"]
+    assert len(corners) == 4
+    assert corners[2] == [pytest.approx(0.97 * 128, abs=3), pytest.approx(0.8 * 128, abs=3)]
     assert page.url != frame
     drag(page, (0.3, 0.3), (0.7, 0.3), (0.7, 0.7), (0.3, 0.7))  # a new outline
     assert "inactive" in read(page, "map_realization", 0.1, 0.1, left=40, bottom=20)
@@ -164,14 +180,18 @@ def test_an_outline_makes_cells_inactive(page):
 
 
 def test_a_direction_turns_the_trend_of_an_image(tab, address):
-    tab.goto(f"{address}/simulate?ti=delta&data=none&grid=128x128&realizations=8")
+    tab.goto(f"{address}/guides?ti=delta&data=none&grid=128x128&realizations=8")
     current(tab)
-    unfold(tab)
+    to_task(tab, "What is likely where")
     choose(tab, "guides_auxiliary", "position along a direction")
     fill(tab, "guides_auxiliary_image", 90)
     fill(tab, "guides_auxiliary_grid", 0)
-    run(tab)
-    assert "guides=along_90.0_0.0" in tab.url
+
+    def turned() -> None:
+        assert in_address(tab)["auxiliary"] == {"image": 90.0}
+
+    soon(turned, SLOW)
+    current(tab)
     assert "variable" in read(tab, "guide_board", 0.5, 0.9)
     south, north = (read(tab, "guide_board", 0.5, y).split(":")[1] for y in (0.1, 0.9))
     assert float(south) < 0.2
@@ -185,45 +205,46 @@ def test_a_direction_turns_the_trend_of_an_image(tab, address):
 def test_a_second_image_fills_a_drawn_zone_along_a_drawn_line(page):
     from playwright.sync_api import expect
 
-    unfold(page)
+    to_task(page, "A second image")
     box = page.locator(".st-key-guides_other input").first
     wall = page.get_by_role("option", name="stone wall", exact=True)
 
     def add() -> None:
-        if "image_" not in page.url:
+        if "images" not in in_address(page):
             box.click(timeout=GLANCE)
             wall.click(timeout=GLANCE)
 
     at_rest(page)
-    until(add, lambda wait: page.wait_for_url("**image_stone_wall**", timeout=wait))
+    until(add, lambda wait: page.wait_for_url("**stone_wall**", timeout=wait))
+    to_task(page, "Different areas")
     choose(page, "guides_zones", "inside outlines")
-    page.wait_for_url("**zone_**", timeout=SLOW)
+    page.wait_for_url("**zones**", timeout=SLOW)
     current(page)
     tool(page, "zone1")
     drag(page, (0.05, 0.55), (0.95, 0.55), (0.95, 0.97), (0.05, 0.97))  # a new outline in the north
     assert "stone wall" in read(page, "guide_board", 0.5, 0.8)
     assert "channels" in read(page, "guide_board", 0.5, 0.3)
+    to_task(page, "Which way do bodies run")
     choose(page, "guides_angle", "along drawn lines")
-    page.wait_for_url("**line_**", timeout=SLOW)
+    page.wait_for_url("**angle**", timeout=SLOW)
     tool(page, "line")
     drag(page, (0.1, 0.1), (0.3, 0.15), (0.6, 0.4))
-    azimuth = page.url.split("flow_")[1].split("~")[0]
-    line = page.url.split("line_")[1].split("~")[0].split("_")
-    assert 80 < float(azimuth) < 100  # at first, the direction of the channels
-    assert len(line) >= 4
+    guides_drawn = in_address(page)
+    assert 80 < guides_drawn["flow_azimuth"] < 100  # at first, the direction of the channels
+    assert len(guides_drawn["angle"][-1]) >= 2
     assert page.get_by_text(re.compile("Arrows show where azimuth")).count() == 1
     to_page(page, "Validate")
     row = page.locator(".st-key-section_uncertainty table tr", has_text="1 stone wall")
-    page.locator("#uncertainty").scroll_into_view_if_needed(timeout=SLOW)
+    show(page, "Uncertainty")
     row.wait_for(timeout=SLOW)
     assert "channels" in row.inner_text()
     expect(page.get_by_text("Difference from the given angles")).to_have_count(1, timeout=SLOW)
 
 
 def test_guides_are_drawn_on_a_phone(phone, address):
-    phone.goto(f"{address}/simulate?{STUDY}&guides=polygon_20_20_100_20_100_100_20_100")
+    outline = guides(active=[[20, 20], [100, 20], [100, 100], [20, 100]])
+    phone.goto(f"{address}/guides?{STUDY}&{outline}")
     phone.wait_for_selector(".st-key-results canvas", timeout=SLOW)
-    opener = phone.locator("[data-testid=stExpandSidebarButton]").first
     board = phone.locator(".st-key-guide_board canvas")
 
     def inside() -> None:
@@ -231,8 +252,29 @@ def test_guides_are_drawn_on_a_phone(phone, address):
         assert box["x"] >= 0
         assert box["x"] + box["width"] <= 390
 
-    until(
-        lambda: opener.click(timeout=SOON) if opener.is_visible() else None,
-        lambda wait: soon(inside, wait),
-    )
+    soon(inside)
     tool(phone, "outline")
+
+
+@pytest.mark.parametrize("height", [700, 1000])
+def test_the_map_is_as_high_as_the_window_allows(tab, address, height):
+    tab.set_viewport_size({"width": 1440, "height": height})
+    tab.goto(f"{address}/guides?{STUDY}")
+    current(tab)
+    board = tab.locator(".st-key-guide_board canvas")
+    box = settled(tab, board.bounding_box, pause=200)
+    assert 0.6 * height < box["height"]
+    assert box["y"] + box["height"] < height
+
+
+def test_the_study_column_names_the_guides_and_opens_their_page(tab, address):
+    tab.goto(f"{address}/simulate?{STUDY}&{GRADIENT}")
+    current(tab)
+    line = tab.locator(".st-key-guides").first
+    assert "probabilities with weight 1" in line.inner_text()
+    assert line.bounding_box()["height"] < 64
+    follow(tab, line.get_by_role("link", name="Guides"), "guides")
+    current(tab)
+    assert in_address(tab)["probabilities"] == {"start": 0.05, "end": 0.6}
+    tab.locator(".st-key-guides_none button").click(timeout=SLOW)
+    tab.wait_for_url(lambda url: "guides=" not in url, timeout=SLOW)

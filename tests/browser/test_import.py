@@ -82,6 +82,7 @@ def bring_wells(tab, file) -> None:
         lambda: None if given.count() else kind.click(timeout=GLANCE),
         lambda wait: given.wait_for(state="attached", timeout=wait),
     )
+    at_rest(tab)  # a field that is drawn anew loses its file
     given.set_input_files(file, timeout=SLOW)
 
 

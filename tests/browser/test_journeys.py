@@ -166,7 +166,7 @@ def test_a_number_typed_in_a_menu_is_kept_when_a_click_beside_the_menu_closes_it
 
     opened(page, address)
     sidebar = page.get_by_test_id("stSidebarUserContent")  # run names contain changes too
-    button = sidebar.get_by_role("button", name="World coordinates")
+    button = sidebar.get_by_role("button", name="Fit and coordinates")
     box = page.locator(".st-key-grid_cell_size_x input")
 
     def unfold() -> None:

@@ -11,6 +11,7 @@ from ccwsim import Parameters, datasets, simulate
 from tests.browser.hands import (
     GLANCE,
     SLOW,
+    SOON,
     at_rest,
     choose,
     close_menu,
@@ -236,3 +237,19 @@ def test_a_source_of_data_that_is_chosen_while_live_stays(desktop, address):
 
     soon(stays)
     page.close()
+
+
+def test_a_slider_changes_the_study_when_it_is_released(tab, address):
+    tab.goto(f"{address}/simulate?realizations=2&data=none&grid=64x64")
+    tab.wait_for_selector(".st-key-charts", timeout=SLOW)
+    slider = tab.locator(".st-key-n_candidates_slider [data-testid=stSliderThumbValue]").first
+    slider.evaluate("e => e.scrollIntoView({ block: 'center' })")  # above the last step
+    box = slider.bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] + 6  # the thumb below its value
+    tab.mouse.move(x, y)
+    tab.mouse.down()
+    tab.mouse.move(x + 20, y, steps=5)
+    tab.wait_for_timeout(1500)
+    assert not re.search(r"[?&]candidates=", tab.url)
+    tab.mouse.up()
+    tab.wait_for_url(re.compile(r"[?&]candidates="), timeout=SOON)

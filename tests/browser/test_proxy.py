@@ -196,7 +196,7 @@ def test_a_browser_finds_nothing_forbidden_by_the_policy(proxy, chromium):
         at_rest(page)
         if name == "simulate":
             page.wait_for_selector(".st-key-map_realization canvas", timeout=SLOW)
-            page.wait_for_selector(".js-plotly-plot", timeout=SLOW)
+            page.wait_for_selector(".chart .main-svg", timeout=SLOW)
             assert failed == []
     page.context.close()
     assert [text for text in said if "Content Security Policy" in text] == []

@@ -14,7 +14,7 @@ pytestmark = [
     pytest.mark.skipif(not CHROMIUM.exists(), reason=f"there is no {CHROMIUM}"),
 ]
 
-FEW, MANY = 10, 150
+FEW, MANY = 10, 300
 """Numbers of realizations: the second run takes seconds, so that *Live* does not start it."""
 STUDY = f"grid=400x300&data=none&template=16&overlap=4&realizations={FEW}&seed=31"
 SAME = f"(before) => ({PIXELS})('map_realization') === before"

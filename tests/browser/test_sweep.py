@@ -54,8 +54,11 @@ def press(page, name: str, value: str, then: str) -> None:
 
 
 def twelve_settings(page, n: str) -> None:
-    press(page, "template_size", "16", "Try 6 settings")
-    press(page, "template_size", "24", "Try 9 settings")
+    press(page, "overlap_size", "5", "Try 17 settings")
+    press(page, "overlap_size", "12", "Try 9 settings")
+    press(page, "wavelet_level", "0", "Try 6 settings")
+    press(page, "template_size", "16", "Try 8 settings")
+    press(page, "template_size", "24", "Try 10 settings")
     press(page, "template_size", "40", "Try 12 settings")
     fill(page, "n_swept", n)
     page.locator(".note", has_text=f"12 settings × {n} realizations").wait_for(timeout=SLOW)

@@ -195,6 +195,7 @@ def secondary(image: TrainingImage, shape: Any, source: random.Random) -> dict[s
         "dip": 20.0,
         "mirrored": source.choice(("x", "xy", "yz")),
         "angle_tolerance": source.uniform(0.5, 45),
+        "facies": None,
     }
 
 
@@ -324,7 +325,6 @@ _OF_MAPS = {
     "variogram": ("facies", "direction", "lags"), "variogram_map": ("facies", "max_lag"),
     "connectivity": ("facies", "direction", "lags", "neighbours"),
     "transiograms": ("codes", "direction", "lags"),
-    "transition_map": ("facies", "facies", "max_lag"),
     "geobody_statistics": ("facies", "neighbours"), "connected_geobodies": ("facies", "neighbours"),
     "etype": ("codes",), "facies_counts": ("codes",), "proportions": ("codes",),
     "pattern_histogram": ("codes", "size"),
@@ -380,7 +380,6 @@ def comparisons(source: random.Random) -> Act:
         lambda: metrics.templates_that_fit(stack, some),
         lambda: metrics.band(stack, some, n),
         lambda: metrics.js_divergence(stack, one),
-        lambda: metrics.proportion_quantiles(stack, some),
     ))  # fmt: skip
 
 

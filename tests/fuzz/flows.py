@@ -16,7 +16,7 @@ from ccwsim.model.study import Study
 
 FUNCTIONS: tuple[Callable[..., Any], ...] = (
     flow.capture_probability, flow.darcy, flow.effective_k, flow.flow_efficiency, flow.over,
-    flow.representatives, flow.starts_at_inflow, flow.tracks, flow.travel_times,
+    flow.at_percentiles, flow.starts_at_inflow, flow.tracks, flow.travel_times,
     flow.Capture.brier, io.millidarcy, io.write_grdecl, io.to_flopy, io.grdecl_as_zip,
     io.flopy_as_zip,
 )  # fmt: skip
@@ -57,6 +57,8 @@ def flow_arguments(source: random.Random, spoil: Callable[[Any], Any]) -> list[d
         return dict(zip(keys, map(spoil, good.values()), strict=True))
 
     k = 10.0 ** rng.uniform(-6, 0, shape)
+    edge = source.choice((None, None, flow.Edge(), flow.Edge(2.0), flow.Edge((1, 0), "y")))
+    thickness = source.choice((1.0, 1.0, 5.0))
     sides = {
         "west_east": pair((rng.random(shape[:-1]), 0.0)), "south_north": pair((np.nan, 1)),
         "wells": table({cell: source.choice((-1e-3, 1.0))}),
@@ -66,23 +68,27 @@ def flow_arguments(source: random.Random, spoil: Callable[[Any], Any]) -> list[d
     values = {"ensemble": ensemble, "values": table({0: 1e-6, 1: 1e-3})}
     run = {"n_workers": 2, "progress": None, "cancel": None, "executor": None}
     along = {"axis": source.choice("xxyz"), "anisotropy": 0.1}
-    model = {**values, "unit": source.choice(("m/s", "m/d")), "anisotropy": 0.1}
-    flopy = {**model, **sides, "realization": 1}
+    model = {**values, "unit": source.choice(("m/s", "m/d")), "anisotropy": 0.1,
+             "thickness": thickness}  # fmt: skip
+    flopy = {**model, **sides, "edge": edge, "realization": 1}
+    heads = source.choice((pair(), edge))
     captured = flow.Capture(rng.random((6, 2)), (2, 3), rng.random((3, 6)) < 0.5)
     porosity = source.choice((0.2, table({0: 0.1, 1: 0.3})))
     return [
         {**values, **run, "well": cell, "rate": 1e-3, "west_east": sides["west_east"],
-         "south_north": sides["south_north"], "porosity": porosity, "within": 1e9, "step": 2},
+         "south_north": sides["south_north"], "edge": edge, "thickness": thickness,
+         "porosity": porosity, "within": 1e9, "step": 2},
         {**sides, "conductivity": k, "grid": ensemble.grid, "bottom_top": pair(),
-         "anisotropy": 0.1, "active": rng.random(shape) < 0.9, "tolerance": 1e-6},
-        {**values, **run, **along},
+         "edge": edge, "thickness": thickness, "anisotropy": 0.1,
+         "active": rng.random(shape) < 0.9, "tolerance": 1e-6},
+        {**values, **run, **along, "heads": heads},
         {"inside": k > 1e-3, "axis": len(shape) - 1, "contrast": 100.0},
         {"ensemble": ensemble, "function": np.sum, **run},
-        {**values, **run, "percentiles": (10, 90), "axis": along["axis"], "coarser": 2},
+        {"each": rng.random(5), "percentiles": (10, 90)},
         {"flow": solved, "n": 5, "axis": along["axis"]},
         {"flow": solved, "starts": ensemble.grid.centers_of(np.array([cell])), "porosity": 0.2,
          "backward": True, "keep_paths": False},
-        {**values, **run, "porosity": porosity, "axis": along["axis"], "heads": pair(),
+        {**values, **run, "porosity": porosity, "axis": along["axis"], "heads": heads,
          "n_particles": 3},
         {"self": captured, "truth": captured.captured[0]},
         {"conductivity": k, "unit": "mD"},

@@ -15,9 +15,9 @@ from PIL import Image
 from ccwsim import Grid, HardData, Parameters, Project, TrainingImage
 from ccwsim.io import parameters_to_json
 from ccwsim.model.study import Study
+from ccwsim.sharing.choices import Choices, DataChoice, GuideChoice, ImageChoice, Upload
 from ccwsim.sharing.project import project_as_bytes
-from tests.io import every_reader
-from tests.io import sample_files as sample
+from tests.io import every_reader, sample_files as sample
 
 LARGEST = 2 * 2**20
 """Maximum size in bytes of a published file."""
@@ -86,7 +86,10 @@ def project() -> bytes:
     image = TrainingImage(array, name="the wall", facies_names=["<mud>", "sand", "Löss"])
     parameters = Parameters(template_size=8, overlap_size=4, wavelet_level=1)
     study = Study(image, Grid(20, 24), parameters, HardData([[3, 4], [0, 0]], [0, 2]), seed=3)
-    return project_as_bytes(Project(study, 2, settings={"ti": ["own"], "colour": ["0-112233"]}))
+    wells = DataChoice("file", upload=Upload("wells.csv", b"x,y,facies\n1,2,0\n"))
+    guides = GuideChoice(active=((1.0, 1.0), (20.0, 2.0), (9.0, 18.0)))
+    choices = Choices(ImageChoice("lenses"), wells, study.grid, parameters, guides=guides)
+    return project_as_bytes(Project(study, 2, settings={"show": ["2"]}, choices=choices))
 
 
 def _picture(image: Image.Image, format: str = "PNG") -> bytes:

@@ -162,6 +162,7 @@ def written(write: Callable[..., Any], *values: Any, **options: Any) -> bytes:
 def in_formats(case: Case, write: Callable[[str], Any], formats: Iterable[str]) -> dict[str, Any]:
     """Return the results of all formats; pictures and GeoTIFF show maps only."""
     without = {"png", "tif"} if case.study.grid.nz else set()
+    without |= {"png", "grdecl"} if case.image.values else set()
     return {name: write(name) for name in formats if name not in without}
 
 
@@ -175,8 +176,10 @@ def report_of(case: Case) -> str:
     )
 
 
-def linked(case: Case) -> tuple[Choices, Shown, tuple[str, ...]]:
+def linked(case: Case) -> tuple[Choices, Shown, tuple[str, ...]] | None:
     """Return the choices in the link of a study."""
+    if case.image.values:  # the dashboard has no values of continuous variables
+        return None
     own = own_choices(case.choices)
     choices, shown, notes = read_link(link_of(case.choices), own)
     assert (choices, notes) == (case.choices, ())
@@ -201,7 +204,7 @@ METRICS: dict[str, Callable[[Case], Any]] = {
         c.ensemble[0], int(np.nanmin(c.ensemble[0]))
     ),
     "connectivity": lambda c: metrics.connectivity(c.ensemble, c.code),
-    "copying": lambda c: metrics.copying(c.ensemble.sources[0], c.image.shape),  # type: ignore[arg-type]
+    "copying": lambda c: metrics.copying(c.ensemble.sources[0], c.image.shape, c.ensemble.active),  # type: ignore[index]
     "crop_shape": lambda c: metrics.crop_shape(c.image.shape, c.study.grid.shape),
     "data_match": lambda c: metrics.data_match(c.ensemble, c.data),
     "default_parameters": lambda c: metrics.default_parameters(c.image),
@@ -220,6 +223,7 @@ METRICS: dict[str, Callable[[Case], Any]] = {
     "fit_data": lambda c: metrics.fit_data(c.image, c.data, c.study.grid, n_null=10),
     "fit_flow": lambda c: metrics.fit_flow(c.ensemble, c.code),
     "fit_geobodies": lambda c: metrics.fit_geobodies(c.ensemble, c.code),
+    "fit_joins": lambda c: metrics.fit_joins(c.ensemble, c.code),
     "fit_patterns": lambda c: metrics.fit_patterns(c.ensemble),
     "fit_proportions": lambda c: metrics.fit_proportions(c.ensemble),
     "geobody_statistics": lambda c: metrics.geobody_statistics(c.ensemble, c.code),
@@ -233,10 +237,11 @@ METRICS: dict[str, Callable[[Case], Any]] = {
     "metric_scaling": lambda c: metrics.metric_scaling(1 - np.eye(3)),
     "pattern_distance": lambda c: metrics.pattern_distance(c.ensemble, c.image),
     "pattern_histogram": lambda c: c.histogram,
-    "proportion_quantiles": lambda c: metrics.proportion_quantiles(c.ensemble),
     "proportions": lambda c: metrics.proportions(c.ensemble),
     "pyramid_histograms": lambda c: metrics.pyramid_histograms(c.ensemble, factors=[1, 2]),
     "rank_images": lambda c: metrics.rank_images([c.image, c.image], c.data),
+    "rank_variants": lambda c: metrics.rank_variants(c.image, c.data),
+    "recommended_parameters": lambda c: metrics.recommended_parameters(c.image, c.study.parameters),
     "reliability": lambda c: metrics.reliability(c.ensemble),
     "score_reference": lambda c: metrics.score_reference(c.etype, c.truth, c.ensemble.n),
     "stationarity": lambda c: metrics.stationarity(c.image),
@@ -244,9 +249,6 @@ METRICS: dict[str, Callable[[Case], Any]] = {
         c.image.shape, c.study.parameters.template_size
     ),
     "transiograms": lambda c: metrics.transiograms(c.ensemble),
-    "transition_map": lambda c: metrics.transition_map(
-        c.ensemble, int(c.image.codes[0]), c.code, 2
-    ),
     "unseen_patterns": lambda c: metrics.unseen_patterns(c.ensemble, c.image),
     "variogram": lambda c: metrics.variogram(c.ensemble, c.code),
     "variogram_map": lambda c: metrics.variogram_map(c.ensemble, c.code, 2),
@@ -270,7 +272,6 @@ FLOW: dict[str, Callable[[Case], Any]] = {
     "effective_k": lambda c: flow.effective_k(c.ensemble, c.conductivity),
     "flow_efficiency": lambda c: flow.flow_efficiency(np.asarray(c.ensemble.indices[0]) == 0, 0),
     "over": lambda c: flow.over(c.ensemble, np.sum),
-    "representatives": lambda c: flow.representatives(c.ensemble, c.conductivity),
     "starts_at_inflow": lambda c: flow.starts_at_inflow(c.flow, 3),
     "tracks": lambda c: flow.tracks(c.flow, flow.starts_at_inflow(c.flow, 3)),
     "travel_times": lambda c: flow.travel_times(c.ensemble, c.conductivity, n_particles=3),
@@ -295,7 +296,6 @@ FIGURES: dict[str, Callable[[Case], Any]] = {
         flow.effective_k(c.ensemble, c.conductivity).each, {}, LIGHT, unit="m/s", height=200
     ),
     "contact_sheet": lambda c: figures.contact_sheet(np.stack([c.indices, c.indices]), c.colours),
-    "convergence_chart": lambda c: figures.convergence_chart([1, 2], [0.5, 0.1], 2, LIGHT),
     "curves_chart": lambda c: figures.curves_chart(c.curves, LIGHT, y_title="γ"),
     "data_map_png": lambda c: figures.data_map_png(c.indices, c.colours),
     "data_png": lambda c: figures.data_png(
@@ -330,7 +330,6 @@ FIGURES: dict[str, Callable[[Case], Any]] = {
     "proportions_chart": lambda c: figures.proportions_chart(
         c.names, c.image.proportions, c.ensemble.proportions, c.colours, LIGHT
     ),
-    "proportions_height": lambda c: figures.proportions_height(c.image.n_facies),
     "slices_of": lambda c: figures.slices_of(c.ensemble.indices[0], dots=c.dots),
     "slices_png": lambda c: figures.slices_png(c.ensemble.indices[0], c.colours, dots=c.dots),
     "sparkline": lambda c: figures.sparkline(c.curves.each, c.curves.reference, LIGHT),
@@ -373,7 +372,9 @@ IO: dict[str, Callable[[Case], Any]] = {
         BytesIO(io.realizations_as_bytes(c.ensemble, "npz"))
     ),
     "read_training_image": lambda c: io.read_training_image(
-        BytesIO(io.training_image_as_bytes(c.image, "npy")), volume=c.image.n_dimensions == 3
+        BytesIO(io.training_image_as_bytes(c.image, "npy")),
+        volume=c.image.n_dimensions == 3,
+        continuous=bool(c.image.values),
     ),
     "realizations_as_bytes": lambda c: in_formats(
         c,
@@ -401,12 +402,13 @@ IO: dict[str, Callable[[Case], Any]] = {
 EXPERIMENTS: dict[str, Callable[[Case], Any]] = {
     "add_curves": lambda c: comparison.add_curves(c.comparison, c.code),
     "compare": lambda c: c.comparison,
+    "describe_advice": lambda c: plan.describe_advice(c.image, c.study.parameters),
     "label": lambda c: plan.label(c.study.parameters, ["n_candidates"]),
     "plan_sweep": lambda c: plan.plan_sweep(
         c.study.parameters, {"n_candidates": [1, 2]}, c.image.shape
     ),
+    "suggested_ranges": lambda c: plan.suggested_ranges(c.study.parameters, c.image),
     "expected_seconds": lambda c: timing.expected_seconds([c.trial]),
-    "level_of": lambda c: timing.level_of(c.study.parameters),
     "simulate_two_point": lambda c: two_point.simulate_two_point(c.image, c.study.grid, 2),
     "sweep": lambda c: sweep(
         *(c.image, c.study.grid, [c.study.parameters], c.data, 2), secondary=c.study.secondary
@@ -446,9 +448,9 @@ CONSUMERS = {
 }
 WITHOUT_STUDIES = {
     "metrics": {"axes_of"},
-    "flow": set[str](),
+    "flow": {"at_percentiles"},
     "figures": {
-        *("figure_json", "lines_chart", "mds_title", "mixed", "plotly_script", "ramp"),
+        *("figure_json", "lines_chart", "mds_title", "mixed", "packed_plotly", "ramp"),
         *("repetition_chart", "sweep_chart", "timings_chart"),
     },
     "io": {
@@ -459,8 +461,8 @@ WITHOUT_STUDIES = {
         *("read_wells", "resolve_points", "upload_limits"),
     },
     "experiments": {
-        *("compile_in_background", "data_trials", "grid_trials", "growth", "image_for"),
-        *("pareto_front", "recommended", "run_trials", "usual_work"),
+        *("compile_in_background", "data_trials", "growth"),
+        *("nearest_on_front", "pareto_front", "recommended", "run_trials", "usual_work"),
     },
 }
 """Functions that take files, settings or numbers, but neither a study nor its results."""

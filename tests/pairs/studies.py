@@ -50,7 +50,7 @@ Row = Mapping[str, str]
 FEATURES: dict[str, tuple[str, ...]] = {
     "dimension": ("map", "volume"),
     "sides": ("usual", "thin", "one cell"),
-    "facies": ("2", "1", "4"),
+    "facies": ("2", "1", "4", "values"),
     "codes": ("indices", "others", "named"),
     "gaps": ("none", "a corner", "scattered"),
     "method": ("ccwsim", "ccsim", "ms-ccsim"),
@@ -80,6 +80,12 @@ def is_possible(row: Row) -> bool:
     volume = row.get("dimension") == "volume"
     if row.get("turn") == "dip" and "dimension" in row and not volume:
         return False
+    if row.get("facies") == "values":
+        refused = {"dimension": ["volume"], "method": ["ms-ccsim"], "exact_data": ["off"]}
+        refused |= {"images": ["several", "zones", "weights"], "codes": ["others", "named"]}
+        refused |= {"turn": ["dip"]}
+        refused |= {"probabilities": ["map", "constant"]}
+        return not any(row.get(name) in levels for name, levels in refused.items())
     return not (row.get("facies") == "1" and row.get("probabilities", "none") != "none")
 
 
@@ -170,6 +176,15 @@ def _blobs(shape: Sequence[int], n: int, rng: np.random.Generator) -> NDArray[np
 
 
 def _image(row: Row, volume: bool, rng: np.random.Generator) -> TrainingImage:
+    if row["facies"] == "values":
+        values = _cells({**row, "gaps": "none"}, np.arange(20), volume, rng)
+        values += rng.normal(0, 0.1, values.shape)
+        return TrainingImage.from_array(
+            np.where(np.isnan(_gaps(row, values, rng)), np.nan, values),
+            continuous=True,
+            variable="porosity",
+            name="image",
+        )
     n = int(row["facies"])
     codes = np.arange(n) if row["codes"] == "indices" else np.sort(rng.choice(90, n, False)) - 9
     names = [f"facies {'ABCD'[k]}" for k in range(n)] if row["codes"] == "named" else None
@@ -181,7 +196,12 @@ def _cells(
 ) -> NDArray[np.float64]:
     """Return the cells of a training image with gaps; each facies occurs."""
     shape = (12, *rng.integers(30, 44, 2)) if volume else tuple(rng.integers(48, 80, 2))
-    cells = codes[_blobs(shape, len(codes), rng)].astype(float)
+    return _gaps(row, codes[_blobs(shape, len(codes), rng)].astype(float), rng)
+
+
+def _gaps(row: Row, cells: NDArray[np.float64], rng: np.random.Generator) -> NDArray[np.float64]:
+    """Return the cells of a training image with its gaps."""
+    shape = cells.shape
     if row["gaps"] == "a corner":
         cells[..., : shape[-2] // 5, : shape[-1] // 4] = np.nan
     elif row["gaps"] == "scattered":
@@ -194,6 +214,9 @@ def _data(level: str, image: TrainingImage, grid: Grid, rng: np.random.Generator
     cells = np.argwhere(rng.random(grid.shape) < share)
     if level != "none" and not len(cells):
         cells = np.zeros((1, len(grid.shape)), int)
+    if image.values:
+        measured = 10 + 8 * rng.standard_normal(len(cells))  # also beyond those of the image
+        return HardData(cells, values={"porosity": measured})
     facies = _blobs(grid.shape, image.n_facies, rng)[tuple(cells.T)]
     if rng.random() < 0.5:  # contradictory data
         facies = rng.integers(image.n_facies, size=len(cells))
@@ -240,6 +263,7 @@ def _guides(row: Row, image: TrainingImage, grid: Grid, rng: np.random.Generator
     elif row["probabilities"] == "constant":
         shares = rng.dirichlet(np.ones(n)).tolist()
         given["probabilities"] = dict(zip(image.codes.tolist()[1:], shares[1:], strict=True))
+        given["facies"] = {code: code for code in image.codes.tolist()}
     if row["images"] == "auxiliary":
         maps = (ndimage.gaussian_filter(rng.random(size), 3) for size in (image.shape, shape))
         given["auxiliary"] = [Auxiliary(*maps, weight=float(rng.choice([0.5, 2.0])))]
@@ -323,11 +347,14 @@ def _faults_of_revision(study: Study, ensemble: Ensemble) -> list[str]:
     rng = np.random.default_rng(study.seed)
     image, data = study.training_image, study.hard_data
     values = np.full(study.grid.shape, np.nan)
+    of_data, of_image = data.facies, image.codes
+    if image.values:
+        of_data, of_image = data.values.get("porosity", of_data), image.sorted_values
     kept = rng.random(data.n) < 0.7
-    values[tuple(data.cells[kept].T)] = data.facies[kept]
-    values[rng.random(values.shape) < 0.03] = rng.choice(image.codes)
+    values[tuple(data.cells[kept].T)] = of_data[kept]
+    values[rng.random(values.shape) < 0.03] = rng.choice(of_image)
     if np.isnan(values).all():
-        values[(0,) * values.ndim] = image.codes[0]
+        values[(0,) * values.ndim] = of_image[0]
     revised = [revise(ensemble, values, n_workers=n) for n in (1, 2)]
     faults = faults_in(revised[0])
     if not _are_equal(*revised):
@@ -340,7 +367,10 @@ def _faults_of_revision(study: Study, ensemble: Ensemble) -> list[str]:
 def _are_equal(a: Ensemble, b: Ensemble) -> bool:
     names = "indices", "data_status", "numbers"
     sources = a.sources is None or b.sources is None or np.array_equal(a.sources, b.sources)
-    return sources and all(np.array_equal(getattr(a, k), getattr(b, k)) for k in names)
+    values = [*a.values] == [*b.values] and all(
+        np.array_equal(a.values[name], b.values[name], equal_nan=True) for name in a.values
+    )
+    return sources and values and all(np.array_equal(getattr(a, k), getattr(b, k)) for k in names)
 
 
 def faults_in(ensemble: Ensemble) -> list[str]:
@@ -351,7 +381,10 @@ def faults_in(ensemble: Ensemble) -> list[str]:
     n_wrong = np.zeros(ensemble.n, int)
     if data.n:
         facies = np.searchsorted(image.codes, data.facies)
-        n_wrong = (indices[(slice(None), *data.cells.T)] != facies).sum(axis=1)
+        at = (slice(None), *data.cells.T)
+        n_wrong = (indices[at] != facies).sum(axis=1)
+        for name, values in ensemble.values.items():
+            n_wrong = (values[at] != data.values[name]).sum(axis=1)
     if ensemble.n_mismatched.tolist() != n_wrong.tolist():
         faults.append(f"n_mismatched is {ensemble.n_mismatched}, but {n_wrong} data are wrong")
     if ensemble.parameters.exact_data and n_wrong.any():
@@ -366,7 +399,14 @@ def faults_in(ensemble: Ensemble) -> list[str]:
     images = image, *(secondary.images if secondary else ())
     cells = np.concatenate([np.ravel(each.indices) for each in images])
     sources = ensemble.sources
-    if sources is not None:
+    for name, values in ensemble.values.items():
+        if not np.array_equal(image.class_indices(values), indices):
+            faults.append("values have other classes than the facies")
+        if sources is not None and not (data.n or ensemble.revised):
+            copied = sources >= 0
+            if (image.values[name].ravel()[sources[copied]] != values[copied]).any():
+                faults.append("values differ from those of the image at the sources")
+    if sources is not None and not (image.values and (data.n or ensemble.revised)):
         copied = sources >= 0
         if sources.max() >= len(cells) or (cells[sources[copied]] != indices[copied]).any():
             faults.append("sources have other facies than the cells copied from them")

@@ -53,10 +53,9 @@ def test_geobodies_of_volumes_percolate_along_three_axes():
     found = fit([0.3, 0.0, 1.0, 1.0], [0.8, 1.0, 1.0, 0.2])
     gamma, along, upwards = describe_geobodies(found, "sand")
     assert str(gamma).startswith("geobodies of sand less connected: Γ 0.30 in pieces, 0.80 in TI")
-    assert str(along).startswith("sand percolates E–W too seldom: 0 % of the pieces")
-    assert str(upwards).startswith(
-        "sand percolates vertically too often: 100 % of the pieces, 20 % in TI crops"
-    )
+    assert str(along).startswith("sand percolates E–W too seldom: percolation E–W 0.00 in pieces")
+    assert upwards.words == "sand percolates vertically too often"
+    assert upwards.numbers.startswith("percolation vertically 1.00 in pieces, 0.20 in TI crops of")
 
 
 def test_unseen_patterns_are_said_with_and_without_data():

@@ -107,7 +107,7 @@ def test_an_error_is_said_calmly_and_loses_nothing(page, break_it, finished, mon
     [(MemoryError(), "not enough memory"), (CCWSIMError("seed: *bad*"), r"seed: \*bad\*")],
 )
 def test_errors_that_a_user_can_fix_say_how(error, words, finished, monkeypatch):
-    def raising(*_):
+    def raising(*_, **options):
         raise error
 
     app = launched("simulate", finished)
@@ -174,7 +174,7 @@ def test_whatever_a_widget_calls_is_guarded(page, finished):
     assert [call for call in calls if not getattr(call, "is_safe", False)] == []
 
 
-HELPERS = {"button", "file_uploader", "use_button"}
+HELPERS = {"button", "fields.button", "file_uploader", "use_button"}
 """Functions that catch the errors of their callbacks themselves."""
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from threading import Event
 
 import pytest
@@ -11,6 +12,7 @@ from ccwsim.engine import compilation, numba_hooks
 from ccwsim.ui.session import progress
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study import run
+from ccwsim.ui.widgets.text import page_labels
 from tests.ui.test_pages import ROOT, SMALL, html
 from tests.ui.widgets import opened
 
@@ -61,13 +63,26 @@ def test_no_other_study_is_shown_from_the_store(held):
 
 
 def test_compiling_says_how_many_kernels_are_done_and_how_long_it_takes(monkeypatch):
-    start = "Compiling the kernels for this machine, on the first run only"
+    start = "Compiling kernels for this kind of study, once on this machine"
     monkeypatch.setattr(progress, "compilation", lambda: None)
     assert progress.compilation_text() == f"{start} …"
+    modules = ("ccwsim.engine.tiles", "ccwsim.engine.corrections.guidance", "ccwsim.engine.tiles")
     for left, said in ((None, ""), (20.2, ", about 20 s left")):
-        now = compilation.CompilationProgress(7, 24, left)
+        now = compilation.CompilationProgress(7, 24, left, modules)
         monkeypatch.setattr(progress, "compilation", lambda now=now: now)
-        assert progress.compilation_text() == f"{start}: 7 of 24 done{said} …"
+        assert progress.compilation_text() == f"{start} (guides, patches): 7 of 24 done{said} …"
+
+
+def test_the_feature_of_each_compiled_module_has_a_name():
+    pattern = re.compile(r"^@\w*kernel\b", re.MULTILINE)
+    package = ROOT / "ccwsim"
+    modules = {
+        ".".join(path.relative_to(ROOT).with_suffix("").parts)
+        for path in package.rglob("*.py")
+        if pattern.search(path.read_text("utf-8"))
+    }
+    assert len(modules) > 20
+    assert modules == set(page_labels("kernels"))
 
 
 @pytest.mark.parametrize("page", ["sweep", "benchmark", "paper"])

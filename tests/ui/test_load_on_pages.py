@@ -21,7 +21,7 @@ from ccwsim.jobs.memo import Memo
 from ccwsim.jobs.scheduler import Lease, Usage
 from ccwsim.jobs.statistics import StatisticsWorker, Task
 from ccwsim.sharing.choices import DataChoice
-from ccwsim.ui.benchmark.measurement import Benchmark, TimingRun
+from ccwsim.ui.benchmark.page import Benchmark, TimingRun
 from ccwsim.ui.compare.settings import ComparePageState
 from ccwsim.ui.paper.page import PaperState
 from ccwsim.ui.session.resolve import data_of
@@ -29,8 +29,6 @@ from ccwsim.ui.session.server import NO_NEWS, is_news
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.study.run import start_run
 from ccwsim.ui.sweep.planning import SweepState
-from ccwsim.ui.validate.large_ensemble import LargeEnsembleState
-from ccwsim.ui.validate.large_ensemble import start_large_ensemble as start_large_ensemble
 from tests.ui.test_pages import ROOT, SMALL, html, launched, settled, texts
 from tests.ui.widgets import named
 
@@ -93,7 +91,7 @@ def test_a_limit_that_is_no_number_is_said_on_the_page(monkeypatch):
 
 @pytest.mark.parametrize(
     ("page", "button"),
-    [("sweep", "sweep"), ("compare", "compare"), ("benchmark", "measure_grids"),
+    [("sweep", "sweep"), ("compare", "compare"), ("benchmark", "measure"),
      ("paper", "paper_start")],
 )  # fmt: skip
 def test_pages_that_start_runs_refuse_what_is_beyond_the_limit(monkeypatch, page, button):
@@ -108,19 +106,10 @@ def test_pages_that_start_runs_refuse_what_is_beyond_the_limit(monkeypatch, page
     runs = (
         state.page(SweepState).run,
         state.page(ComparePageState).run,
-        state.page(Benchmark).grids.run,
+        state.page(Benchmark).run,
         state.page(PaperState).run,
     )
     assert runs == (None,) * 4
-
-
-def test_a_large_ensemble_beyond_the_limit_is_refused(monkeypatch):
-    monkeypatch.setenv("CCWSIM_MAX_CELLS", str(CELLS))
-    state = launched(path="pages/simulate.py").session_state[KEY]
-    start_large_ensemble(state)
-    large = state.page(LargeEnsembleState)
-    assert large.run is None
-    assert "that this server allows for one run" in large.message
 
 
 @pytest.mark.slow
@@ -235,7 +224,7 @@ def test_a_large_truth_takes_its_turn(monkeypatch):
 @pytest.mark.parametrize("alone", [True, False])
 def test_times_that_others_disturbed_are_told(monkeypatch, alone):
     queue = Queue(2, StillClock())
-    for module in ("jobs.job", "ui.benchmark.measurement"):
+    for module in ("jobs.job", "ui.benchmark.page"):
         monkeypatch.setattr(f"ccwsim.{module}.server_queue", lambda: queue)
     if not alone:
         queue.request(Somebody())
@@ -244,7 +233,7 @@ def test_times_that_others_disturbed_are_told(monkeypatch, alone):
     assert run.job.wait(SLOW)
     assert run.disturbed is not alone
     state = State(choices=SMALL)
-    state.page(Benchmark).grids.run = run
+    state.page(Benchmark).run = run
     app = AppTest.from_file(str(ROOT / "pages/benchmark.py"), default_timeout=SLOW)
     app.session_state[KEY] = state
     assert ("Other sessions were computing" in html(app.run())) is not alone

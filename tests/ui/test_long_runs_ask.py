@@ -12,7 +12,7 @@ from ccwsim import Grid, Parameters, TrainingImage, simulate
 from ccwsim.jobs import limits
 from ccwsim.jobs.job import Job, server_queue
 from ccwsim.model.numbers import duration
-from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload
+from ccwsim.sharing.choices import Choices, DataChoice, GuideChoice, ImageChoice, Upload
 from ccwsim.sharing.link import link_of
 from ccwsim.sharing.project import Project, project_as_bytes
 from ccwsim.ui.session.resolve import image_of, study_of
@@ -20,7 +20,7 @@ from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.share.menu import open_project
 from ccwsim.ui.study import run
 from ccwsim.ui.study.run import demand_of_run, describe_price, estimated_seconds, question_of
-from tests.ui.test_pages import SMALL, html, settled
+from tests.ui.test_pages import SMALL, html, settled, texts
 from tests.ui.widgets import opened
 
 LONG = replace(SMALL, grid=Grid(6000, 6000), n_realizations=500)
@@ -36,7 +36,7 @@ def by_link(page: str, choices: Choices):
 
 def asked(app) -> bool:
     """Return whether the page asks before a run."""
-    return "or first choose fewer realizations" in html(app)
+    return "or first choose fewer realizations" in texts(app)
 
 
 def project_of(choices: Choices) -> Upload:
@@ -180,10 +180,12 @@ def test_what_cannot_run_is_said_instead():
 
 def test_advice_says_its_price_compared_with_the_study_of_today():
     study = Choices(data=DataChoice())
-    assert describe_price(study, wavelet_level=2).endswith("a realization, 1 × the present time")
+    assert describe_price(study, wavelet_level=2).endswith("a realization, 1 × the present setting")
     words = describe_price(study, wavelet_level=0)
     ratio = float(words.split(", ")[1].split(" ")[0])
     finer = replace(study, parameters=replace(study.parameters, wavelet_level=0))
     assert ratio == pytest.approx(estimated_seconds(finer) / estimated_seconds(study), rel=0.05)
+    turned = replace(study, guides=GuideChoice(scale=2.0))
+    assert estimated_seconds(turned) > estimated_seconds(study)
     volume = replace(study, image=ImageChoice(bundled="sinuous_channels"))
     assert "a realization" in describe_price(volume, template_size=(8, 16, 16))

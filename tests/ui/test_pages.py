@@ -94,7 +94,8 @@ def test_titles_call_broken_channels_too_little_connected():
     assert len(re.findall(r"⚑ variogram too low", said)) == 2
     numbers = r"γ\(\d+\) 0\.\d+ in pieces, 0\.\d+ in TI crops of 128 × 128"
     assert len(re.findall(numbers, said)) == 2
-    assert re.search(r"sand [\d.]+ % \(TI 27\.0 %; −\d\d %\)", said)
+    assert re.search(r"sand [\d.]+ % \(TI 27\.0 %\)", said)
+    assert re.search(r"<th>sand</th><td>[\d.]+ %</td><td>27\.0 %</td><td>−\d\d %</td>", said)
     assert "“Match proportions” is off and would bring sand nearer to the TI" in said
 
 
@@ -485,14 +486,16 @@ def test_downloads_say_the_study_and_hold_every_format_that_can_be_written():
     back = read_realizations(BytesIO(files["realizations_npz"].content()))
     assert back.digest == ensemble.digest
     with np.load(BytesIO(files["etype_npz"].content())) as maps:
-        np.testing.assert_array_equal(maps["probability_1"], ensemble.probability(1))
+        np.testing.assert_array_equal(maps["probability_sand"], ensemble.probability(1))
     head = files["curves_csv"].content().decode()
     assert "connection,N-S,7," in head
 
 
 def test_a_format_whose_package_is_missing_is_not_offered(monkeypatch):
     ensemble: Ensemble = launched().session_state[KEY].ensemble
-    monkeypatch.setattr("ccwsim.ui.simulate.results.can_write", lambda kind: kind != "tif")
+    monkeypatch.setattr(
+        "ccwsim.model.extras.find_spec", lambda package: None if package == "rasterio" else True
+    )
     groups = download_groups(ensemble, ["#000000", "#ffffff"], 0, 1)
     labels = {file.label for group in groups.values() for file in group}
     assert {"NumPy", "VTK"} <= labels

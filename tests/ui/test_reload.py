@@ -8,16 +8,18 @@ import numpy as np
 import pytest
 
 from ccwsim.model.hard_data import HardData
-from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload
+from ccwsim.model.parameters import Parameters
+from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Shown, Upload
 from ccwsim.sharing.link import link_of, own_choices, read_link
 from ccwsim.sharing.project import project_as_bytes
+from ccwsim.ui.compare.settings import compared_settings
 from ccwsim.ui.session import kept
 from ccwsim.ui.session.kept import KeptChoices, bytes_of_choice
 from ccwsim.ui.session.resolve import data_of
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.share.menu import open_project, project_of
 from tests.ui.test_pages import SMALL, a_file, settled
-from tests.ui.widgets import named, opened, texts
+from tests.ui.widgets import html, named, opened, texts
 
 IMAGE = ImageChoice(upload=Upload("mine.dat", a_file(np.arange(900).reshape(30, 30) // 7 % 2)))
 PLACED = HardData([[k // 40, k % 40] for k in range(300)], [k % 2 for k in range(300)])
@@ -48,6 +50,54 @@ def test_a_reload_of_the_same_browser_has_the_same_study():
     again = reloaded(link_of(OWN), "ann")
     assert again.session_state[KEY].choices == OWN
     assert not texts(again)
+
+
+def test_a_reload_keeps_the_settings_of_flow():
+    app = opened("flow", State(choices=SMALL))
+    settled(app.run())
+    named(app.number_input, "flow_high").set_value(12.5).run()
+    app.session_state[KEY].change_flow(well=(5, 6), rate=3.0)
+    app.run()
+    query = {name: app.query_params[name] for name in app.query_params}
+    again = settled(reloaded(query, "ann", "flow"))
+    assert named(again.number_input, "flow_high").value == 12.5
+    assert "Well in row 5, column 6" in html(again)
+    assert again.session_state[KEY].flow == app.session_state[KEY].flow
+
+
+def test_a_reload_keeps_the_settings_of_compare_and_sweep():
+    app = opened("compare", State(choices=SMALL))
+    state = app.session_state[KEY]
+    delta, other = ImageChoice("delta", flip_ew=True), Parameters(16, 4, 1, n_candidates=3)
+    state.change_compare(others=(None, other), n=2, beside=delta)
+    state.change_sweep(ranges=(("template_size", (16, 24)),), n_realizations=7, error="copying")
+    app.run()
+    query = {name: app.query_params[name] for name in app.query_params}
+    again = settled(reloaded(query, "ann", "compare"))
+    kept_state = again.session_state[KEY]
+    assert (kept_state.compare, kept_state.sweep) == (state.compare, state.sweep)
+    assert compared_settings(kept_state)[2] == other
+    assert named(again.number_input, "n_compared").value == 2
+    upload = ImageChoice(upload=Upload("own.png", b"picture"))
+    state.change_compare(beside=upload)
+    app.run()
+    query = {name: app.query_params[name] for name in app.query_params}
+    kept_state = reloaded(query, "bob", "compare").session_state[KEY]
+    assert kept_state.compare == replace(state.compare, beside="")
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ('{"n":101}', "realizations compared"),
+        ('{"others":[]}', "number of compared settings"),
+        ('{"beside":"three-point"}', "is changed"),
+    ],
+)
+def test_settings_of_compare_out_of_bounds_are_left_out(text, reason):
+    shown, notes = read_link({"compare": [text]})[1:]
+    assert shown == Shown()
+    assert reason in notes[0]
 
 
 def test_a_reload_keeps_the_answers_to_a_file_of_wells_and_a_project_its_data():
@@ -88,8 +138,8 @@ def test_another_browser_with_the_same_address_gets_nothing_of_it(store):
     choices = app.session_state[KEY].choices
     assert choices.image == ImageChoice()
     assert choices.data == DataChoice()
-    assert "is the sender's own file" in texts(app)
-    assert "are the sender's own" in texts(app)
+    assert "does not have the training image mine.dat of this link" in texts(app)
+    assert "does not have the hard data set by hand" in texts(app)
 
 
 def test_two_tabs_keep_an_image_each():

@@ -18,7 +18,7 @@ from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import collect, start_run
 from tests.ui.test_pages import SMALL, launched
-from tests.ui.widgets import html
+from tests.ui.widgets import html, light_charts
 
 SLOW = 300
 
@@ -104,7 +104,7 @@ def test_a_second_session_is_sent_the_same_page_without_making_its_charts(monkey
     assert len(made) == 3
     kinds = [[element.type for element in page.main] for page in pages]
     assert kinds[0] == kinds[1]
-    specs = [[each.proto.spec for each in page.get("plotly_chart")] for page in pages]
+    specs = [[each.proto.json for each in light_charts(page)] for page in pages]
     assert len(specs[0]) == 5
     assert specs[0] == specs[1]
 
@@ -130,4 +130,4 @@ def launched_with(state: State):
 
 
 def specs_of(page) -> str:
-    return " ".join(each.proto.spec for each in page.get("plotly_chart"))
+    return " ".join(each.proto.json for each in light_charts(page))

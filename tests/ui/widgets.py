@@ -13,7 +13,7 @@ from ccwsim.ui.session.state import KEY, State
 
 PAGES = Path(__file__).parents[2] / "pages"
 MENUS = (
-    *("guides", *(f"{step}_menu" for step in ("image", "data", "grid", "method"))),
+    *(f"{step}_menu" for step in ("image", "data", "grid", "method")),
     *(f"{action}_menu" for action in ("import", "tables", "sample", "export")),
 )
 """Keys of menus in the study column and on the page Hard data."""
@@ -54,7 +54,14 @@ def texts(app: AppTest) -> str:
 
 def charts(app: AppTest) -> set[str]:
     """Return the keys of all charts of a page."""
-    return {element.proto.id.rsplit("chart_", 1)[-1] for element in app.get("plotly_chart")}
+    drawn = [*app.get("plotly_chart"), *light_charts(app)]
+    return {element.proto.id.rsplit("chart_", 1)[-1] for element in drawn}
+
+
+def light_charts(app: AppTest) -> list[Any]:
+    """Return the charts of a page that are drawn without Plotly."""
+    drawn = app.get("bidi_component")
+    return [element for element in drawn if element.proto.component_name == "ccwsim_chart"]
 
 
 def csv_rows(content: bytes) -> list[dict[str, str]]:

@@ -1,298 +1,286 @@
-"""The page Benchmark: two measurements, each with its controls above its results."""
+"""The page Benchmark: CPU time against one quantity of the study, beside the paper's times."""
 
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
 import streamlit as st
 
-from ccwsim.experiments.trials import TrialResult
+from ccwsim import CCWSIMError
+from ccwsim.experiments import plan, timing
+from ccwsim.experiments.trials import Trial, TrialResult
 from ccwsim.figures import TimeSeries, timings_chart
+from ccwsim.jobs.job import Job, server_queue
+from ccwsim.jobs.limits import Demand
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_REALIZATIONS_TIMED
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.numbers import format_bytes
-from ccwsim.paper import published_times as published
-from ccwsim.paper.times import paper_series
+from ccwsim.model.numbers import duration, plural
+from ccwsim.model.parameters import fitted
+from ccwsim.model.sizes import levels
+from ccwsim.paper.times import measured_series, paper_series
 from ccwsim.system.machine import this_machine
-from ccwsim.ui.benchmark import findings, measurement
-from ccwsim.ui.benchmark.measurement import TIMED_SIDES, Benchmark, Kind
 from ccwsim.ui.results.charts import draw_caption, titled_chart
-from ccwsim.ui.session.file_names import image_part
-from ccwsim.ui.session.fragments import follow
-from ccwsim.ui.session.state import State
-from ccwsim.ui.study.trials import describe_work
-from ccwsim.ui.widgets.errors import if_possible
-from ccwsim.ui.widgets.fields import bound_to, button, download, field, options_of
-from ccwsim.ui.widgets.text import page_text, panel_title, plain, step_note
+from ccwsim.ui.results.maps import pretty
+from ccwsim.ui.session.resolve import image_of
+from ccwsim.ui.session.state import RunState, State
+from ccwsim.ui.study.trials import TrialsRun, describe_work, draw_run_news, trials_of
+from ccwsim.ui.widgets import fields
+from ccwsim.ui.widgets.text import in_row, numbers_table, page_text, scrolled, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
-MIN_BYTES_TOLD = 50e6  # minimum memory use, in bytes, that the description of a run mentions
-MICRO = 1e6
-SMALLEST_TIME = 1e-6  # in seconds or in microseconds per cell, for logarithmic axes
+QUANTITIES = {
+    "n_cells": "cells of the grid",
+    "n_data": "hard data",
+    "template_size": "template T",
+    "n_candidates": "candidates K",
+}
+OFFERED = {
+    "n_cells": (256, 512, 1000, 2000, 3000, 5000),
+    "n_data": (500, 1000, 2000, 4000),
+    "template_size": (16, 24, 32, 48, 64, 96),
+    "n_candidates": (1, 5, 20, 50, 100),
+}
+"""Values of each quantity, or sides of square grids; those of the paper are included."""
+SIDES_OF_LAYERS = (48, 64, 100, 160, 256)
+"""Sides of the layers of timed volumes, which have as many layers as the study's grid."""
+N_CHOSEN = 3  # number of values that are measured unless the user chooses others
+COARSEST = 3  # largest level that is timed
+PAPER_NOTES = {
+    "n_cells": "red: Fig. 13 of the paper, another machine",
+    "n_data": "red: Table 2 of the paper (512 × 512 cells), another machine",
+}
+
+
+@dataclass(kw_only=True)
+class TimingRun(TrialsRun[TrialResult, None]):
+    """Trials timed against `varied`; `disturbed` is whether other sessions computed as well."""
+
+    varied: str = "n_cells"
+    disturbed: bool = False
+
+    def n_kept(self, trial: Trial) -> int:
+        return max(timing.CELLS_AT_ONCE // trial.grid.n_cells, 1)
+
+    def demand(self) -> Demand:
+        """Return the resources that the largest trial needs; one trial runs at a time."""
+        n_bytes = max((demand.n_bytes for demand in self.demands(n_workers=1)), default=0)
+        n_cells = sum(trial.grid.n_cells for trial in self.trials) * self.n_realizations
+        return Demand(n_cells, max(trial.n_data for trial in self.trials), n_bytes)
+
+    def work(self, job: Job) -> None:
+        def report(fraction: float, n_done: int) -> None:
+            self.disturbed = self.disturbed or server_queue().n_active > 1
+            job.report(fraction, n_done)
+
+        for timed in timing.time_trials(self.trials, self.n_realizations, report, job.is_cancelled):
+            self.rows.append(timed)
+
+    def describe(self) -> str:
+        """Describe the inputs that are equal in all trials, and the machine."""
+        image, grid = self.training_image, self.grid
+        where = "" if self.varied == "n_cells" else f", grid {describe_shape(grid.shape)}"
+        same = ("method", "template_size", "overlap_size", "n_candidates")
+        setting = plan.label(self.settings[0], [name for name in same if name != self.varied])
+        n = plural(self.n_realizations, "realization")
+        return (
+            f"{pretty(image.name)}, {describe_shape(image.shape)} cells{where}; {setting}; median "
+            f"of {n} on one thread, including preparation of the training image; "
+            f"seed {self.first.seed}; {this_machine()}."
+        )
+
+
+@dataclass
+class Benchmark(RunState[TimingRun]):
+    """The state of the page; `values` are the chosen ones among each tuple of offered values."""
+
+    varied: str = "n_cells"
+    values: dict[tuple[int, ...], list[int]] = field(default_factory=dict)
+    levels: list[int] = field(default_factory=lambda: [1, 2, 3])
+    n_realizations: int = 3
+
+
+def offered_values(state: State) -> tuple[int, ...]:
+    """Return the values of the varied quantity that the page offers."""
+    varied = state.page(Benchmark).varied
+    is_volume = state.grid.is_volume
+    return SIDES_OF_LAYERS if varied == "n_cells" and is_volume else OFFERED[varied]
+
+
+def chosen_values(state: State) -> list[int]:
+    """Return the chosen values of the varied quantity, in increasing order."""
+    offered = offered_values(state)
+    return sorted(state.page(Benchmark).values.get(offered, offered[:N_CHOSEN]))
+
+
+def timed_trials(state: State) -> list[Trial]:
+    """Return the trials of the planned measurement; raise `CCWSIMError` if a choice is missing."""
+    choices, page_state = state.choices, state.page(Benchmark)
+    image, shape, seed = image_of(choices.image), choices.grid.shape, choices.seed
+    varied, values = page_state.varied, chosen_values(state)
+    if not values or not page_state.levels:
+        raise CCWSIMError("Choose at least one value and one level.")
+    ranges: dict[str, list[int]] = {"wavelet_level": sorted(page_state.levels)}
+    if varied in plan.RANGED:
+        ranges[varied] = values
+    base = fitted(choices.parameters, image.shape)
+    settings = plan.plan_sweep(base, ranges, image.shape).fitting
+    if varied in plan.RANGED:
+        return trials_of(choices, settings)
+    if varied == "n_data":
+        return timing.data_trials(image, shape, values, settings, seed)
+    shapes = ((*shape[:-2], side, side) for side in values)
+    return [t for shape in shapes for t in timing.data_trials(image, shape, [0], settings, seed)]
+
+
+def start_timing(state: State) -> None:
+    """Start the planned measurement; if it cannot start, earlier results remain on the page."""
+    page_state = state.page(Benchmark)
+    page_state.start(
+        lambda: TimingRun(
+            trials=timed_trials(state),
+            n_realizations=page_state.n_realizations,
+            varied=page_state.varied,
+        )
+    )
 
 
 def draw_benchmark(state: State) -> None:
-    """Draw the two measurements of the page."""
+    """Draw the controls of a measurement and, below, its chart and table."""
     page_state = state.page(Benchmark)
     draw_style("benchmark/benchmark.css")
-    with st.container(horizontal=True, vertical_alignment="center", key="machine_row"):
-        st.html(f'<p class="facts machine">This machine: {this_machine()}</p>')
-        runs = [run for run in page_state.runs if run.rows]
-        if runs and not page_state.running:
-            content = partial(findings.timings_csv, runs, str(this_machine()))
-            images = sorted({image_part(run.main.training_image) for run in runs})
-            name = f"{'_'.join(images)}_times.csv"
-            download("Download CSV", content, name, key="download_times")
+    st.html(f'<p class="facts machine">This machine: {this_machine()}</p>')
     step_note(page_text("What can be compared"))
-    for part in (page_state.grids, page_state.data):
-        if part.message:
-            st.error(plain(part.message))
-    for kind, (title, place, draw_sizes) in MEASUREMENTS.items():
-        st.html(f'<h2 class="part">{title} <span>as in {place}</span></h2>')
-        with st.container(
-            horizontal=True, vertical_alignment="bottom", gap="medium", key=f"controls_{kind}"
-        ):
-            draw_sizes(state)
-            _draw_choices(state, kind)
-            _draw_start(state, kind)
-        _draw_part(state, kind)
+    with in_row("controls_benchmark", "bottom", gap="medium"):
+        _draw_controls(state)
+    step_note(_describe_plan(state))
+    run = page_state.run
+    message = page_state.message or (run.describe_end() if run is not None else "")
+    draw_run_news(run, message=message, keys=("benchmark_progress", "benchmark_cancel"))
+    with st.container(key="results"):
+        _draw_times(state)
 
 
-def _draw_largest(state: State) -> None:
-    page_state, nz = state.page(Benchmark), measurement.timed_n_layers(state)
-    if nz is None:
-        sides = measurement.side_options(this_machine().free_bytes)
-        page_state.largest = min(page_state.largest, sides[-1])
-        _draw_side(state, "Largest grid", "largest", sides, page_text("Timed grids"), width=150)
-        return
-    first, *sides = measurement.VOLUME_SIDES
-    tip = f"Volumes of {nz} layers from {first} × {first} to this size."
-    _draw_side(state, "Largest grid", "largest_volume", sides, tip, width=170)
-    field(
-        st.checkbox,
-        "Maps beside",
-        key="maps",
-        help="Also measure maps of the image's middle layer, with as many cells as the volumes.",
-        **bound_to(page_state, "maps"),
-    )
-
-
-def _draw_numbers(state: State) -> None:
-    page_state, nz = state.page(Benchmark), measurement.timed_n_layers(state)
-    if nz is None:
-        name, sides, width = "side", measurement.DATA_SIDES, 130
-        tip = "The paper's Table 2 uses 512 × 512 cells."
-    else:
-        name, sides, width = "side_volume", measurement.DATA_SIDES_VOLUME, 170
-        tip = "Size of the volume with the data. The paper has no times for volumes."
-    _draw_side(state, "Grid", name, sides, tip, width=width, key=f"data_{name}")
-    _draw_pills(
-        page_state,
-        "numbers",
-        "Hard data",
-        measurement.number_options(getattr(page_state, name), nz),
-        format_func=lambda n: str(n or "none"),
-        help="Data are sampled from an unconditional realization at random cells.",
-    )
-
-
-def _draw_side(
-    state: State, label: str, name: str, sides: Sequence[int], tip: str, width: int, key: str = ""
-) -> None:
-    """Draw the field of the attribute `name`, the side of a square map or of square layers."""
-    nz = measurement.timed_n_layers(state)
-    names = {side: describe_shape(measurement.shape_of(side, nz)) for side in sides}
-    field(
+def _draw_controls(state: State) -> None:
+    page_state, offered = state.page(Benchmark), offered_values(state)
+    fields.field(
         st.selectbox,
-        label,
-        key=key or name,
-        **bound_to(state.page(Benchmark), name, width=width, help=tip),
-        **options_of(names),
+        "CPU time against",
+        key="benchmark_varied",
+        **fields.options_of(QUANTITIES),
+        **fields.bound_to(page_state, "varied", width=190),
     )
 
+    def choose(values: list[int]) -> None:
+        page_state.values[offered] = list(values)
 
-def _draw_choices(state: State, kind: Kind) -> None:
-    page_state, which = state.page(Benchmark), kind.removesuffix("s")
-    methods, levels = measurement.TIMED_METHODS, measurement.level_options(state)
-    _draw_pills(page_state, f"{which}_methods", "Methods", methods, format_func=str.upper)
-    _draw_pills(page_state, f"{which}_levels", "Levels", levels, help=page_text("Timed levels"))
-
-
-def _draw_pills(
-    page_state: Benchmark, name: str, label: str, offered: Sequence[Any], **options: Any
-) -> None:
-    """Draw pills for a list of choices; selected values that are unavailable are not shown."""
-    chosen = [value for value in getattr(page_state, name) if value in offered]
-    field(
-        st.pills,
-        label,
-        key=name,
-        options=offered,
-        selection_mode="multi",
-        width="content",
-        **bound_to(page_state, name, value=chosen),
-        **options,
-    )
-
-
-def _draw_start(state: State, kind: Kind) -> None:
-    page_state = state.page(Benchmark)
-    field(
+    is_side = page_state.varied == "n_cells"
+    _draw_pills("Sides" if is_side else "Values", offered, chosen_values(state), choose)
+    possible = [k for k in levels(state.image.shape) if k <= COARSEST]
+    write = fields.bound_to(page_state, "levels")["write"]
+    shown = [k for k in page_state.levels if k in possible]
+    _draw_pills("Levels", possible, shown, write, help=page_text("Timed levels"))
+    fields.field(
         st.number_input,
         "Realizations each",
-        key=f"{kind}_realizations",
+        key="benchmark_realizations",
         min_value=1,
         max_value=MAX_REALIZATIONS_TIMED,
         width=140,
         help="The median time is shown. More realizations give a steadier median and take longer.",
-        **bound_to(page_state, "n_realizations"),
+        **fields.bound_to(page_state, "n_realizations"),
     )
-    button(
+    fields.button(
         "Measure",
-        key=f"measure_{kind}",
-        on_click=measurement.start_timing,
-        args=(state, kind),
+        key="measure",
+        on_click=start_timing,
+        args=(state,),
         type="primary",
-        disabled=page_state.running is not None,
+        disabled=page_state.going,
     )
 
 
-def _describe_plan(state: State, kind: Kind) -> str:
-    """Describe the planned run, or name a missing choice."""
+def _draw_pills(
+    label: str,
+    options: Any,
+    value: list[int],
+    write: Callable[[list[int]], None],
+    **more: Any,
+) -> None:
+    # the key contains the options, so that a widget with new options gets a new state
+    fields.field(
+        st.pills,
+        label,
+        key=f"timed_{label.lower()}_{'_'.join(map(str, options))}",
+        value=value,
+        write=write,
+        options=options,
+        selection_mode="multi",
+        width="content",
+        **more,
+    )
+
+
+def _describe_plan(state: State) -> str:
+    """Describe the planned measurement, or name a missing choice."""
     page_state = state.page(Benchmark)
     try:
-        trials = measurement.timed_trials(state, kind)
+        trials = timed_trials(state)
     except CCWSIMError as error:
         return str(error)
-    seconds = measurement.expected_run_seconds(state, trials)
-    text = describe_work(len(trials), page_state.n_realizations, seconds)
-    n_bytes = max(trial.grid.n_cells for trial in trials) * measurement.TIMED_BYTES_PER_CELL
-    if n_bytes > MIN_BYTES_TOLD:
-        text += f" Up to {format_bytes(n_bytes)} of memory."
-    if page_state.running not in (None, page_state.of(kind).run):
-        text += " Another measurement is running; two at once would slow each other down."
-    return text
+    run, n = page_state.run, page_state.n_realizations
+    is_same = run is not None and run.training_image.digest == trials[0].training_image.digest
+    seconds = timing.expected_seconds(trials, n, list(run.rows) if run and is_same else ())
+    return describe_work(len(trials), n, seconds)
 
 
-def _draw_part(state: State, kind: Kind) -> None:
-    """Draw a measurement with a description; update the drawing while the measurement runs."""
-    step_note(_describe_plan(state, kind))
-    run = state.page(Benchmark).of(kind).run
-
-    def draw() -> None:
-        if run and run.disturbed:
-            step_note(page_text("Disturbed measurement"))
-        draw_results = _draw_grids if kind == "grids" else _draw_data
-        draw_results(state)
-
-    with st.container(key=f"part_{kind}"):
-        if run and run.job and run.going:
-            keys = (f"progress_{kind}", f"cancel_{kind}")
-            follow(run.job, label=run.label, draw=draw, keys=keys)
-            return
-        if run and (end := run.describe_end()):
-            st.warning(plain(end))
-        draw()
-
-
-def _draw_grids(state: State) -> None:
-    """Draw times against grid size, or outlines before the first run."""
-    run = state.page(Benchmark).grids.run
-    timings = list(run.rows) if run else []
-    ticks = ticks_of(timings, measurement.timed_n_layers(state) is not None)
-    draw_caption(findings.describe_run(run))
-    left, right = st.columns(2, gap="medium")
-    with left:
-        note = "red: the paper, another machine" if has_paper(timings) else "maps dashed"
-        _draw_chart(timings, ticks, "CPU time of a realization", note, per_cell=False)
-    with right:
-        _draw_chart(timings, ticks, "CPU time a cell", "flat: linear growth", per_cell=True)
-    if not timings:
+def _draw_times(state: State) -> None:
+    """Draw a chart and a table of times; before the first run, only those of the paper."""
+    run = state.page(Benchmark).run
+    varied = state.page(Benchmark).varied if run is None else run.varied
+    grid = state.grid if run is None else run.grid
+    p = state.choices.parameters if run is None else run.settings[0]
+    measured = [] if run is None else measured_series(list(run.rows), varied)
+    published = [] if grid.is_volume else paper_series(varied, p.method)
+    if run is None:
         step_note(page_text("Before the first measurement"))
+    elif run.disturbed:
+        step_note(page_text("Disturbed measurement"))
+    series = [*measured, *published]
+    if not series:
         return
+    sizes = sorted({int(size) for each in series for size in each.sizes})
+    square = varied == "n_cells" and not grid.is_volume
+    ticks = {size: f"{round(size**0.5)}²" if square else f"{size:,}" for size in sizes}
+    description = "" if run is None else run.describe()
+    draw_caption(description)
     left, right = st.columns(2, gap="medium")
     with left:
-        st.html(findings.grid_table(timings))
+        title, x_title = "CPU time of a realization", QUANTITIES[varied]
+        chart = timings_chart(measured, published, ticks, chart_theme(), x_title=x_title)
+        note = PAPER_NOTES[varied] if published else ""
+        titled_chart(title, note, chart, "benchmark", f"{title} against {x_title}")
     with right:
-        step_note("\n".join(findings.growth_lines(timings)) or "Growth needs at least two sizes.")
-        step_note(findings.describe_run(run))
+        st.html(times_table(series, ticks))
+        step_note(describe_growth(measured, varied))
+        step_note(description)
 
 
-def _draw_chart(
-    timings: Sequence[TrialResult], ticks: dict[int, str], title: str, note: str, per_cell: bool
-) -> None:
-    paper = paper_series(per_cell) if has_paper(timings) else []
-    unit, key = ("µs", "times_cell") if per_cell else ("s", "times_grid")
-    chart = timings_chart(
-        measured_series(timings, per_cell),
-        paper,
-        ticks,
-        chart_theme(),
-        y_title=f"CPU time {'a cell ' if per_cell else ''}({unit})",
-        unit=unit,
+def times_table(series: list[TimeSeries], ticks: dict[int, str]) -> str:
+    """Return an HTML table with a row for each size and a column for each series."""
+    columns = [dict(zip(each.sizes, each.values, strict=True)) for each in series]
+    rows = [
+        [name, *(duration(times[size]) if size in times else "–" for times in columns)]
+        for size, name in ticks.items()
+    ]
+    head = ["", *(each.name for each in series)]
+    return scrolled(numbers_table(rows, head, "times"), "CPU times")
+
+
+def describe_growth(measured: list[TimeSeries], varied: str) -> str:
+    """Return how time grows with the varied quantity; empty without a line of two sizes."""
+    powers = ", ".join(
+        f"{timing.growth(each.sizes, each.values):.2f} ({each.name})"
+        for each in measured
+        if len(each.sizes) > 1
     )
-    titled_chart(title, note, chart, key, f"{title} against the number of cells of the grid")
-
-
-def has_paper(timings: Sequence[TrialResult]) -> bool:
-    """Return whether the paper's times can be shown; the paper has times only for maps."""
-    return all(t.trial.grid.n_dimensions == 2 for t in timings)
-
-
-def ticks_of(timings: Sequence[TrialResult], volumes: bool) -> dict[int, str]:
-    """Return the ticks of the axis of cell numbers: sizes of square grids or powers of ten."""
-    if has_paper(timings) and not (volumes and not timings):
-        sides = {t.trial.grid.nx for t in timings} | {
-            TIMED_SIDES[0],
-            TIMED_SIDES[1],
-            TIMED_SIDES[3],
-            TIMED_SIDES[-1],
-        }
-        return {side**2: f"{side}²" for side in sorted(sides)}
-    numbers = [t.trial.grid.n_cells for t in timings] or [10**5, 10**7]
-    low, high = int(np.log10(min(numbers))), int(np.ceil(np.log10(max(numbers))))
-    return {10**k: f"{10**k:,}" for k in range(low, high + 1)}
-
-
-def _draw_data(state: State) -> None:
-    """Draw the times by number of data, in the layout of Table 2."""
-    run = state.page(Benchmark).data.run
-    planned = if_possible(lambda: measurement.timed_trials(state, "data")) if run is None else None
-    trials = run.trials if run is not None else planned or []
-    timings = list(run.rows) if run is not None else []
-    shape = run.grid.shape if run is not None else measurement.shape_of_data(state)
-    panel_title("CPU time of a realization", f"{describe_shape(shape)} cells")
-    st.html(findings.data_table(timings, trials))
-    step_note(page_text("Table 2"))
-    if timings:
-        step_note(findings.describe_run(run))
-    with st.expander("The published codes in GNU Octave: times, and data not honoured"):
-        step_note(f"{published.OCTAVE_SOURCE.reference}.\n{published.OCTAVE_SOURCE.machine}.")
-        st.html(findings.octave_table())
-
-
-def measured_series(timings: Sequence[TrialResult], per_cell: bool) -> list[TimeSeries]:
-    """Return one line per setting, in seconds or in microseconds per cell."""
-    groups, lines = findings.by_setting(timings), []
-    for setting, group in groups.items():
-        values = [MICRO * t.seconds_per_cell if per_cell else t.seconds for t in group]
-        beside_volumes = not setting[2] and not has_paper(timings)
-        lines.append(
-            TimeSeries(
-                findings.name_of(setting, list(groups)),
-                setting[1],
-                cells=np.array([t.trial.grid.n_cells for t in group], float),
-                values=np.maximum(values, SMALLEST_TIME),
-                dashed=setting[0] != "ccwsim" or beside_volumes,
-            )
-        )
-    return lines
-
-
-MEASUREMENTS: dict[Kind, tuple[str, str, Callable[[State], None]]] = {
-    "grids": ("CPU time and the size of the grid", "Fig. 13", _draw_largest),
-    "data": ("CPU time and the number of data", "Table 2", _draw_numbers),
-}
-"""Title, place in the paper, and controls of the sizes of each measurement."""
+    return f"Growth with {QUANTITIES[varied]}, as a power: {powers}; 1 is linear." if powers else ""

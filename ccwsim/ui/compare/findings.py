@@ -4,18 +4,19 @@ from dataclasses import fields
 from html import escape
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim import Ensemble, Parameters
 from ccwsim.experiments.comparison import Comparison, PairRatio
 from ccwsim.figures import DARK, LIGHT
 from ccwsim.io.formats.csv_table import records_as_csv
 from ccwsim.metrics import fit_proportions
+from ccwsim.model.arrays import Floats
 from ccwsim.model.numbers import duration, three_digits
 from ccwsim.report.verdicts import describe_proportion
 from ccwsim.ui.compare.settings import TWO_POINT
 from ccwsim.ui.widgets.text import numbers_table, page_text
 
+PLACE_COLUMNS = ("distance_to_image_bits", "mds_1", "mds_2")
 DATA_COLUMNS = ("data_wrong", "data_mended", "data_forced")
 MAX_EQUAL_TIME = 1.05
 """Two settings count as equally fast if the ratio of CPU times is at most this value."""
@@ -29,12 +30,11 @@ def setting_colour(k: int) -> str:
 
 def sentences(comparison: Comparison) -> list[str]:
     """Return sentences that compare the settings, and describe their proportions and data."""
-    against_first = [describe_against_first(comparison, k) for k in range(1, len(comparison.names))]
     n = comparison.ensembles[0].hard_data.n
     text = page_text("Two-point simulation") + (f" It ignores the {n} hard data." if n else "")
     two_point = [text] if TWO_POINT in comparison.names else []
     return [
-        *against_first,
+        *[describe_against_first(comparison, k) for k in range(1, len(comparison.names))],
         *two_point,
         *_describe_proportions(comparison),
         *_describe_data(comparison),
@@ -125,7 +125,7 @@ def figures_table(comparison: Comparison) -> str:
     return numbers_table(rows, (*heads, "from the image", "variety"), "figures")
 
 
-def _counts_of_data(name: str, e: Ensemble) -> NDArray[np.float64]:
+def _counts_of_data(name: str, e: Ensemble) -> Floats:
     """Return wrong, re-simulated and forced data, shape (3, n); NaN if the method ignores data."""
     counts = np.array([e.n_mismatched, e.n_resimulated, e.n_forced], float)
     return counts * np.nan if name == TWO_POINT else counts
@@ -157,16 +157,21 @@ def settings_csv(comparison: Comparison) -> bytes:
     records = []
     for k, (name, e) in enumerate(zip(comparison.names, comparison.ensembles, strict=True)):
         parameters = "" if name == TWO_POINT else e.parameters
-        record: dict[str, object] = {"setting": name}
-        record |= {
+        values = {
             f.name: str(parameters and getattr(parameters, f.name)) for f in fields(Parameters)
         }
-        record["cpu_seconds"] = comparison.cpu_seconds[k]
-        record["cpu_ratio_to_first"] = comparison.cpu_seconds[k] / comparison.cpu_seconds[0]
-        record |= zip(DATA_COLUMNS, _counts_of_data(name, e).mean(axis=1), strict=True)
-        record["distance_to_image_bits"] = comparison.distance[k]
-        record["variety_bits"] = comparison.variety[k]
-        records.append(record | _shares(comparison, comparison.proportions[k].mean(axis=0)))
+        records.append(
+            {
+                "setting": name,
+                **values,
+                "cpu_seconds": comparison.cpu_seconds[k],
+                "cpu_ratio_to_first": comparison.cpu_seconds[k] / comparison.cpu_seconds[0],
+                **dict(zip(DATA_COLUMNS, _counts_of_data(name, e).mean(axis=1), strict=True)),
+                "distance_to_image_bits": comparison.distance[k],
+                "variety_bits": comparison.variety[k],
+                **_shares(comparison, comparison.proportions[k].mean(axis=0)),
+            }
+        )
     return records_as_csv(records)
 
 
@@ -179,17 +184,21 @@ def comparison_csv(comparison: Comparison) -> bytes:
             positions = comparison.scaling.positions[comparison.anodi.owner == k]
             placed = np.column_stack([comparison.distances[k], positions])
         counts = _counts_of_data(name, e)
-        for r in range(e.n):
-            record: dict[str, object] = {"setting": name, "realization": r + 1}
-            record["cpu_seconds"] = e.cpu_seconds[r]
-            record |= zip(DATA_COLUMNS, counts[:, r], strict=True)
-            record |= _shares(comparison, comparison.proportions[k][r])
-            record |= zip(("distance_to_image_bits", "mds_1", "mds_2"), placed[r], strict=True)
-            records.append(record)
+        records += [
+            {
+                "setting": name,
+                "realization": r + 1,
+                "cpu_seconds": e.cpu_seconds[r],
+                **dict(zip(DATA_COLUMNS, counts[:, r], strict=True)),
+                **_shares(comparison, comparison.proportions[k][r]),
+                **dict(zip(PLACE_COLUMNS, placed[r], strict=True)),
+            }
+            for r in range(e.n)
+        ]
     return records_as_csv(records)
 
 
-def _shares(comparison: Comparison, proportions: NDArray[np.float64]) -> dict[str, object]:
+def _shares(comparison: Comparison, proportions: Floats) -> dict[str, object]:
     codes = comparison.ensembles[0].training_image.codes
     return {f"proportion_{code}": share for code, share in zip(codes, proportions, strict=True)}
 

@@ -12,21 +12,20 @@ import numpy as np
 import streamlit as st
 
 from ccwsim import CCWSIMError, Ensemble, Parameters, datasets, figures
-from ccwsim.experiments.comparison import MAX_SETTINGS, MIN_SETTINGS, STATISTICS, Comparison
+from ccwsim.experiments.comparison import STATISTICS, Comparison
 from ccwsim.jobs.job import FIRST_RESULT_SECONDS
 from ccwsim.jobs.limits import Demand, limits_of_environment
 from ccwsim.metrics.lags import axes_of
 from ccwsim.model.arrays import describe_shape
-from ccwsim.model.bounds import MAX_REALIZATIONS_COMPARED
+from ccwsim.model.bounds import MAX_REALIZATIONS_COMPARED, MAX_SETTINGS, MIN_SETTINGS
 from ccwsim.model.numbers import duration, plural, three_digits
 from ccwsim.report.settings import describe_inputs, describe_parameters, describe_setting
 from ccwsim.report.verdicts import describe_curves, describe_scaling
-from ccwsim.sharing.choices import ImageChoice, Upload
+from ccwsim.sharing.choices import Beside, ImageChoice, Upload
 from ccwsim.ui.compare import findings, settings
 from ccwsim.ui.compare.settings import (
     LETTERS,
     TWO_POINT,
-    Beside,
     ComparePageState,
     ComparisonRun,
 )
@@ -43,7 +42,7 @@ from ccwsim.ui.study.study_column import parameter_field, size_fields, variant_f
 from ccwsim.ui.study.trials import draw_run_news, use_button
 from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import PARAMETER_ROWS, bound_to, button, download, field, options_of
-from ccwsim.ui.widgets.text import page_text, pair, panel_title, plain, scrolled, step_note
+from ccwsim.ui.widgets.text import in_row, page_text, pair, panel_title, plain, scrolled, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 SHOWN_AT_ONCE = {
@@ -78,7 +77,9 @@ def draw_page(state: State) -> None:
     shown_run, outdated = page_state.shown_run, ""
     if not problem and shown_run is not None and shown_run.key != settings.key_of(state):
         outdated = "the settings or the study have changed. Compare again."
-    ended = "" if busy else settings.describe_end(page_state)
+    ended = "" if busy or run is None else run.describe_end()
+    if ended and shown_run is page_state.earlier is not None:
+        ended += " The earlier comparison is still shown."
     draw_run_news(
         run if busy else None,
         outdated="" if busy else outdated,
@@ -97,7 +98,7 @@ def comparison_problem(state: State) -> str:
         choices, tried = state.choices, settings.compared_settings(state)
         for parameters in tried:
             study_of(replace(choices, parameters=parameters))
-        n = len(settings.setting_names(tried, state.page(ComparePageState).beside))
+        n = len(settings.setting_names(tried, state.compare.beside))
         if n > MAX_SETTINGS:
             most = MAX_SETTINGS - 1
             raise CCWSIMError(f"At most {most} settings fit beside {TWO_POINT}. Remove a setting.")
@@ -113,8 +114,7 @@ def _draw_settings(state: State) -> None:
     present = settings.compared_settings(state)
     with st.container(key="settings"):
         columns = st.columns(len(present), gap="medium", wrap=False)
-    for k, (column, p) in enumerate(zip(columns, present, strict=True)):
-        letter = LETTERS[k]
+    for k, (letter, column, p) in enumerate(zip(LETTERS, columns, present, strict=False)):
         note = describe_setting(p, present[0]) if k else "the study’s own"
         with column, st.container(key=f"setting_{letter}"):
             draw_name(k, letter, "identical to A" if note == "the same" else note)
@@ -123,7 +123,7 @@ def _draw_settings(state: State) -> None:
 
 
 def _draw_parameters(state: State, k: int, p: Parameters) -> None:
-    shape, prefix = image_of(state.choices.image).shape, f"{LETTERS[k]}_"
+    shape, prefix = state.image.shape, f"{LETTERS[k]}_"
     change = partial(settings.change_setting, state, k)
 
     variant_field(p, shape, change, prefix)
@@ -133,7 +133,7 @@ def _draw_parameters(state: State, k: int, p: Parameters) -> None:
     with right:
         parameter_field(p, "n_candidates", change, prefix, st.number_input)
     free = size_fields(p, shape, change, prefix)
-    with st.container(horizontal=True, vertical_alignment="center", key=f"last_{LETTERS[k]}"):
+    with in_row(f"last_{LETTERS[k]}"):
         parameter_field(p, "refine", change, prefix)
         with st.popover("More", key=f"more_{LETTERS[k]}"):
             with free or nullcontext():
@@ -145,7 +145,7 @@ def _draw_parameters(state: State, k: int, p: Parameters) -> None:
 
 def _draw_actions(state: State, k: int, n: int) -> None:
     letter = LETTERS[k]
-    with st.container(horizontal=True, gap="small", key=f"actions_{letter}"):
+    with in_row(f"actions_{letter}", "top"):
         help_ = "Use this setting in the study and open Simulate."
         if k:
             help_ = "Swap this setting with the study's setting (A) and open Simulate."
@@ -182,8 +182,7 @@ def _draw_actions(state: State, k: int, n: int) -> None:
 def _draw_run_row(state: State, problem: str) -> None:
     """Draw the number of realizations, the start button and the downloads."""
     page_state = state.page(ComparePageState)
-    with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="compare_row"):
-        settings.n_per_setting(state)
+    with in_row("compare_row", "bottom"):
         field(
             st.number_input,
             "Realizations of each",
@@ -192,7 +191,9 @@ def _draw_run_row(state: State, problem: str) -> None:
             max_value=MAX_REALIZATIONS_COMPARED,
             width=140,
             help="With more realizations, smaller differences are significant.",
-            **bound_to(page_state, "n"),
+            **bound_to(
+                state.compare, "n", state.change_compare, value=settings.n_per_setting(state)
+            ),
         )
         _draw_beside(state)
         button(
@@ -228,7 +229,7 @@ def _draw_run_row(state: State, problem: str) -> None:
 
 def _draw_beside(state: State) -> None:
     """Draw the choice of a two-point simulation or of a second image with the same facies."""
-    page_state, is_volume = state.page(ComparePageState), state.choices.grid.nz is not None
+    beside, is_volume = state.compare.beside, state.grid.is_volume
     bundled = datasets.volume_names() if is_volume else datasets.names()
     study_image = state.choices.image
     choices = [
@@ -237,21 +238,24 @@ def _draw_beside(state: State) -> None:
         if choice != study_image
         and np.array_equal(image_of(choice).codes, image_of(study_image).codes)
     ]
-    if isinstance(page_state.beside, ImageChoice):
-        choices.append(page_state.beside)
-    names: dict[Beside, str] = {"": "nothing", TWO_POINT: "two-point simulation"}
-    names |= {choice: f"image {image_name(choice)}" for choice in choices}
+    if isinstance(beside, ImageChoice):
+        choices.append(beside)
+    names: dict[Beside, str] = {
+        "": "nothing",
+        TWO_POINT: "two-point simulation",
+        **{choice: f"image {image_name(choice)}" for choice in choices},
+    }
     field(
         st.selectbox,
         "Beside the settings",
         key="beside",
         width=220,
-        **bound_to(page_state, "beside"),
+        **bound_to(state.compare, "beside", state.change_compare),
         **options_of(names),
     )
 
     def take(upload: Upload) -> None:
-        page_state.beside = image_of_file(upload, volume=is_volume)
+        state.change_compare(beside=image_of_file(upload, volume=is_volume))
 
     with st.popover("Own image", key="beside_menu"):
         image_uploader("A second training image with the same facies", "beside_file", take)
@@ -267,7 +271,7 @@ def _draw_results(state: State, busy: bool) -> None:
         run = page_state.shown_run
         if run is None or (comparison := run.latest_result) is None:
             tried = settings.compared_settings(state)
-            grid, n = state.choices.grid, len(settings.setting_names(tried, page_state.beside))
+            grid, n = state.grid, len(settings.setting_names(tried, state.compare.beside))
             with st.container(key="maps"):
                 columns = st.columns(n, gap="medium")
             for column in columns:
@@ -279,10 +283,9 @@ def _draw_results(state: State, busy: bool) -> None:
 
 
 def _draw_comparison(state: State, run: ComparisonRun, comparison: Comparison) -> None:
-    image = comparison.ensembles[0].training_image
     page_state = state.page(ComparePageState)
     page_state.shown = min(page_state.shown, comparison.ensembles[0].n - 1)
-    state.facies = min(state.facies, image.n_facies - 1)
+    state.choose_facies(comparison.ensembles[0].training_image)
     notes = "; ".join(f"{name}: {note}" for name, note in _notes(run).items())
     inputs, n = describe_inputs(comparison.ensembles[0]), plural(run.n_realizations, "realization")
     charts.draw_caption(f"{inputs}; {notes}; {n} each, seed {run.first.seed}")
@@ -331,23 +334,22 @@ def draw_maps(state: State, run: ComparisonRun, comparison: Comparison) -> None:
         maps.choose_statistic(state, option)
         settings.want_curves(state)
 
-    with st.container(horizontal=True, vertical_alignment="center", gap="small", key="shown_row"):
+    with in_row("shown_row"):
         panel_title(f"Realization {page_state.shown + 1} of {n}")
         maps.step_buttons("shown", page_state, n, " of all settings")
         st.html('<div class="panel below">E-type below</div>', width="content")
         maps.e_type_field(state, image.facies_names, write, n)
     share = min(max(image.shape[-1] / grid.nx, MIN_IMAGE_SHARE), 1.0)
+    options: dict[str, Any] = MAPS | {"max_height": MAX_HEIGHTS[grid.n_dimensions]}
     with st.container(key="maps"):
         first, *others = st.columns([share] + [1.0] * len(run.names), gap="medium")
     with first:
         panel_title("Training image")
         cell_map = facies_map(image.indices, image, colours, f"Training image {image.name}")
-        options = MAPS | {"max_height": MAX_HEIGHTS[grid.n_dimensions], "leads": False}
-        link = "image" if grid.nz is None else "grid"
-        draw_cells(cell_map, "image", name="training_image", link=link, **options)
+        link = "grid" if grid.is_volume else "image"
+        draw_cells(cell_map, "image", name="training_image", link=link, leads=False, **options)
         _draw_times_and_proportions(comparison)
     notes = _notes(run)
-    options = MAPS | {"link": "grid", "max_height": MAX_HEIGHTS[grid.n_dimensions]}
     for k, (column, name) in enumerate(zip(others, run.names, strict=True)):
         with column:
             draw_name(k, name, notes[name])
@@ -356,8 +358,10 @@ def draw_maps(state: State, run: ComparisonRun, comparison: Comparison) -> None:
                 alt, file = f"{name}, realization {r + 1}", f"{name}_realization_{r + 1}"
                 cell_map = maps.realization_map(state, ensemble, colours, r, alt)
                 e_type_map = maps.uncertainty_map(state, ensemble, colours)
-                draw_cells(cell_map, name, name=file, **options)
-                draw_cells(e_type_map, f"e_type_{name}", name=f"{name}_e_type", **options)
+                draw_cells(cell_map, name, name=file, link="grid", **options)
+                draw_cells(
+                    e_type_map, f"e_type_{name}", name=f"{name}_e_type", link="grid", **options
+                )
             else:
                 maps.ghost_panel("", f"aspect-ratio: {grid.nx} / {grid.ny}")
 
@@ -382,11 +386,10 @@ def _draw_two_images(
     for k, (column, (title, cell_map)) in enumerate(zip(columns, panels.items(), strict=True)):
         with column:
             panel_title(title)
-            link = "grid" if k or first.grid.nz is not None else ""
             draw_cells(
                 cell_map,
                 f"two_images_{k}",
-                link=link,
+                link="grid" if k or first.grid.is_volume else "",
                 name=f"two_images_{k + 1}",
                 max_height=MAX_HEIGHTS[first.grid.n_dimensions],
                 body=False,
@@ -397,9 +400,8 @@ def _draw_two_images(
 def _draw_times_and_proportions(comparison: Comparison) -> None:
     """Draw CPU times and proportions below the training image."""
     image, theme, names = comparison.ensembles[0].training_image, chart_theme(), comparison.names
-    milliseconds = [1000 * e.cpu_seconds for e in comparison.ensembles]
     times = figures.compared_times_chart(
-        dict(zip(names, milliseconds, strict=True)),
+        dict(zip(names, [1000 * e.cpu_seconds for e in comparison.ensembles], strict=True)),
         1000 * comparison.cpu_seconds,
         [duration(mean) for mean in comparison.cpu_seconds],
         theme,
@@ -427,17 +429,23 @@ def draw_compared_curves(state: State, comparison: Comparison) -> None:
         else:
             st.html('<div class="unseen curves"></div>')
         return
-    lines = [("2px solid var(--reference)", "training image")]
-    lines += [
-        (f"2px {BORDERS[dash]} {findings.setting_colour(k)}", f"{name}, median and 5–95 %")
-        for k, (name, dash) in enumerate(zip(comparison.names, figures.DASHES, strict=False))
-    ]
-    charts.draw_curve_key(lines)
+    pairs = enumerate(zip(comparison.names, figures.DASHES, strict=False))
+    charts.draw_curve_key(
+        [
+            ("2px solid var(--reference)", "training image"),
+            *(
+                (f"2px {BORDERS[dash]} {findings.setting_colour(k)}", f"{name}, median and 5–95 %")
+                for k, (name, dash) in pairs
+            ),
+        ]
+    )
     code = settings.compared_code(comparison, facies)
     directions = axes_of(comparison.ensembles[0].grid.shape)
     variograms = [comparison.curves[code, "variogram", direction] for direction in directions]
-    values = [c.reference.max() for c in variograms]
-    values += [band.high.max() for c in variograms for band in c.bands]
+    values = [
+        *(curves.reference.max() for curves in variograms),
+        *(band.high.max() for curves in variograms for band in curves.bands),
+    ]
     top = 1.08 * float(np.nanmax(values)) or 0.5  # the same scale along all axes
     with st.container(key="charts"):
         in_rows = [2 * len(directions)] if len(directions) == 2 else [len(directions)] * 2

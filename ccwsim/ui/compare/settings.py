@@ -1,39 +1,36 @@
 """The settings on the page Compare, the run that compares them, and the state of the page."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, replace
 from math import prod
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
+from ccwsim import Cancelled, CCWSIMError, Ensemble
 from ccwsim.experiments import comparison
 from ccwsim.experiments.trials import Trial
 from ccwsim.experiments.two_point import simulate_two_point
 from ccwsim.jobs.job import NO_DEMAND, Job
 from ccwsim.jobs.limits import Demand
 from ccwsim.model.arrays import Shape, listing, readonly
-from ccwsim.model.ensemble import Ensemble
-from ccwsim.model.errors import Cancelled, CCWSIMError
+from ccwsim.model.bounds import MAX_SETTINGS, MIN_SETTINGS
 from ccwsim.model.parameters import METHODS, Parameters, fitted
 from ccwsim.model.sizes import levels
 from ccwsim.run.footprint import demand_of
-from ccwsim.sharing.choices import ImageChoice
+from ccwsim.sharing.choices import Beside, ImageChoice
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import RunState, State
 from ccwsim.ui.study.changes import image_name
-from ccwsim.ui.study.run import failed
 from ccwsim.ui.study.study_column import set_parameters
-from ccwsim.ui.study.trials import TrialsRun, shown_in, study_key, trial_of
+from ccwsim.ui.study.trials import TrialsRun, shown_in, study_key, trials_of
 
 N_USUAL, N_USUAL_VOLUME = 12, 4
 """Default number of realizations per setting, for maps and for volumes."""
 LETTERS: tuple[str, ...] = ("A", "B", "C", "D")
 """Names of the settings; A is the setting of the study."""
-TWO_POINT = "two-point"
+TWO_POINT: Final = "two-point"
 """Name of the two-point simulation, which is not CCWSIM, among the compared settings."""
-Beside = str | ImageChoice
-"""Simulation shown beside the settings: none (""), TWO_POINT, or a second training image."""
 BYTES_OF_FIELD = 80
 """Bytes per cell of the periodic Gaussian field from which the two-point simulation is cut."""
 
@@ -68,7 +65,7 @@ class ComparisonRun(TrialsRun[comparison.Comparison, comparison.Comparison]):
         latest = self.result or (self.rows[-1] if self.rows else None)
         if latest is None or not self.error:
             return latest
-        enough = len(latest.names) >= comparison.MIN_SETTINGS
+        enough = len(latest.names) >= MIN_SETTINGS
         return latest if enough and isinstance(self.error, Cancelled) else None
 
     def demand(self) -> Demand:
@@ -83,6 +80,14 @@ class ComparisonRun(TrialsRun[comparison.Comparison, comparison.Comparison]):
             sides = zip(self.grid.shape, self.training_image.shape, strict=True)
             n_bytes += BYTES_OF_FIELD * prod(n + side // 2 for n, side in sides)
         return Demand(sum(demand.n_cells for demand in demands), self.first.n_data, n_bytes)
+
+    def describe_stop(self) -> str:
+        """Return how many settings were simulated before the run was stopped."""
+        if (latest := self.latest_result) is None:
+            return "Stopped before two settings were simulated."
+        n, n_done = len(self.names), len(latest.names)
+        all_ = "all" if n_done == n else f"{n_done} of {n}"
+        return f"Stopped after {all_} settings were simulated; the results so far are shown."
 
     def label(self) -> str:
         """Return the name of the step that follows the simulation; empty during the simulation."""
@@ -128,14 +133,9 @@ class ComparisonRun(TrialsRun[comparison.Comparison, comparison.Comparison]):
 class ComparePageState(RunState[ComparisonRun]):
     """The state of the page.
 
-    `others` are the settings besides the setting of the study; an element None stands for a default
-    setting, derived from the study. `n` is the number of realizations per setting, or None until
-    the page is first drawn. `earlier` is a run whose results are shown until `run` has results.
+    `earlier` is a run whose results are shown until `run` has results.
     """
 
-    others: list[Parameters | None] = field(default_factory=lambda: [None, None])
-    n: int | None = None
-    beside: Beside = ""
     earlier: ComparisonRun | None = None
     shown: int = 0
 
@@ -153,11 +153,10 @@ class ComparePageState(RunState[ComparisonRun]):
 
 def compared_settings(state: State) -> tuple[Parameters, ...]:
     """Return all settings, with the nearest sizes that fit the training image."""
-    shape = image_of(state.choices.image).shape
+    shape = state.image.shape
     study_setting = fitted(state.choices.parameters, shape)
     usual = usual_others(study_setting, shape)
-    chosen = state.page(ComparePageState).others
-    others = (usual[k] if p is None else p for k, p in enumerate(chosen))
+    others = (usual[k] if p is None else p for k, p in enumerate(state.compare.others))
     return study_setting, *(fitted(p, shape) for p in others)
 
 
@@ -168,17 +167,17 @@ def usual_others(study_setting: Parameters, shape: Shape) -> list[Parameters]:
         usual_levels = [
             (z, k, k) for k in usual_levels for z in (k - 1, k) if z in levels(shape, True)
         ]
-    tried: list[dict] = [{"method": "ccsim"}]
-    tried += [{"method": "ccwsim", "wavelet_level": level} for level in usual_levels]
-    tried += [{"method": method} for method in METHODS]
-    tried += [{"n_candidates": 5}, {"n_candidates": 50}, {"refine": not study_setting.refine}]
-    tried += [{"random_path": not study_setting.random_path}]
-    usual: list[Parameters] = []
-    for changes in tried:
-        p = fitted(study_setting, shape, **changes)
-        if p != study_setting and p not in usual:
-            usual.append(p)
-    return usual
+    tried: list[dict[str, Any]] = [
+        {"method": "ccsim"},
+        *({"method": "ccwsim", "wavelet_level": level} for level in usual_levels),
+        *({"method": method} for method in METHODS),
+        {"n_candidates": 5},
+        {"n_candidates": 50},
+        {"refine": not study_setting.refine},
+        {"random_path": not study_setting.random_path},
+    ]
+    distinct = dict.fromkeys(fitted(study_setting, shape, **changes) for changes in tried)
+    return [p for p in distinct if p != study_setting]
 
 
 def change_setting(state: State, k: int, **changes: object) -> None:
@@ -186,10 +185,9 @@ def change_setting(state: State, k: int, **changes: object) -> None:
     if k == 0:
         set_parameters(state, **changes)
         return
-    shape = image_of(state.choices.image).shape
-    state.page(ComparePageState).others[k - 1] = fitted(
-        compared_settings(state)[k], shape, **changes
-    )
+    others = [*state.compare.others]
+    others[k - 1] = fitted(compared_settings(state)[k], state.image.shape, **changes)
+    state.change_compare(others=tuple(others))
 
 
 def copy_setting(state: State, k: int, source: int) -> None:
@@ -200,18 +198,18 @@ def copy_setting(state: State, k: int, source: int) -> None:
 def add_setting(state: State) -> None:
     """Add a default setting that is not in the list yet."""
     present = compared_settings(state)
-    if len(present) < comparison.MAX_SETTINGS:
-        usual = usual_others(present[0], image_of(state.choices.image).shape)
+    if len(present) < MAX_SETTINGS:
+        usual = usual_others(present[0], state.image.shape)
         new = next((p for p in usual if p not in present), present[0])
-        state.page(ComparePageState).others.append(new)
+        state.change_compare(others=(*state.compare.others, new))
 
 
 def remove_setting(state: State, k: int) -> None:
     """Remove setting `k`; the letters of later settings move up by one."""
     present = list(compared_settings(state))
-    if 0 < k < len(present) and len(present) > comparison.MIN_SETTINGS:
+    if 0 < k < len(present) and len(present) > MIN_SETTINGS:
         del present[k]
-        state.page(ComparePageState).others[:] = present[1:]
+        state.change_compare(others=tuple(present[1:]))
 
 
 def swap_setting(state: State, k: int) -> None:
@@ -220,7 +218,7 @@ def swap_setting(state: State, k: int) -> None:
     present[0], present[k] = present[k], present[0]
     state.change(parameters=present[0])
     if k:
-        state.page(ComparePageState).others[:] = present[1:]
+        state.change_compare(others=tuple(present[1:]))
 
 
 def setting_names(settings: Sequence[object], beside: Beside) -> tuple[str, ...]:
@@ -231,10 +229,11 @@ def setting_names(settings: Sequence[object], beside: Beside) -> tuple[str, ...]
 
 def key_of(state: State) -> tuple:
     """Return a key of the page's inputs; two comparisons with equal keys look equal."""
-    c, beside = state.choices, state.page(ComparePageState).beside
-    study_inputs = *study_key(c), c.seed, c.image.names
+    c, beside = state.choices, state.compare.beside
     return (
-        *study_inputs,
+        *study_key(c),
+        c.seed,
+        c.image.names,
         n_per_setting(state),
         compared_settings(state),
         getattr(beside, "digest", beside),
@@ -243,15 +242,13 @@ def key_of(state: State) -> tuple:
 
 def n_per_setting(state: State) -> int:
     """Return the number of realizations per setting; volumes have a smaller default than maps."""
-    page_state = state.page(ComparePageState)
-    if page_state.n is None:
-        page_state.n = N_USUAL if state.choices.grid.nz is None else N_USUAL_VOLUME
-    return page_state.n
+    usual = N_USUAL_VOLUME if state.grid.is_volume else N_USUAL
+    return state.compare.n or usual
 
 
 def second_trial(state: State) -> Trial | None:
     """Return setting A with the second image, or None without one; raise if facies differ."""
-    beside, c = state.page(ComparePageState).beside, state.choices
+    beside, c = state.compare.beside, state.choices
     if not isinstance(beside, ImageChoice):
         return None
     image, codes = image_of(beside), image_of(c.image).codes
@@ -261,8 +258,8 @@ def second_trial(state: State) -> Trial | None:
             f"training image of the study has {listing(map(str, codes))}. Choose an image with the "
             "same facies."
         )
-    parameters = fitted(compared_settings(state)[0], image.shape)
-    return replace(trial_of(c), training_image=image, parameters=parameters)
+    (trial,) = trials_of(c, [fitted(compared_settings(state)[0], image.shape)])
+    return replace(trial, training_image=image)
 
 
 def both_images(first: Ensemble, second: Ensemble) -> Ensemble:
@@ -277,12 +274,11 @@ def start_comparison(state: State) -> None:
     page_state = state.page(ComparePageState)
 
     def make() -> ComparisonRun:
-        first = trial_of(state.choices)
         run = ComparisonRun(
-            trials=[replace(first, parameters=p) for p in compared_settings(state)],
+            trials=trials_of(state.choices, compared_settings(state)),
             n_realizations=n_per_setting(state),
             key=key_of(state),
-            beside=page_state.beside,
+            beside=state.compare.beside,
             second=second_trial(state),
             **shown_in(state),
         )
@@ -319,19 +315,3 @@ def has_curves(compared: comparison.Comparison, facies: int) -> bool:
 def compared_code(compared: comparison.Comparison, facies: int) -> int:
     """Return the code of a facies by its index."""
     return int(compared.ensembles[0].training_image.codes[facies])
-
-
-def describe_end(page_state: ComparePageState) -> str:
-    """Describe how the latest run was stopped or failed; otherwise return an empty text."""
-    run = page_state.run
-    if run is None or run.error is None:
-        return ""
-    if not isinstance(run.error, Cancelled):
-        return failed(run.error)
-    if (latest := run.latest_result) is not None:
-        n, n_done = len(run.names), len(latest.names)
-        all_ = "all" if n_done == n else f"{n_done} of {n}"
-        return f"Stopped after {all_} settings were simulated; the results so far are shown."
-    return "Stopped before two settings were simulated." + (
-        " The earlier comparison is still shown." if page_state.earlier else ""
-    )

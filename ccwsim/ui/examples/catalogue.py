@@ -1,20 +1,27 @@
 """The example studies, read from `catalogue.toml`, and the lecture as a sheet to print."""
 
 import re
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
 
 from ccwsim import Grid, Parameters
+from ccwsim.model.assets import read_toml
 from ccwsim.report.document import Document, Section, Text
-from ccwsim.sharing.choices import Choices, DataChoice, GuideChoice, ImageChoice
+from ccwsim.sharing.choices import (
+    Choices,
+    CompareChoice,
+    DataChoice,
+    GuideChoice,
+    ImageChoice,
+    Shown,
+)
 from ccwsim.sharing.link import link_of
-from ccwsim.sharing.words import guides_of
+from ccwsim.sharing.parts import from_json
+from ccwsim.ui.widgets.text import page_labels
 
-CATALOGUE = Path(__file__).with_name("catalogue.toml")
+N_COMPARED = 8  # realizations of each setting of an example that is compared
 
 
 @dataclass(frozen=True)
@@ -63,15 +70,13 @@ def _parameters_of_row(row: dict[str, Any]) -> Parameters:
 def _example(row: dict[str, Any]) -> Example:
     """Return the example described by a TOML table, in which default values may be missing."""
     side = row.pop("side", 512)
-    shape = tuple(row.pop("grid", (side, side)))
-    guides = row.pop("guides", "")
     choices = Choices(
         ImageChoice(row.pop("image")),
         DataChoice(**row.pop("data", {})),
-        Grid.of(shape),
+        Grid.of(tuple(row.pop("grid", (side, side)))),
         _parameters_of_row(row.pop("parameters", {})),
         row.pop("n_realizations", 12),
-        guides=guides_of(guides) if guides else GuideChoice(),
+        guides=from_json(row.pop("guides", {}), GuideChoice),
     )
     others = tuple(map(_parameters_of_row, row.pop("others", [])))
     shows = tuple(row.pop("shows", Example.shows))
@@ -80,8 +85,10 @@ def _example(row: dict[str, Any]) -> Example:
 
 LECTURE_PARTS = tuple(
     LecturePart(part["title"], part["minutes"], tuple(map(_example, part["example"])))
-    for part in tomllib.loads(CATALOGUE.read_text("utf-8"))["part"]
+    for part in read_toml("ui/examples/catalogue.toml")["part"]
 )
+# minutes, address, what to show, and a question of each screen of the short lecture
+SHORT_LECTURE = page_labels("lecture_in_20_minutes")
 EXAMPLES = tuple(example for part in LECTURE_PARTS for example in part.examples)
 
 
@@ -102,26 +109,41 @@ def lecture_sheet(page: str) -> Document:
     sections = [
         Section(
             part.title,
-            tuple(
-                Text(_line(e, e.task), link=study_address(link_of(e.choices), page))
-                for e in part.examples
-            ),
+            tuple(Text(_line(e, e.task), link=example_address(e, page)) for e in part.examples),
             note=f"{part.minutes} minutes",
         )
         for part in LECTURE_PARTS
     ]
+    start = study_address({}, page).removesuffix("simulate")
+    short = tuple(
+        Text(f"{title}, {minutes} minutes: {' '.join(texts)}", link=f"{start}{address}")
+        for title, (minutes, address, *texts) in SHORT_LECTURE.items()
+    )
     answers = tuple(Text(_line(e, e.text), quiet=True) for e in EXAMPLES)
     return Document(
         f"A lecture of {sum(part.minutes for part in LECTURE_PARTS)} minutes on CCWSIM",
-        (*sections, Section("Answers", answers, on_new_page=True)),
-        "Write down what you predict before you open a study. The answers are on the last pages.",
+        (
+            *sections,
+            Section("Lecture in 20 minutes", short, note="Six screens instead of the examples."),
+            Section("Answers", answers, on_new_page=True),
+        ),
+        "Write down what you predict before you open a study. The answers are on the last pages. "
+        f"The dashboard is at {start}",
     )
 
 
-def study_address(query: Mapping[str, list[str]], page: str) -> str:
-    """Return the address that opens a study on Simulate; `page` is the address of any page."""
+def study_address(query: Mapping[str, list[str]], page: str, target: str = "simulate") -> str:
+    """Return the address that opens a study on `target`; `page` is the address of any page."""
     start = page.split("?")[0].rpartition("/")[0]
-    return f"{start}/simulate?{urlencode(query, doseq=True)}".rstrip("?")
+    return f"{start}/{target}?{urlencode(query, doseq=True)}".rstrip("?")
+
+
+def example_address(example: Example, page: str) -> str:
+    """Return the address that opens an example: on Compare if it has several settings."""
+    if not example.others:
+        return study_address(link_of(example.choices), page)
+    shown = Shown(compare=CompareChoice(example.others, N_COMPARED))
+    return study_address(link_of(example.choices, shown), page, "compare")
 
 
 def _line(example: Example, text: str) -> str:

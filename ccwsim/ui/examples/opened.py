@@ -3,25 +3,28 @@
 import re
 from dataclasses import dataclass, replace
 from html import escape
-from typing import Literal
 
 import streamlit as st
 
-from ccwsim.ui.compare.settings import ComparePageState, start_comparison
-from ccwsim.ui.examples.catalogue import EXAMPLES, Example, example_named, next_example
+from ccwsim.ui.compare.settings import start_comparison
+from ccwsim.ui.examples.catalogue import (
+    EXAMPLES,
+    N_COMPARED,
+    Example,
+    example_named,
+    next_example,
+)
 from ccwsim.ui.imports.page import Imports
 from ccwsim.ui.session.address import go_to
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.image_step import IMPORT_PAGE
 from ccwsim.ui.study.run import start_run, stop_run
 from ccwsim.ui.widgets.fields import button
-from ccwsim.ui.widgets.text import page_text
+from ccwsim.ui.widgets.text import in_row, page_text
 
 SIMULATE, COMPARE = "pages/simulate.py", "pages/compare.py"
 TAKEN = "The study is this example now."
-N_COMPARED_REALIZATIONS = 8
 BACK_HELP = "Restores your study from before the first example, with its results."
-View = Literal["studies", "quiz"]
 
 
 @dataclass
@@ -32,9 +35,9 @@ class Examples:
     with its comparison, before the first example was opened.
     """
 
-    view: View = "studies"
+    view: str = "studies"  # a key of the page's `VIEWS`
     opened: str = ""
-    kept: tuple[State, ComparePageState] | None = None
+    kept: State | None = None
 
 
 def open_example(state: State, example: Example) -> None:
@@ -45,39 +48,34 @@ def open_example(state: State, example: Example) -> None:
 
 def compare_example(state: State, example: Example) -> None:
     """Use an example as the study, and compare its settings."""
-    comparing = state.page(ComparePageState)
     _take(state, example)
-    comparing.others = list(example.others)
-    comparing.n = N_COMPARED_REALIZATIONS
+    state.change_compare(others=example.others, n=N_COMPARED)
     start_comparison(state)
 
 
 def _take(state: State, example: Example) -> None:
-    page_state, comparing = state.page(Examples), state.page(ComparePageState)
+    page_state = state.page(Examples)
     if page_state.kept is None:
-        own_comparison = replace(comparing, others=list(comparing.others))
-        page_state.kept = replace(state, job=None), own_comparison
+        page_state.kept = replace(state, job=None)
     page_state.opened = example.name
     state.choices = example.choices
     if state.own_seed is not None:
         state.change(seed=state.own_seed)
     state.image_draft = state.data_draft = state.reference = None
-    state.shown, state.facies, state.message = 0, 1, ""
+    state.shown, state.facies_image, state.message = 0, "", ""
 
 
 def back_to_own(state: State) -> None:
     """Restore the user's study with its results."""
-    page_state, comparing = state.page(Examples), state.page(ComparePageState)
-    kept = page_state.kept
+    kept = state.page(Examples).kept
     keep_example(state)
     if kept is None:
         return
     stop_run(state)
-    user_state, comparison_state = kept
-    state.choices, state.ensemble_choices = user_state.choices, user_state.ensemble_choices
-    state.ensemble, state.reference, state.message = user_state.ensemble, user_state.reference, ""
+    state.choices, state.ensemble_choices = kept.choices, kept.ensemble_choices
+    state.ensemble, state.reference, state.message = kept.ensemble, kept.reference, ""
     state.image_draft = state.data_draft = None
-    comparing.others, comparing.n = comparison_state.others, comparison_state.n
+    state.compare = kept.compare
 
 
 def keep_example(state: State) -> None:
@@ -107,7 +105,7 @@ def draw_opened(state: State, *, compared: bool = False) -> None:
 def _draw_welcome(state: State) -> None:
     """Describe the program, and offer three ways to begin."""
     st.html(f'<p class="opened">{page_text("Welcome")}</p>')
-    with st.container(horizontal=True, gap="small", key="welcome"):
+    with in_row("welcome", "top"):
         for label, subject in (("Bring a picture", "image"), ("Bring wells", "data")):
             attribute = state.page(Imports), "subject", subject
             if button(label, key=f"bring_{subject}", on_click=setattr, args=attribute):
@@ -138,7 +136,7 @@ def _draw_example(state: State, example: Example, compared: bool) -> None:
         return button(label, key=key, on_click=act, args=(state, *args), help=note)
 
     following = next_example(example.name)
-    with st.container(horizontal=True, gap="small", key="opened_actions"):
+    with in_row("opened_actions", "top"):
         if following is not None and (not compared or following.others):
             act = compare_example if compared else open_example
             action("Next example", "next_example", act, following, note=following.title)

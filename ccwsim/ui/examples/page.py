@@ -11,24 +11,39 @@ from html import escape
 
 import numpy as np
 import streamlit as st
-from numpy.typing import NDArray
 
 from ccwsim import Ensemble, simulate
 from ccwsim.experiments.two_point import simulate_two_point
-from ccwsim.figures import LIGHT, Dots, Theme, data_map_png, facies_colours, sparkline, steps_of
+from ccwsim.figures import (
+    LIGHT,
+    Theme,
+    data_map_png,
+    facies_colours,
+    slices_of,
+    sparkline,
+    steps_of,
+)
 from ccwsim.flow import darcy
 from ccwsim.flow.answers import breakthrough
 from ccwsim.jobs.job import FIRST_RESULT_SECONDS
 from ccwsim.jobs.memo import Memo
 from ccwsim.jobs.statistics import Failure, StatisticsWorker, Task
 from ccwsim.metrics import connectivity, variogram
+from ccwsim.model.arrays import Array, Bytes, Floats
 from ccwsim.report.document import report_html
+from ccwsim.report.pictures import dots_of
 from ccwsim.report.settings import describe_setting
 from ccwsim.sharing.choices import Choices
 from ccwsim.sharing.link import link_of, parts_left_out
 from ccwsim.ui.compare.settings import LETTERS
 from ccwsim.ui.examples import opened
-from ccwsim.ui.examples.catalogue import LECTURE_PARTS, Example, lecture_sheet, study_address
+from ccwsim.ui.examples.catalogue import (
+    LECTURE_PARTS,
+    SHORT_LECTURE,
+    Example,
+    lecture_sheet,
+    study_address,
+)
 from ccwsim.ui.examples.quiz import draw_quiz
 from ccwsim.ui.results.maps import middle_cells
 from ccwsim.ui.session.address import CLASS, go_to
@@ -37,10 +52,21 @@ from ccwsim.ui.session.resolve import data_of, image_of, secondary_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import bound_to, button, download, field, options_of
-from ccwsim.ui.widgets.text import page_labels, page_text, step_note
+from ccwsim.ui.widgets.text import (
+    in_row,
+    numbers_table,
+    page_labels,
+    page_text,
+    scrolled,
+    step_note,
+)
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
-VIEWS = {"studies": "Lecture plan", "quiz": "Quiz: which one is the training image?"}
+VIEWS = {
+    "studies": "Lecture plan",
+    "short": "Lecture in 20 minutes",
+    "quiz": "Quiz: which one is the training image?",
+}
 MAX_PICTURE_SIDE = 300
 """Maximum side of a picture in cells; larger studies show only their south-west corner."""
 MAX_VOLUME_SIDE = 80  # maximum number of cells along a horizontal side of a volume in a picture
@@ -54,14 +80,16 @@ N_SOLVED, N_EXAMPLE_PARTICLES = (
     100,
 )  # realizations through which flow is solved, and particles in each
 SINGLE = {"realization", "second", "data", "layer", "section"}  # pictures of one realization each
+OPEN_HELP = "Makes this example the study and runs it."
+COMPARE_HELP = "Compares the settings of this example side by side."
 SHEET_HELP = "The lecture as an HTML file to print: tasks with links, and then the answers."
 
 
 def draw_examples(state: State) -> None:
     """Draw the example studies, or the quiz."""
     draw_style("examples/examples.css")
-    page_state = state.page(opened.Examples)
-    with st.container(horizontal=True, vertical_alignment="center", key="examples_row"):
+    page_state, page = state.page(opened.Examples), st.context.url or ""
+    with in_row("examples_row"):
         field(
             st.segmented_control,
             "Examples",
@@ -72,17 +100,15 @@ def draw_examples(state: State) -> None:
         )
         with st.popover("Link for a class", key="class_menu"):
             step_note(page_text("Link for a class"))
-            link = class_link(state.choices, st.context.url or "")
-            st.code(link, language=None, wrap_lines=True)
+            st.code(class_link(state.choices, page), language=None, wrap_lines=True)
             if missing := parts_left_out(state.choices):
                 step_note(f"The link cannot carry {' and '.join(missing)}.")
-        page = st.context.url or ""
-
-        def sheet() -> bytes:
-            return report_html(lecture_sheet(page)).encode()
-
         download(
-            "Lecture sheet", sheet, "ccwsim_lecture.html", key="lecture_sheet", help=SHEET_HELP
+            "Lecture sheet",
+            lambda: report_html(lecture_sheet(page)).encode(),
+            "ccwsim_lecture.html",
+            key="lecture_sheet",
+            help=SHEET_HELP,
         )
         if page_state.kept is not None:
             button(
@@ -95,6 +121,8 @@ def draw_examples(state: State) -> None:
     with st.container(key="results"):
         if page_state.view == "quiz":
             draw_quiz(state)
+        elif page_state.view == "short":
+            _draw_short_lecture()
         else:
             _draw_plan(state)
 
@@ -102,6 +130,17 @@ def draw_examples(state: State) -> None:
 def class_link(choices: Choices, page: str) -> str:
     """Return the address that opens a study on Simulate, with a different seed for each user."""
     return study_address(link_of(replace(choices, seed=0)) | {CLASS: ["1"]}, page)
+
+
+def _draw_short_lecture() -> None:
+    """Draw the screens of a short lecture, with links that open in tabs of their own."""
+    step_note(page_text("Lecture in 20 minutes"))
+    rows = [
+        [f'<a href="{escape(address)}" target="_blank">{escape(title)}</a>', str(minutes), *texts]
+        for title, (minutes, address, *texts) in SHORT_LECTURE.items()
+    ]
+    table = numbers_table(rows, ("screen", "minutes", "show", "ask"), "screens")
+    st.html(scrolled(table, "Lecture in 20 minutes"))
 
 
 def _draw_plan(state: State) -> None:
@@ -143,14 +182,12 @@ def _draw_card(state: State, number: int, example: Example, deadline: float) -> 
 
         return button(label, key=key, on_click=clicked, help=note)
 
-    with st.container(horizontal=True, gap="small", key=f"actions_{example.name}"):
-        note = "Makes this example the study and runs it."
-        is_opened = action("Open", f"open_{example.name}", opened.open_example, note)
-        note = "Compares the settings of this example side by side."
+    with in_row(f"actions_{example.name}", "top"):
+        if action("Open", f"open_{example.name}", opened.open_example, OPEN_HELP):
+            go_to(opened.SIMULATE, opened.TAKEN)
         key = f"compare_{example.name}"
-        is_compared = bool(example.others) and action("Compare", key, opened.compare_example, note)
-    if is_opened or is_compared:
-        go_to(opened.COMPARE if is_compared else opened.SIMULATE, opened.TAKEN)
+        if example.others and action("Compare", key, opened.compare_example, COMPARE_HELP):
+            go_to(opened.COMPARE, opened.TAKEN)
     return result is not None
 
 
@@ -189,7 +226,7 @@ def picture_worker() -> StatisticsWorker:
 
 def small(choices: Choices) -> Choices:
     """Return a study on a grid that is small enough for a picture, with the data in that grid."""
-    most = MAX_PICTURE_SIDE if choices.grid.nz is None else MAX_VOLUME_SIDE
+    most = MAX_VOLUME_SIDE if choices.grid.is_volume else MAX_PICTURE_SIDE
     ny, nx = (min(side, most) for side in choices.grid.shape[-2:])
     data = choices.data
     if data.source == "bundled":
@@ -228,7 +265,7 @@ def expected_pictures(example: Example) -> list[CardPicture]:
     ]
 
 
-def cut(values: NDArray, kind: str) -> NDArray:
+def cut(values: Array, kind: str) -> Array:
     """Return the middle layer of a volume or the middle section along x; return a map unchanged."""
     if values.ndim == 2:
         return values
@@ -290,7 +327,7 @@ def _shown(name: str, e: Ensemble, colours: list[str], theme: Theme) -> str:
     if name == "data":
         facies_grid = np.full(e.grid.shape, len(colours), np.uint8)
         rows, columns = e.hard_data.cells.T
-        facies_grid[rows, columns] = _facies_of_data(e)
+        facies_grid[rows, columns] = e.study.facies_of_data
         ground = [*colours, LIGHT.paper]  # this grey contrasts with the facies in both themes
         return _img(
             data_map_png(facies_grid, ground, longest=EXAMPLE_PIXELS), f"{e.hard_data.n} hard data"
@@ -298,7 +335,7 @@ def _shown(name: str, e: Ensemble, colours: list[str], theme: Theme) -> str:
     return _realization(e, 1 if name == "second" else 0, colours, name)
 
 
-def arrived(indices: NDArray[np.uint8]) -> NDArray[np.float64]:
+def arrived(indices: Bytes) -> Floats:
     """Return the share of the water that has flowed from W to E, at times on a logarithmic scale.
 
     Facies 1 conducts 1000 times as well as the others; the times are 1 to 1000 times the travel
@@ -310,23 +347,14 @@ def arrived(indices: NDArray[np.uint8]) -> NDArray[np.float64]:
 
 
 def _realization(e: Ensemble, r: int, colours: list[str], kind: str = "realization") -> str:
-    dots, cells, facies = None, e.hard_data.cells, _facies_of_data(e)
-    wrong = e.indices[r][tuple(cells.T)] != facies
-    if e.grid.nz is not None:  # only the data in the slice are drawn
-        across, index = (1, e.grid.ny // 2) if kind == "section" else (0, e.grid.nz // 2)
-        in_slice = cells[:, across] == index if len(cells) else np.zeros(0, bool)
-        cells = np.delete(cells[in_slice], across, 1)
-        facies, wrong = facies[in_slice], wrong[in_slice]
-    if 0 < len(cells) <= MAX_DOTS:
-        dots = Dots(cells, [colours[k] for k in facies], wrong)
-    facies_grid = cut(e.indices[r], kind)
-    return _img(
-        data_map_png(facies_grid, colours, dots, longest=EXAMPLE_PIXELS), f"Realization {r + 1}"
-    )
-
-
-def _facies_of_data(e: Ensemble) -> NDArray[np.integer]:
-    return e.training_image.codes.searchsorted(e.hard_data.facies)
+    indices = e.indices[r]
+    dots = dots_of(e.hard_data, e.training_image, indices, colours)
+    if e.grid.is_volume:  # only the data in the slice are drawn
+        layer, section, _ = slices_of(indices, dots)
+        indices, _, dots = section if kind == "section" else layer
+    drawn = dots if dots is not None and len(dots.cells) <= MAX_DOTS else None
+    picture = data_map_png(indices, colours, drawn, longest=EXAMPLE_PIXELS)
+    return _img(picture, f"Realization {r + 1}")
 
 
 def _img(picture: bytes, alt: str, kind: str = "png") -> str:

@@ -6,22 +6,20 @@ absent from the training image.
 
 from base64 import b64encode
 from collections.abc import Sequence
-from dataclasses import dataclass
-from dataclasses import field as dataclass_field
+from dataclasses import dataclass, field as dataclass_field
 from functools import cached_property
 from html import escape
 from secrets import randbelow
 
 import numpy as np
 import streamlit as st
-from numpy.typing import NDArray
 
 from ccwsim import Parameters, TrainingImage, datasets, simulate
 from ccwsim.figures import facies_colours, map_png, mixed
 from ccwsim.jobs.job import FIRST_RESULT_SECONDS, Job
 from ccwsim.metrics import Copying, copying
 from ccwsim.metrics.pattern_codes import codes_in
-from ccwsim.model.arrays import Bytes, Mask, Shape
+from ccwsim.model.arrays import Bytes, Int32s, Mask, Shape, UInt64s, window_at
 from ccwsim.model.parameters import fitted
 from ccwsim.model.sizes import levels
 from ccwsim.sharing.choices import ImageChoice
@@ -34,7 +32,7 @@ from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import failed
 from ccwsim.ui.widgets.errors import if_possible
 from ccwsim.ui.widgets.fields import bound_to, button, field, help_of
-from ccwsim.ui.widgets.text import page_text, panel_title, plain, step_note
+from ccwsim.ui.widgets.text import in_row, page_text, panel_title, plain, step_note
 from ccwsim.ui.widgets.theme import chart_theme
 
 N_PICTURES = 6
@@ -64,7 +62,7 @@ class Round:
     training_image: TrainingImage
     parameters: Parameters
     pictures: Bytes
-    sources: NDArray[np.int32]
+    sources: Int32s
     answer: int
 
     def copying_of(self, k: int) -> Copying:
@@ -72,7 +70,7 @@ class Round:
         return copying(self.sources[k], self.training_image.shape)
 
     @cached_property
-    def image_codes(self) -> NDArray[np.uint64]:
+    def image_codes(self) -> UInt64s:
         """The codes of all windows in the training image."""
         image = self.training_image
         return np.unique(window_codes(image.indices, image.n_facies))
@@ -103,8 +101,8 @@ def draw_round(image: TrainingImage, parameters: Parameters, seed: int) -> Round
     origins.insert(answer, np.arange(image.indices.size, dtype=np.int32).reshape(image.shape))
     pictures, sources = [], []
     for indices, source in zip(maps, origins, strict=True):
-        row, column = (int(rng.integers(n - side + 1)) for n in indices.shape)
-        window = slice(row, row + side), slice(column, column + side)
+        corner = [int(rng.integers(n - side + 1)) for n in indices.shape]
+        window = window_at(corner, (side, side))
         pictures.append(indices[window])
         sources.append(source[window])
     return Round(image, p, np.array(pictures), np.array(sources), answer)
@@ -115,15 +113,13 @@ def piece_side(shape: Shape) -> int:
     return max(4, min(MAX_PIECE_SIDE, min(shape) // 2))
 
 
-def window_codes(indices: Bytes, n_facies: int) -> NDArray[np.uint64]:
+def window_codes(indices: Bytes, n_facies: int) -> UInt64s:
     """Return a code of each window of side WINDOW_SIDE; equal windows have equal codes."""
     strips = [codes[0] for codes in codes_in(indices[None], n_facies, 1, WINDOW_SIDE)]
     return np.concatenate(strips) if strips else np.zeros((0, 0), np.uint64)
 
 
-def new_shapes(
-    indices: Bytes, n_facies: int, image_codes: NDArray[np.uint64]
-) -> tuple[Mask, float]:
+def new_shapes(indices: Bytes, n_facies: int, image_codes: UInt64s) -> tuple[Mask, float]:
     """Return a mask of the middles of windows with new codes, and the share of these windows."""
     new = ~np.isin(window_codes(indices, n_facies), image_codes)
     new_mask = np.zeros(indices.shape, bool)
@@ -184,8 +180,14 @@ def begin_round(state: State) -> None:
     quiz = state.page(Quiz)
     quiz.asked, quiz.picked = _asked(state), None
     quiz.n_rounds += 1
-    image, parameters = _image(state), _realization_parameters(quiz)
-    seed = quiz.seed + quiz.n_rounds
+    image, seed = _image(state), quiz.seed + quiz.n_rounds
+    parameters = fitted(
+        Parameters(),
+        (1024, 1024),
+        refine=quiz.refine,
+        wavelet_level=quiz.level,
+        n_candidates=quiz.n_candidates,
+    )
     quiz.job = Job(lambda _: draw_round(image, parameters, seed))
 
 
@@ -216,7 +218,7 @@ def _controls(state: State) -> None:
         return pretty(name) if name else upload.name if upload else ""
 
     possible = [level for level in levels(_image(state).shape) if level <= MAX_QUIZ_LEVEL]
-    with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="quiz_row"):
+    with in_row("quiz_row", "bottom"):
         field(
             st.selectbox,
             "Training image",
@@ -257,9 +259,8 @@ def _controls(state: State) -> None:
 
 def _draw_round(state: State, quiz_round: Round) -> None:
     quiz = state.page(Quiz)
-    n = len(quiz_round.pictures)
     if quiz.picked is None:
-        step_note(page_text("Quiz", n=n))
+        step_note(page_text("Quiz", n=len(quiz_round.pictures)))
     colours = _colours(state, quiz_round)
     number, picked = quiz.n_rounds, quiz.picked is not None
 
@@ -311,16 +312,6 @@ def _image(state: State):
     quiz = state.page(Quiz)
     choice = ImageChoice(quiz.image) if quiz.image else state.choices.image
     return if_possible(lambda: image_of(choice)) or datasets.load("channels")
-
-
-def _realization_parameters(quiz: Quiz) -> Parameters:
-    return fitted(
-        Parameters(),
-        (1024, 1024),
-        refine=quiz.refine,
-        wavelet_level=quiz.level,
-        n_candidates=quiz.n_candidates,
-    )
 
 
 def _colours(state: State, quiz_round: Round) -> list[str]:

@@ -7,19 +7,21 @@ from typing import Any
 
 import numpy as np
 import streamlit as st
-from numpy.typing import NDArray
 
 from ccwsim import Ensemble, figures
-from ccwsim.flow import Tracks
+from ccwsim.flow import Edge, EffectiveK, Tracks
 from ccwsim.flow.answers import at_percentiles
 from ccwsim.flow.darcy import SIDES
 from ccwsim.io import maps_as_bytes
 from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.jobs.statistics import Failure
+from ccwsim.model.arrays import Floats
 from ccwsim.model.bounds import MAX_CONDUCTIVITY, MIN_CONDUCTIVITY
 from ccwsim.model.facies_property import cell_values
+from ccwsim.model.missing import UNKNOWN
 from ccwsim.model.numbers import duration, minus, plural, three_digits, with_power
 from ccwsim.report.settings import caption_of
+from ccwsim.sharing.choices import MIN_POROSITY
 from ccwsim.system.log import reason
 from ccwsim.ui.flow import solving
 from ccwsim.ui.flow.solving import FlowAnswers, FlowSettings, FlowState, Solution
@@ -31,7 +33,7 @@ from ccwsim.ui.frontend.cells import (
     share_map,
     volume_content,
 )
-from ccwsim.ui.frontend.component import draw_component
+from ccwsim.ui.frontend.component import draw_component, run_script
 from ccwsim.ui.results import maps
 from ccwsim.ui.results.charts import draw_caption, titled_chart
 from ccwsim.ui.session.address import go_to
@@ -67,20 +69,20 @@ def draw_page(state: State) -> None:
     """Draw choices on the left, and the flow through the latest realizations on the right."""
     draw_style("flow/flow.css")
     start_run_if_needed(state, live=False)
-    ensemble = state.ensemble
-    if ensemble is not None:
-        state.shown = min(state.shown, ensemble.n - 1)
-        with st.sidebar:
-            _draw_controls(state, ensemble)
     draw_news(state, parts=False)
     with st.container(key="results"):
         if state.ensemble is None:
             maps.ghost_panel(text.page_text("Flow without realizations"), "height: 392px", "Flow")
             return
-        settings = solving.flow_settings(state.page(FlowState), state.ensemble)
+        state.shown = min(state.shown, state.ensemble.n - 1)
+        with st.sidebar:
+            run_script("column", "flow_column")
+            _draw_controls(state, state.ensemble)
+        settings = solving.flow_settings(state.flow, state.ensemble)
         draw_caption(caption_of(state.ensemble))
         if problem := solving.flow_problem(settings):
             st.warning(text.plain(problem))
+            _draw_map(state, state.ensemble, None, settings)
             return
         _draw_solution(state, state.ensemble, settings)
         _draw_answers(state, state.ensemble, settings)
@@ -88,44 +90,54 @@ def draw_page(state: State) -> None:
 
 def _draw_controls(state: State, ensemble: Ensemble) -> None:
     """Draw the steps: rocks, heads and well, all realizations."""
-    page_state, image = state.page(FlowState), ensemble.training_image
+    page_state, choice, change = state.page(FlowState), state.flow, state.change_flow
     text.step_title(1, "Rocks")
     field(
         st.segmented_control,
         "Unit of conductivity",
         key="flow_unit",
-        **bound_to(page_state, "unit", options=list(solving.CONDUCTIVITY_UNITS)),
+        **bound_to(choice, "unit", change, options=list(solving.CONDUCTIVITY_UNITS)),
     )
-    for k, name in enumerate(image.facies_names):
+    for k, name in enumerate(ensemble.training_image.facies_names):
         with st.container(key=f"rock_{k}"):
-            _draw_rock(page_state, ensemble, k, name)
+            _draw_rock(state, ensemble, k, name)
     text.step_title(2, "Heads and well")
     axes = {"x": "W–E", "y": "S–N", "z": "vertical"}
     offered = {axis: axes[axis] for axis in "xyz"[: ensemble.grid.n_dimensions]}
-    settings = solving.flow_settings(page_state, ensemble)
+    settings, place = (
+        solving.flow_settings(choice, ensemble),
+        solving.heads_place(choice, ensemble),
+    )
     field(
         st.segmented_control,
-        "Direction of the flow",
+        "Fixed heads",
         key="flow_axis",
-        **bound_to(page_state, "axis", value=settings.axis),
-        **options_of(offered),
+        help="At two sides of the grid, or along the outline of the active cells.",
+        **bound_to(choice, "axis", change, value=place),
+        **options_of(offered | {"edge": "outline"}),
     )
-    low, high = SIDES[settings.axis]
-    for name, side in (("high", low), ("low", high)):
+    labels = [f"Head at the {side} side (m)" for side in SIDES[settings.axis]]
+    if place == "edge":
+        labels = _draw_outline(state, ensemble, settings)
+    for name, label in zip(("high", "low"), labels, strict=False):
+        head = bound_to(choice, name, change, step=0.1)
+        field(st.number_input, label, key=f"flow_{name}", **head)
+    if not ensemble.grid.is_volume:
         field(
             st.number_input,
-            f"Head at the {side} side (m)",
-            key=f"flow_{name}",
-            **bound_to(page_state, name, step=0.1),
+            "Thickness (m)",
+            key="flow_thickness",
+            help="Thickness of the aquifer. Flow in m³/d is proportional to it.",
+            **bound_to(choice, "thickness", change, min_value=0.001, max_value=1e5, format="%.4g"),
         )
-    if ensemble.grid.nz is not None:
+    if ensemble.grid.is_volume:
         field(
             st.number_input,
             "Vertical / horizontal K",
             key="flow_anisotropy",
-            **bound_to(page_state, "anisotropy", min_value=0.001, max_value=1.0),
+            **bound_to(choice, "anisotropy", change, min_value=0.001, max_value=1.0),
         )
-    _draw_well(page_state, ensemble, settings)
+    _draw_well(state, ensemble, settings)
     text.step_title(3, "All realizations")
     run = page_state.run
     text.step_note(text.page_text("Answers of all realizations"))
@@ -145,45 +157,73 @@ def _draw_controls(state: State, ensemble: Ensemble) -> None:
         st.warning(text.plain(page_state.message))
 
 
-def _draw_rock(page_state: FlowState, ensemble: Ensemble, k: int, name: str) -> None:
+def _draw_outline(state: State, ensemble: Ensemble, settings: FlowSettings) -> list[str]:
+    """Draw how heads change along the outline, and return the labels of the heads."""
+    choice = state.flow
+    if choice.axis is None and choice.along == "x":
+        text.step_note(text.page_text("Sides without active cells"))
+    names = {"x": "W–E", "y": "S–N", "points": "two points", "constant": "constant"}
+    field(
+        st.segmented_control,
+        "Heads change",
+        key="flow_along",
+        help="Heads are linear between two ends of the outline or two points.",
+        **bound_to(choice, "along", state.change_flow),
+        **options_of(names),
+    )
+    if choice.along == "constant":
+        return ["Head along the outline (m)"]
+    if choice.along != "points":
+        return [f"Head at the {side} end (m)" for side in SIDES[settings.axis]]
+    values = solving.outline_points(choice, ensemble)
+
+    def write(k: int, value: float) -> None:
+        state.change_flow(points=(*values[:k], value, *values[k + 1 :]))
+
+    for k, (name, value) in enumerate(zip(("x 1", "y 1", "x 2", "y 2"), values, strict=True)):
+        key = f"flow_point_{k}"
+        field(st.number_input, name, key=key, value=value, write=partial(write, k))
+    return ["Head at point 1 (m)", "Head at point 2 (m)"]
+
+
+def _draw_rock(state: State, ensemble: Ensemble, k: int, name: str) -> None:
     """Draw the conductivity and the porosity of a facies."""
-    conductivity, porosity = solving.rock_of(page_state, ensemble.training_image, k)
-    factor = solving.CONDUCTIVITY_UNITS[page_state.unit]
+    image, unit = ensemble.training_image, state.flow.unit
+    conductivity, porosity = solving.rock_of(state.flow, image, k)
+    factor = solving.CONDUCTIVITY_UNITS[unit]
     shown_k = float(f"{conductivity * factor:.3g}")
 
-    def write_k(value: float) -> None:
-        page_state.conductivity = {**page_state.conductivity, name: value / factor}
-
-    def write_porosity(value: float) -> None:
-        page_state.porosity = {**page_state.porosity, name: value}
+    def write(*rock: float) -> None:
+        rocks = {**dict(state.flow.rocks), solving.rock_name(image, k): rock}
+        state.change_flow(rocks=tuple(rocks.items()))
 
     field(
         st.select_slider,
-        text.plain(f"K of {name} ({page_state.unit})"),
+        text.plain(f"K of {name} ({unit})"),
         key=f"flow_k_{k}",
         options=sorted({*CONDUCTIVITIES, shown_k}),
         value=shown_k,
-        format_func=lambda value: f"{value:g}",
-        write=write_k,
+        format_func=with_power,
+        write=lambda value: write(value / factor, porosity),
     )
     field(
         st.number_input,
         text.plain(f"Porosity of {name}"),
         key=f"flow_porosity_{k}",
-        write=write_porosity,
-        min_value=0.01,
+        write=lambda value: write(conductivity, value),
+        min_value=MIN_POROSITY,
         max_value=1.0,
         step=0.01,
         value=porosity,
     )
 
 
-def _draw_well(page_state: FlowState, ensemble: Ensemble, settings: FlowSettings) -> None:
+def _draw_well(state: State, ensemble: Ensemble, settings: FlowSettings) -> None:
     """Draw the cell and the rate of the well."""
-    volume = ensemble.grid.nz is not None
+    volume = ensemble.grid.is_volume
     if settings.well is None:
         middle = tuple(n // 2 for n in ensemble.grid.shape)
-        place = partial(solving.set_well, page_state, ensemble, middle)
+        place = partial(solving.set_well, state, ensemble, middle)
         if volume:
             button("Place a well", key="flow_place", on_click=place, width="stretch")
         else:
@@ -200,16 +240,16 @@ def _draw_well(page_state: FlowState, ensemble: Ensemble, settings: FlowSettings
             "Cross hairs move the well",
             help="Drag the cross hairs in a slice, or press Enter there.",
             key="flow_follows",
-            **bound_to(page_state, "follows"),
+            **bound_to(state.page(FlowState), "follows"),
         )
     field(
         st.number_input,
         "Pumped (m³/d)",
         key="flow_rate",
-        help="A map is 1 m thick. More pumping widens the capture zone.",
-        **bound_to(page_state, "rate", min_value=0.0, format="%.4g"),
+        help="More pumping widens the capture zone.",
+        **bound_to(state.flow, "rate", state.change_flow, min_value=0.0, format="%.4g"),
     )
-    remove = partial(setattr, page_state, "well", None)
+    remove = partial(state.change_flow, well=None)
     button("Remove the well", key="flow_remove", on_click=remove, width="stretch")
 
 
@@ -247,12 +287,10 @@ def _draw_flow(
     page_state, flow = state.page(FlowState), solution.flow
     times = np.where(solution.tracks.status == 2, np.inf, solution.tracks.times)
     median = float(np.median(times))
-    low, high = SIDES[settings.axis]
-    inflow = max(flow.through[low], flow.through[high]) * solving.DAY
-    facts = [f"{three_digits(inflow)} m³/d flow in"]
+    facts = [f"{three_digits(flow.inflow * solving.DAY)} m³/d flow in"]
     if not flow.wells:
-        k = flow.effective_k * solving.CONDUCTIVITY_UNITS[page_state.unit]
-        facts.insert(0, f"effective K {with_power(k)} {page_state.unit}")
+        k = flow.effective_k * solving.CONDUCTIVITY_UNITS[state.flow.unit]
+        facts.insert(0, f"effective K {with_power(k)} {state.flow.unit}")
     facts.append(f"half of the water needs more than {duration(median)}")
     facts.append(f"balance {with_power(flow.balance, 1)}, {plural(flow.iterations, 'iteration')}")
     with st.container(**CONTROLS_LAYOUT, key="flow_tools"):
@@ -263,8 +301,8 @@ def _draw_flow(
     with left:
         _draw_map(state, ensemble, solution, settings)
     with right:
-        _draw_heads(page_state, ensemble, solution, settings)
-    if np.isfinite(median) and ensemble.grid.nz is None:  # volumes show whole tracks
+        _draw_heads(state, ensemble, solution, settings)
+    if np.isfinite(median) and not ensemble.grid.is_volume:  # volumes show whole tracks
         field(
             st.slider,
             f"Particles after this share of {duration(median)} (%)",
@@ -272,7 +310,9 @@ def _draw_flow(
             **bound_to(page_state, "particles", min_value=0, max_value=200, step=5, width=420),
         )
     note, by_hand = text.page_text("Flow of the shown realization"), text.page_text("Flow by hand")
-    if ensemble.grid.nz is not None:
+    if isinstance(settings.ends, Edge):
+        note = text.page_text("Flow within the outline")
+    if ensemble.grid.is_volume:
         by_hand = text.page_text("Tracks in a volume", time=duration(2 * median))
     text.step_note(f"{note} {by_hand}")
 
@@ -289,18 +329,19 @@ def _draw_map(
     alt = f"Realization {r + 1} with tracks of particles"
     cell_map = facies_map(ensemble.indices[r], ensemble.training_image, colours, alt)
     cell_map = with_tracks(cell_map, solution, settings, page_state.particles)
-    _draw_by_hand(page_state, ensemble, settings, cell_map, "flow")
+    _draw_by_hand(state, ensemble, settings, cell_map, "flow")
 
 
 def _draw_by_hand(
-    page_state: FlowState, ensemble: Ensemble, settings: FlowSettings, cell_map: CellMap, key: str
+    state: State, ensemble: Ensemble, settings: FlowSettings, cell_map: CellMap, key: str
 ) -> None:
     """Draw a map or volume in which the user moves the well or, in a map of heads, the heads."""
+    page_state = state.page(FlowState)
     options: dict[str, Any] = {"grid": ensemble.grid, "link": "grid", "max_height": HEAD_MAP_HEIGHT}
     options |= {"name": {"flow": "tracks"}.get(key, key), "body": key == "flow"}
-    if ensemble.grid.nz is not None:
+    if ensemble.grid.is_volume:
         fastest = max(settings.conductivity)
-        take = partial(solving.take_strokes, page_state, ensemble)
+        take = partial(solving.take_strokes, state, ensemble)
         content = volume_content(
             cell_map,
             f"volume_{key}",
@@ -316,26 +357,29 @@ def _draw_by_hand(
         "well": settings.well,
         "well_colour": chart_theme().reference,
         "well_label": f"well, pumps {three_digits(settings.rate * solving.DAY)} m³/d",
-        "heads": settings.heads if key == "heads" else None,
+        "heads": settings.heads if key == "heads" and settings.has_ends else None,
         "axis": settings.axis,
     }
-    take = partial(solving.take_choice, page_state, ensemble)
+    take = partial(solving.take_choice, state, ensemble)
     draw_component("flow", f"map_{key}", content, "chosen", take)
 
 
 def _draw_heads(
-    page_state: FlowState, ensemble: Ensemble, solution: Solution, settings: FlowSettings
+    state: State, ensemble: Ensemble, solution: Solution, settings: FlowSettings
 ) -> None:
     heads = solution.flow.heads
     lowest, highest = np.nanmin(heads), np.nanmax(heads)
     lower_end, upper_end = sorted(settings.heads)
     # heads at a well in tight rock do not take all colours
-    low, high = max(lowest, 2 * lower_end - upper_end), min(highest, 2 * upper_end - lower_end)
+    reach = upper_end - lower_end
+    low, high = max(lowest, lower_end - reach), min(highest, upper_end + reach)
+    if not reach:
+        low, high = np.nanquantile(heads, (0.1, 0.9))
     with st.container(**CONTROLS_LAYOUT, key="heads_row"):
         text.panel_title("Head", "each change of colour is a line of equal head")
     span = max(high - low, 1e-300)
     bands = np.clip((heads - low) / span * N_BANDS, 0, N_BANDS - 1)
-    bands = np.where(np.isnan(heads), N_BANDS, bands).astype(np.uint8)
+    bands = np.where(np.isnan(heads), UNKNOWN, bands).astype(np.uint8)  # no colour, and no well
     middles = low + (np.arange(N_BANDS) + 0.5) / N_BANDS * span
     decimals = 2 - int(np.floor(np.log10(span)))  # the difference has three digits
 
@@ -346,10 +390,10 @@ def _draw_heads(
     labels[0] += f" or less, down to {format_head(lowest)}" if lowest < low else ""
     labels[-1] += f" or more, up to {format_head(highest)}" if highest > high else ""
     strip = {"colours": list(figures.CIVIDIS), "low": format_head(low), "high": format_head(high)}
-    colours = [*figures.ramp(figures.CIVIDIS, N_BANDS), "#8A8F96"]
-    cell_map = CellMap(bands, colours, [*labels, "inactive"], "Map of heads", strip=strip)
+    colours = figures.ramp(figures.CIVIDIS, N_BANDS)
+    cell_map = CellMap(bands, colours, labels, "Map of heads", strip=strip)
     cell_map = with_tracks(cell_map, solution, settings, 0)
-    _draw_by_hand(page_state, ensemble, settings, cell_map, "heads")
+    _draw_by_hand(state, ensemble, settings, cell_map, "heads")
 
 
 def with_tracks(
@@ -368,7 +412,7 @@ def with_tracks(
         return cell_map
     grid, median = solution.flow.grid, float(np.median(solution.tracks.times))
     corner, size = np.array(grid.origin), np.array(grid.cell_size)
-    colours = [TRACK] if grid.nz is None else TIMES
+    colours = TIMES if grid.is_volume else [TRACK]
     lines, marks, n = [], [], len(colours)
     for tracks in (solution.tracks, solution.to_well):
         for path in tracks.paths if tracks is not None else ():
@@ -383,13 +427,13 @@ def with_tracks(
     return replace(cell_map, lines=lines, line_colours=[*colours, accent], marks=marks)
 
 
-def thinned(path: NDArray[np.float64]) -> NDArray[np.float64]:
+def thinned(path: Floats) -> Floats:
     """Return one point (time, x, y …) of a path for each cell, and the ends; cells are 1 wide."""
     kept = np.unique(np.floor(path[:, 1:]).astype(int), axis=0, return_index=True)[1]
     return path[np.unique([0, *kept, len(path) - 1])]
 
 
-def particle_positions(tracks: Tracks, seconds: float) -> NDArray[np.float64]:
+def particle_positions(tracks: Tracks, seconds: float) -> Floats:
     """Return the positions of particles at a time, without particles that ended earlier."""
     moving = (path.T for path in tracks.paths if path[-1, 0] >= seconds)
     places = [[np.interp(seconds, times, axis) for axis in axes] for times, *axes in moving]
@@ -412,7 +456,7 @@ def _draw_downloads(
                 download(label, content, f"{name}_heads.{kind}", key=f"flow_heads_{kind}")
             content = partial(tracks_csv, solution.tracks)
             download("Tracks, CSV", content, f"{name}_tracks.csv", key="flow_tracks")
-        for title, files in solving.model_downloads(page_state, ensemble, r).items():
+        for title, files in solving.model_downloads(state.flow, ensemble, r).items():
             text.step_note(title)
             with st.container(**CONTROLS_LAYOUT):
                 for file in files:
@@ -422,8 +466,9 @@ def _draw_downloads(
             result = run.result
             text.step_note("All realizations")
             with st.container(**CONTROLS_LAYOUT):
-                content = partial(k_csv, result)
-                download("Effective K, CSV", content, f"{name}_k.csv", key="flow_k_csv")
+                if result.k is not None:
+                    content = partial(k_csv, result.k)
+                    download("Effective K, CSV", content, f"{name}_k.csv", key="flow_k_csv")
                 content = partial(times_csv, result)
                 download("Travel times, CSV", content, f"{name}_times.csv", key="flow_times_csv")
 
@@ -435,9 +480,9 @@ def tracks_csv(tracks: Tracks) -> bytes:
     return csv_as_bytes(head, lines)
 
 
-def k_csv(result: FlowAnswers) -> bytes:
+def k_csv(effective: EffectiveK) -> bytes:
     """Return CSV with effective conductivities of the realizations and of the training image."""
-    head, lines = result.k.table()
+    head, lines = effective.table()
     return csv_as_bytes(head, lines)
 
 
@@ -462,27 +507,39 @@ def _draw_answers(state: State, ensemble: Ensemble, settings: FlowSettings) -> N
             assert run.job is not None
             follow(run.job, keys=("flow_progress", "flow_cancel"))
             return
-        if run.error is not None:
+        is_current = run.ensemble is ensemble and run.settings == settings
+        if run.error is not None and is_current:
             st.warning(text.plain(f"Not solved: {reason(run.error)}."))
         if run.result is None:
             return
-        if run.ensemble is not ensemble or run.settings != settings:
+        if not is_current:
             draw_out_of_date("the realizations or the settings have changed. Solve all again.")
         _draw_result(state, run, run.result)
 
 
 def _draw_result(state: State, run: solving.AnswersRun, result: FlowAnswers) -> None:
-    page_state, theme = state.page(FlowState), chart_theme()
-    factor = solving.CONDUCTIVITY_UNITS[page_state.unit]
+    if result.k is not None:
+        _draw_conductivity(state, result, result.k)
+    with st.container(key="flow_below"):
+        if result.k is not None:
+            _draw_representatives(state, run, result.k)
+        if result.capture is not None:
+            _draw_capture(state, run, result)
+    text.step_note(text.page_text("Diagonal contacts"))
+
+
+def _draw_conductivity(state: State, result: FlowAnswers, k: EffectiveK) -> None:
+    """Draw the effective conductivities and the breakthrough without the well."""
+    unit, theme = state.flow.unit, chart_theme()
+    factor = solving.CONDUCTIVITY_UNITS[unit]
     left, right = st.columns(2, gap="medium")
     with left:
-        k = result.k
         marks = {
             "upper bound": (factor * float(k.arithmetic.mean()), theme.quiet),
             "training image": (factor * k.image, theme.reference),
         }
         chart = figures.conductivity_chart(
-            factor * k.each, marks, theme, unit=page_state.unit, height=FLOW_CHART_HEIGHT
+            factor * k.each, marks, theme, unit=unit, height=FLOW_CHART_HEIGHT
         )
         note = (
             f"flow efficiency {k.efficiency.mean():.2g}, image {k.image / k.image_arithmetic:.2g}"
@@ -495,25 +552,20 @@ def _draw_result(state: State, run: solving.AnswersRun, result: FlowAnswers) -> 
         )
         note = f"red: realization {state.shown + 1}; without the well"
         titled_chart("Breakthrough", note, chart, "flow_times", "Arrived particles against time")
-    with st.container(key="flow_below"):
-        _draw_representatives(state, run, result)
-        if result.capture is not None:
-            _draw_capture(state, run, result)
-    text.step_note(text.page_text("Diagonal contacts"))
 
 
-def _draw_representatives(state: State, run: solving.AnswersRun, result: FlowAnswers) -> None:
+def _draw_representatives(state: State, run: solving.AnswersRun, effective: EffectiveK) -> None:
     """Draw the realizations at three percentiles of effective conductivity."""
-    ensemble, page_state = run.ensemble, state.page(FlowState)
+    ensemble, unit = run.ensemble, state.flow.unit
     columns = st.columns(3, gap="medium")
-    chosen = at_percentiles(result.k.each, PERCENTILES).tolist()
+    chosen = at_percentiles(effective.each, PERCENTILES).tolist()
     colours = maps.colours_of_ran(state)
     for column, percentile, r in zip(columns, PERCENTILES, chosen, strict=True):
         with column:
-            k = float(result.k.each[r]) * solving.CONDUCTIVITY_UNITS[page_state.unit]
+            k = float(effective.each[r]) * solving.CONDUCTIVITY_UNITS[unit]
             with st.container(**CONTROLS_LAYOUT, key=f"flow_p_{percentile}"):
                 text.panel_title(
-                    f"P{percentile}", f"realization {r + 1}, K {with_power(k)} {page_state.unit}"
+                    f"{percentile} % are lower", f"realization {r + 1}, K {with_power(k)} {unit}"
                 )
                 show = partial(setattr, state, "shown", r)
                 if button("Open", key=f"flow_open_{percentile}", on_click=show):
@@ -541,9 +593,10 @@ def _draw_capture(state: State, run: solving.AnswersRun, result: FlowAnswers) ->
         draw_cells(cell_map, "capture", name="capture", max_height=CAPTURE_MAP_HEIGHT, tools=False)
     with right:
         text.panel_title("Skill of the map")
-        area = 100 * float(capture.probability.mean())
+        shares = capture.probability[~np.isnan(capture.probability)]  # of active cells
+        area = 100 * float(shares.mean())
         rows = [("captured area, mean", f"{area:.1f} %")]
-        sure = 100 * float(np.isin(capture.probability, (0.0, 1.0)).mean())
+        sure = 100 * float(np.isin(shares, (0.0, 1.0)).mean())
         rows.append(("same answer in all realizations", f"{sure:.1f} %"))
         st.html(text.numbers_table(rows))
         text.step_note(solving.worth(capture, solving.captured_in(state, run)))

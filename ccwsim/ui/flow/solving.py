@@ -6,20 +6,21 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim import CCWSIMError, Ensemble, TrainingImage
-from ccwsim.flow import Capture, EffectiveK, Flow, Tracks, answers, darcy, over, tracks
+from ccwsim.flow import Capture, Edge, EffectiveK, Flow, Tracks, answers, darcy, over, tracks
 from ccwsim.flow.darcy import SIDES
 from ccwsim.flow.tracks import starts_at_inflow
 from ccwsim.io import flopy_as_zip, grdecl_as_zip
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import Demand
 from ccwsim.jobs.statistics import StatisticsWorker
+from ccwsim.model.arrays import Array, Bytes, Floats, Mask
 from ccwsim.model.extras import is_installed
 from ccwsim.model.facies_property import cell_values
 from ccwsim.model.numbers import three_digits, with_power
 from ccwsim.model.watch import Fraction
+from ccwsim.sharing.choices import FlowChoice
 from ccwsim.system.machine import n_cores
 from ccwsim.ui.session.cached import as_task, shared_values
 from ccwsim.ui.session.file_names import study_part
@@ -42,17 +43,34 @@ class FlowSettings:
     conductivity: tuple[float, ...]  # of each facies, m/s
     porosity: tuple[float, ...]
     axis: str  # "x", "y" or "z"
-    heads: tuple[float, float]  # at the low and the high end of the axis, m
+    ends: answers.Heads  # at the low and the high end of the axis, or along the outline, m
     anisotropy: float
+    thickness: float  # of a map, m
     well: tuple[int, ...] | None  # cell of the well
     rate: float  # pumped, m³/s
 
-    def solve(self, ensemble: Ensemble, indices: NDArray[np.uint8], *, well: bool = True) -> Flow:
+    def solve(self, ensemble: Ensemble, indices: Bytes, *, well: bool = True) -> Flow:
         """Return the flow through facies indices, without the well if `well` is false."""
-        ends: dict[str, Any] = {answers.HEADS_ALONG[self.axis]: self.heads}
-        wells = self.wells if well else {}
         k = cell_values(np.array(self.conductivity), indices)
-        return darcy(k, ensemble.grid, wells=wells, anisotropy=self.anisotropy, **ends)
+        options: dict[str, Any] = self.options if well else self.options | {"wells": {}}
+        return darcy(k, ensemble.grid, active=ensemble.active, **options)
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """Heads, wells, anisotropy and thickness, as arguments of `darcy` and `to_flopy`."""
+        options = {"anisotropy": self.anisotropy, "thickness": self.thickness, "wells": self.wells}
+        return answers.heads_option(self.ends, self.axis) | options
+
+    @property
+    def heads(self) -> tuple[float, float]:
+        """The two heads; they are equal if the head along the outline is constant."""
+        return self.ends.heads if isinstance(self.ends, Edge) else self.ends
+
+    @property
+    def has_ends(self) -> bool:
+        """Whether two heads belong to two sides, or to two ends of the outline."""
+        differ = self.heads[0] != self.heads[1]
+        return not isinstance(self.ends, Edge) or (self.ends.along in ("x", "y") and differ)
 
     @property
     def pumps(self) -> bool:
@@ -82,7 +100,7 @@ def solution(
     indices = ensemble.indices[realization]
     flow = settings.solve(ensemble, indices)
     shares = cell_values(np.array(settings.porosity), indices)
-    starts = starts_at_inflow(flow, N_TRACKS, settings.axis)
+    starts = starts_at_inflow(flow, N_TRACKS, "edge" if "edge" in flow.fixed else settings.axis)
     inflow_tracks, to_well = tracks(flow, starts, porosity=shares), None
     if settings.pumps:
         assert settings.well is not None
@@ -94,6 +112,7 @@ def solution(
         ring = np.repeat(centre[None], len(angle), axis=0)
         ring[:, :2] += steps * grid.cell_size[:2]
         ring = ring[grid.holds(grid.cells_of(*ring.T))]
+        ring = ring[~np.isnan(flow.heads[tuple(grid.cells_of(*ring.T).T)])]
         to_well = tracks(flow, ring, porosity=shares, backward=True)
     return Solution(flow, inflow_tracks, to_well)
 
@@ -102,8 +121,8 @@ def solution(
 class FlowAnswers:
     """Effective conductivities, travel times and capture of all realizations of an ensemble."""
 
-    k: EffectiveK
-    times: NDArray[np.float64]  # sorted travel times in s, (n, N_PARTICLES); inf if not arrived
+    k: EffectiveK | None  # None if nothing flows without the well
+    times: Floats  # sorted travel times in s, (n, N_PARTICLES); inf if not arrived
     capture: Capture | None  # starts captured by the well, if there is one
 
 
@@ -128,46 +147,42 @@ class AnswersRun(PageRun[FlowAnswers]):
         ensemble, settings = self.ensemble, self.settings
         n = int(np.prod(ensemble.grid.shape[-2:]))
         step = max(4, int(np.ceil(np.sqrt(n / MAX_STARTS))))
-        layer = settings.well[0] if settings.well and ensemble.grid.nz is not None else None
+        layer = settings.well[0] if settings.well and ensemble.grid.is_volume else None
         starts, shape = answers.starts_on_grid(ensemble.grid, step, layer)
         solve = partial(_answer, ensemble=ensemble, settings=settings, starts=starts)
         each = over(ensemble, solve, progress=job.report, cancel=job.is_cancelled)
         k, times, captured = zip(*each, strict=True)
-        capture = Capture(starts, shape, np.array(captured)) if settings.pumps else None
-        of_facies = np.array(settings.conductivity)
-        effective_k = answers.with_bounds(
-            ensemble, of_facies, settings.axis, np.array(k), settings.anisotropy
-        )
+        active = answers.active_starts(ensemble, starts)
+        capture = Capture(starts, shape, np.array(captured), active) if settings.pumps else None
+        effective_k = None
+        if settings.heads[0] != settings.heads[1]:
+            effective_k = answers.with_bounds(
+                ensemble, np.array(settings.conductivity), settings.axis, np.array(k),
+                heads=settings.ends, anisotropy=settings.anisotropy,
+            )  # fmt: skip
         return FlowAnswers(effective_k, np.array(times), capture)
 
 
 def _answer(
-    indices: NDArray[np.uint8], ensemble: Ensemble, settings: FlowSettings, starts: NDArray
-) -> tuple[float, NDArray[np.float64], NDArray[np.bool_]]:
+    indices: Bytes, ensemble: Ensemble, settings: FlowSettings, starts: Array
+) -> tuple[float, Floats, Mask]:
     """Return effective K and breakthrough without the well, and whether each start is captured."""
     shares = cell_values(np.array(settings.porosity), indices)
-    flow = settings.solve(ensemble, indices, well=False)
-    times = answers.breakthrough(flow, shares, settings.axis, N_PARTICLES)
+    k, times = np.nan, np.full(N_PARTICLES, np.inf)
+    if settings.heads[0] != settings.heads[1]:
+        flow = settings.solve(ensemble, indices, well=False)
+        k, times = flow.effective_k, answers.breakthrough(flow, shares, settings.axis, N_PARTICLES)
     captured = np.zeros(len(starts), bool)
     if settings.pumps:
         pumped = settings.solve(ensemble, indices)
         captured = answers.captured_by_wells(pumped, starts, shares)
-    return flow.effective_k, times, captured
+    return k, times, captured
 
 
 @dataclass
 class FlowState(RunState[AnswersRun]):
-    """The state of the page; conductivities and porosities are kept by the name of the facies."""
+    """The state of the page, except the settings, which are in `State.flow`."""
 
-    conductivity: dict[str, float] = field(default_factory=dict)
-    porosity: dict[str, float] = field(default_factory=dict)
-    unit: str = "m/s"
-    axis: str = "x"
-    high: float = 1.0
-    low: float = 0.0
-    anisotropy: float = 1.0
-    well: tuple[int, ...] | None = None
-    rate: float = 0.0  # m³/d
     particles: int = 0  # travel time at which particles are shown, % of the median travel time
     latest: tuple[Ensemble, Solution] | None = None  # drawn until the next solution is known
     follows: bool = True  # whether the well of a volume follows the cross hairs
@@ -175,111 +190,145 @@ class FlowState(RunState[AnswersRun]):
     worker: StatisticsWorker = field(default_factory=lambda: StatisticsWorker(shared_values()))
 
 
-def rock_of(page_state: FlowState, image: TrainingImage, k: int) -> tuple[float, float]:
+def rock_name(image: TrainingImage, k: int) -> str:
+    """Return the name of a facies; if codes are only numbers, the name is of this image alone."""
+    name = image.facies_names[k]
+    return name if image.numbering == "codes" else f"{name} {image.digest}"
+
+
+def rock_of(choice: FlowChoice, image: TrainingImage, k: int) -> tuple[float, float]:
     """Return the conductivity in m/s and the porosity of a facies, chosen or at first."""
-    name, matrix = image.facies_names[k], int(np.argmax(image.proportions))
-    first = ROCKS[k == matrix]
-    return page_state.conductivity.get(name, first), page_state.porosity.get(name, POROSITY)
+    first = ROCKS[k == int(np.argmax(image.proportions))], POROSITY
+    return dict(choice.rocks).get(rock_name(image, k), first)
 
 
-def flow_settings(page_state: FlowState, ensemble: Ensemble) -> FlowSettings:
+def flow_settings(choice: FlowChoice, ensemble: Ensemble) -> FlowSettings:
     """Return the settings on the page for an ensemble; a well outside the grid is ignored."""
     image, grid = ensemble.training_image, ensemble.grid
-    rocks = [rock_of(page_state, image, k) for k in range(image.n_facies)]
+    rocks = [rock_of(choice, image, k) for k in range(image.n_facies)]
     conductivity, porosity = zip(*rocks, strict=True)
-    well = page_state.well
+    well = choice.well
     if well is not None and (len(well) != grid.n_dimensions or not grid.holds(np.array([well]))[0]):
         well = None
-    axis = page_state.axis if page_state.axis in "xyz"[: grid.n_dimensions] else "x"
-    heads = page_state.high, page_state.low
-    anisotropy = page_state.anisotropy if grid.nz is not None else 1.0
+    heads: answers.Heads = choice.high, choice.low
+    axis = heads_place(choice, ensemble)
+    if axis == "edge":
+        along: Any = choice.along
+        if along == "points":
+            along = np.reshape(outline_points(choice, ensemble), (2, 2))
+        elif along == "constant":
+            along, heads = "x", (choice.high, choice.high)
+        heads = Edge(heads, along)
+        axis = heads.axis
+    anisotropy = choice.anisotropy if grid.is_volume else 1.0
     return FlowSettings(
         conductivity=conductivity,
         porosity=porosity,
         axis=axis,
-        heads=heads,
+        ends=heads,
         anisotropy=anisotropy,
+        thickness=1.0 if grid.is_volume else choice.thickness,
         well=well,
-        rate=page_state.rate / DAY,
+        rate=choice.rate / DAY,
     )
 
 
-def set_well(page_state: FlowState, ensemble: Ensemble, cell: Sequence[int]) -> None:
+def heads_place(choice: FlowChoice, ensemble: Ensemble) -> str:
+    """Return the axis with heads at both sides, or "edge" for heads along the outline."""
+    if choice.axis in ("edge", *"xyz"[: ensemble.grid.n_dimensions]):
+        return choice.axis
+    usual = answers.usual_heads(ensemble.study.active_mask)
+    return "edge" if isinstance(usual, Edge) else "x"
+
+
+def outline_points(choice: FlowChoice, ensemble: Ensemble) -> list[float]:
+    """Return x, y, x and y of the points between which heads are linear; at first, grid corners."""
+    grid = ensemble.grid
+    (x, y), (dx, dy) = grid.origin[:2], grid.cell_size[:2]
+    first = [x, y, x + dx * grid.nx, y + dy * grid.ny]
+    return first if choice.points[:2] == choice.points[2:] else list(choice.points)
+
+
+def set_well(state: State, ensemble: Ensemble, cell: Sequence[int]) -> None:
     """Place the well; the first rate is a third of the flow through a layered grid."""
-    page_state.well = tuple(cell)
-    if not page_state.rate:
-        settings, grid = flow_settings(page_state, ensemble), ensemble.grid
+    state.change_flow(well=tuple(cell))
+    if not state.flow.rate:
+        settings, grid = flow_settings(state.flow, ensemble), ensemble.grid
         k = float(ensemble.proportions.mean(axis=0) @ settings.conductivity)
-        dx, dy, dz = (*grid.cell_size, 1.0)[:3]
+        dx, dy, dz = (*grid.cell_size, settings.thickness)[:3]
         area = grid.ny * dy * (grid.nz or 1) * dz
-        flow = k * area * abs(page_state.high - page_state.low) / (grid.nx * dx)
-        page_state.rate = float(f"{flow * DAY / 3:.2g}")
+        flow = k * area * (abs(state.flow.high - state.flow.low) or 1.0) / (grid.nx * dx)
+        state.change_flow(rate=float(f"{flow * DAY / 3:.2g}"))
 
 
-def take_choice(page_state: FlowState, ensemble: Ensemble, choice: dict[str, Any]) -> None:
+def take_choice(state: State, ensemble: Ensemble, choice: dict[str, Any]) -> None:
     """Take the well and the heads that the user chose on a map."""
     if choice["well"]:
-        set_well(page_state, ensemble, [int(k) for k in choice["well"]])
+        set_well(state, ensemble, [int(k) for k in choice["well"]])
     if choice["heads"]:
-        page_state.high, page_state.low = map(float, choice["heads"])
+        high, low = map(float, choice["heads"])
+        state.change_flow(high=high, low=low)
 
 
-def take_strokes(page_state: FlowState, ensemble: Ensemble, edits: list[dict[str, Any]]) -> None:
+def take_strokes(state: State, ensemble: Ensemble, edits: list[dict[str, Any]]) -> None:
     """Move the well to the end of the latest stroke of the cross hairs in a volume."""
+    page_state = state.page(FlowState)
     for edit in edits:
         page_state.ack = max(page_state.ack, edit["seq"])
         if edit.get("cells"):
-            set_well(page_state, ensemble, [int(k) for k in edit["cells"][-1]])
+            set_well(state, ensemble, [int(k) for k in edit["cells"][-1]])
 
 
 def start_answers(state: State) -> None:
     """Solve all realizations of the latest results."""
     page_state, ensemble = state.page(FlowState), state.ensemble
     if ensemble is not None:
-        settings = flow_settings(page_state, ensemble)
+        settings = flow_settings(state.flow, ensemble)
         page_state.start(lambda: AnswersRun(ensemble, settings))
 
 
 def flow_problem(settings: FlowSettings) -> str:
     """Return the reason why nothing can be solved, or an empty text."""
-    if settings.heads[0] == settings.heads[1]:
-        return f"Both heads are {settings.heads[0]:g} m, so nothing flows: choose different heads."
-    return ""
+    head, other = settings.heads
+    if head != other or (isinstance(settings.ends, Edge) and settings.pumps):
+        return ""
+    if isinstance(settings.ends, Edge):
+        return (
+            f"The head is {head:g} m along the whole outline, so nothing flows: click the map to \
+place a well, or choose heads that change."
+        )
+    return f"Both heads are {head:g} m, so nothing flows: choose different heads."
 
 
 def model_downloads(
-    page_state: FlowState, ensemble: Ensemble, realization: int
+    choice: FlowChoice, ensemble: Ensemble, realization: int
 ) -> dict[str, list[Download]]:
     """Return models for other programs, below a title with the values of the page Flow."""
-    settings, image = flow_settings(page_state, ensemble), ensemble.training_image
+    settings, image = flow_settings(choice, ensemble), ensemble.training_image
     k = dict(zip(image.codes.tolist(), settings.conductivity, strict=True))
     content = partial(
-        grdecl_as_zip, study_part(ensemble), ensemble, k, anisotropy=settings.anisotropy
-    )
+        grdecl_as_zip, study_part(ensemble), ensemble, k,
+        anisotropy=settings.anisotropy, thickness=settings.thickness,
+    )  # fmt: skip
     files = [Download("GRDECL with permeability", "models_grdecl", "_grdecl.zip", content)]
     named = zip(image.facies_names, settings.conductivity, strict=True)
     values = [f"K of {name} {with_power(value, 6)} m/s" for name, value in named]
     if settings.axis != "z" and is_installed("flopy"):
+        values += ["heads along the outline"] * isinstance(settings.ends, Edge)
+        if settings.thickness != 1:
+            values.append(f"thickness {settings.thickness:g} m")
         ends = zip(SIDES[settings.axis], settings.heads, strict=True)
         values += [
             *(f"head {head:g} m {side}" for side, head in ends),
             *["a well"] * settings.pumps,
         ]
-        content = partial(
-            flopy_as_zip,
-            ensemble,
-            k,
-            wells=settings.wells,
-            anisotropy=settings.anisotropy,
-            realization=realization,
-            **{answers.HEADS_ALONG[settings.axis]: settings.heads},
-        )
+        content = partial(flopy_as_zip, ensemble, k, realization=realization, **settings.options)
         label = f"MODFLOW 6, realization {realization + 1}"
         files.append(Download(label, "models_modflow", "_modflow.zip", content))
     return {f"Models for flow programs, with the values of Flow: {', '.join(values)}": files}
 
 
-def worth(capture: Capture, truth: NDArray[np.bool_] | None) -> str:
+def worth(capture: Capture, truth: Mask | None) -> str:
     """Return a sentence on the Brier score of the capture probability against climatology."""
     try:
         score, constant = capture.brier(truth)
@@ -294,7 +343,7 @@ def worth(capture: Capture, truth: NDArray[np.bool_] | None) -> str:
     )
 
 
-def captured_in(state: State, run: AnswersRun) -> NDArray[np.bool_] | None:
+def captured_in(state: State, run: AnswersRun) -> Mask | None:
     """Return the starts that the well captures in the reference field, if it is known."""
     reference, result = state.reference, run.result
     if result is None or result.capture is None or reference is None:

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 import streamlit as st
-from numpy.typing import NDArray
 
 from ccwsim import Grid, HardData, TrainingImage
 from ccwsim.figures import CIVIDIS, ramp
+from ccwsim.model.arrays import Bytes, Floats, Integers
 from ccwsim.model.missing import UNKNOWN
 from ccwsim.sharing.choices import CellsOfWells
 from ccwsim.ui.frontend.component import draw_component
@@ -32,7 +32,7 @@ volume, but take six times as long for a map of probabilities."""
 class CellMap:
     """A map or volume to draw: indices with a colour and a label for each value."""
 
-    indices: NDArray[np.uint8]  # (ny, nx) or (nz, ny, nx)
+    indices: Bytes  # (ny, nx) or (nz, ny, nx)
     colours: Sequence[str]  # colour "#rrggbb" of each value of `indices`
     labels: Sequence[str]  # label of each value, shown on hovering
     alt: str
@@ -53,7 +53,7 @@ class CellMap:
 
 
 def facies_map(
-    indices: NDArray[np.uint8], training_image: TrainingImage, colours: Sequence[str], alt: str
+    indices: Bytes, training_image: TrainingImage, colours: Sequence[str], alt: str
 ) -> CellMap:
     """Return a map or volume of facies indices in the colours of the facies."""
     names = training_image.facies_names
@@ -62,7 +62,7 @@ def facies_map(
 
 
 def share_map(
-    shares: NDArray[np.float64],
+    shares: Floats,
     name: str,
     alt: str,
     *,
@@ -80,7 +80,7 @@ def share_map(
 
 
 def editor_points(
-    data: HardData, training_image: TrainingImage, realization: NDArray[np.integer] | None = None
+    data: HardData, training_image: TrainingImage, realization: Integers | None = None
 ) -> list[list[int]]:
     """Return data as [(layer,) row, column, facies index, wrong in `realization` (codes)]."""
     if not data.n:
@@ -92,8 +92,11 @@ def editor_points(
     return np.column_stack([data.cells, indices, wrong]).astype(int).tolist()
 
 
-def shared_content(cell_map: CellMap, grid: Grid | None) -> dict[str, Any]:
-    """Return the content that the components of maps and of volumes share."""
+def shared_content(cell_map: CellMap, grid: Grid | None, axes: bool = True) -> dict[str, Any]:
+    """Return the content that the components of maps and of volumes share.
+
+    The geometry of `grid` is read out; with `axes`, coordinates are also drawn along the edges.
+    """
     indices = np.ascontiguousarray(cell_map.indices, np.uint8)
     n_dimensions = indices.ndim
     digest = f"{indices.shape} {blake2b(indices.tobytes(), digest_size=16).hexdigest()}"
@@ -114,7 +117,7 @@ def shared_content(cell_map: CellMap, grid: Grid | None) -> dict[str, Any]:
         "points_are": list(cell_map.points_are),
         "wrong_label": f"{n_wrong} not honoured" if n_wrong else "",
         "alt": cell_map.alt,
-        "axes": grid is not None,
+        "axes": grid is not None and axes,
         "cell_size": list(grid.cell_size) if grid else [1.0] * n_dimensions,
         "origin": list(grid.origin) if grid else [0.0] * n_dimensions,
     }
@@ -126,6 +129,7 @@ def draw_cells(
     *,
     name: str = "cells",
     grid: Grid | None = None,
+    axes: bool = True,
     link: str = "",
     max_height: int | None = None,
     scale: str = "",
@@ -135,27 +139,29 @@ def draw_cells(
     answer: int = 0,
     body: bool = True,
     cursor: Sequence[int] | None = None,
+    fits: bool = False,
 ) -> None:
     """Put a map or a volume on the page, under a unique `key`.
 
     `name` is the file name of the saved picture, without ending. The coordinates of `grid` are
-    drawn along the edges. Maps with the same `link` zoom, pan and hover together; volumes share
-    cursor, slices and vertical exaggeration. `max_height` limits the height in pixels of a map, or
-    of each slice and the body of a volume.
+    read out and, with `axes`, drawn along the edges. Maps with the same `link` zoom, pan and hover
+    together; volumes share cursor, slices and vertical exaggeration. `max_height` limits the height
+    in pixels of a map, or of each slice and the body of a volume.
 
     Options of maps: maps with the same `scale` share one cell size, the largest at which each map
     with `leads` fits on the page. `tools` shows buttons for zooming and saving. `on_cell` is called
     with the row and column of a clicked cell. After `answer` has changed, the user can compare the
-    map with the previous map. Options of volumes: `body` shows the volume beside three slices. If
+    map with the previous map. Options of volumes: `body` shows the volume beside three slices; if
+    the volume `fits` the height that the style sheet sets, instead of the slices on request. If
     `cursor` (layer, row, column) changes, the slices move to this cell; otherwise
     only the user moves the slices.
     """
-    options: dict[str, Any] = {"grid": grid, "link": link, "name": name}
+    options: dict[str, Any] = {"grid": grid, "axes": axes, "link": link, "name": name}
     if max_height:
         options["max_height"] = max_height
     if cell_map.indices.ndim == 3:
         key = f"volume_{key}"
-        content = volume_content(cell_map, key, body=body, cursor=cursor, **options)
+        content = volume_content(cell_map, key, body=body, cursor=cursor, fits=fits, **options)
         draw_component("volume", key, content)
         return
 
@@ -203,10 +209,12 @@ def draw_editable(
         draw_component("editor", "editor", content, "edits", take_edits)
 
 
-def map_content(cell_map: CellMap, *, grid: Grid | None = None, **options: Any) -> dict[str, Any]:
+def map_content(
+    cell_map: CellMap, *, grid: Grid | None = None, axes: bool = True, **options: Any
+) -> dict[str, Any]:
     """Return the content of the map component; `options` are those that map.js reads."""
     ny, nx = cell_map.indices.shape
-    return shared_content(cell_map, grid) | {
+    return shared_content(cell_map, grid, axes) | {
         "nx": nx,
         "ny": ny,
         "marks": cell_map.marks,
@@ -220,6 +228,7 @@ def volume_content(
     key: str,
     *,
     grid: Grid | None = None,
+    axes: bool = True,
     cursor: Sequence[int] | None = None,
     **options: Any,
 ) -> dict[str, Any]:
@@ -227,7 +236,7 @@ def volume_content(
 
     The browser stores cursor, view angle and mode under the name `link`, by default `key`.
     """
-    return shared_content(cell_map, grid) | {
+    return shared_content(cell_map, grid, axes) | {
         "shape": list(cell_map.indices.shape[::-1]),  # the browser's axis order is x, y, z
         "key": key,
         "cursor": list(cursor[::-1]) if cursor else None,
@@ -236,7 +245,7 @@ def volume_content(
 
 
 @st.cache_data(max_entries=64, show_spinner=False)
-def _packed(digest: str, _indices: NDArray[np.uint8]) -> str:
+def _packed(digest: str, _indices: Bytes) -> str:
     """Return cells as compressed text, which all sessions share; x varies fastest, z slowest."""
     level = COMPRESSION[_indices.ndim]
     return b64encode(zlib.compress(_indices.tobytes(), level)).decode()

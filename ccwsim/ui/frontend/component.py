@@ -11,10 +11,11 @@ from streamlit.components import v2
 from ccwsim.ui.widgets.errors import catch_callback_errors
 
 FRONTEND_FOLDER = Path(__file__).parent
-MAP_SCRIPTS = ("shared/drawing", "shared/view", "map/map")
+MAP_SCRIPTS = ("shared/ticks", "shared/drawing", "shared/view", "map/map")
 SCRIPTS_BELOW = {
     "map": MAP_SCRIPTS[:-1],
-    "histogram": MAP_SCRIPTS[:1],
+    "chart": MAP_SCRIPTS[:1],
+    "histogram": MAP_SCRIPTS[:2],
     **dict.fromkeys(("editor", "guides", "flow"), (*MAP_SCRIPTS, "shared/edits", "shared/tools")),
     "volume": (*MAP_SCRIPTS[:-1], "shared/edits", "volume/slice", "volume/body"),
 }
@@ -80,7 +81,8 @@ def reported(key: str, event: str) -> Any:
 @cache
 def _component(name: str) -> Any:
     html, css, js = component_parts(name)
-    return v2.component(f"ccwsim_{name}", html=html, css=css, js=js)
+    # charts have the style of the page, which is parsed only once
+    return v2.component(f"ccwsim_{name}", html=html, css=css, js=js, isolate_styles=name != "chart")
 
 
 def component_parts(name: str) -> tuple[str, str, str]:

@@ -7,10 +7,9 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ccwsim import Ensemble, HardData, TrainingImage
-from ccwsim.engine.revision import revise
+from ccwsim import Ensemble, HardData, TrainingImage, revise
 from ccwsim.sharing.choices import CellsOfWells, Choices, DataChoice, ImageChoice
-from ccwsim.ui.session.resolve import data_of, image_of, study_of, wells_of
+from ccwsim.ui.session.resolve import data_of, study_of, wells_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.errors import if_possible, problem_in
 
@@ -136,13 +135,13 @@ def take_edits(state: State, edits: Sequence[Mapping[str, Any]]) -> None:
 def _take_edit(state: State, edit: Mapping[str, Any]) -> None:
     if edit.get("do") in ("undo", "redo"):
         undo(state, again=edit["do"] == "redo")
-    elif state.choices.grid.nz is not None:
-        low, high = layers_of_wells(state.page(Editor), state.choices.grid.nz)
+    elif state.grid.nz is not None:
+        low, high = layers_of_wells(state.page(Editor), state.grid.nz)
         cells = [(int(z), int(y), int(x)) for z, y, x in edit.get("cells", [])]
         paint(state, str(edit.get("axis")), cells, range(low, high + 1))
     else:
-        codes = image_of(state.choices.image).codes.tolist()
-        ny, nx = state.choices.grid.shape
+        codes = state.image.codes.tolist()
+        ny, nx = state.grid.shape
         changes = {
             (int(row), int(column)): codes[facies] if facies >= 0 else None
             for row, column, facies in edit.get("set", [])
@@ -159,9 +158,9 @@ def layers_of_wells(page_state: Editor, nz: int) -> tuple[int, int]:
 
 def paint(state: State, axis: str, cells: Sequence[Cell], layers: range) -> None:
     """Edit `cells` in a slice across an `axis`; across z, place a well through the `layers`."""
-    page_state, grid = state.page(Editor), state.choices.grid
+    page_state, grid = state.page(Editor), state.grid
     page_state.message = ""
-    codes = image_of(state.choices.image).codes.tolist()
+    codes = state.image.codes.tolist()
     inside = grid.holds(np.array(cells, np.int64).reshape(-1, 3))
     edited = [cell for cell, is_inside in zip(cells, inside, strict=True) if is_inside]
     if axis == "z" and edited:

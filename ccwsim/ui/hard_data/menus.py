@@ -8,26 +8,27 @@ import streamlit as st
 
 from ccwsim import CCWSIMError, Grid, HardData, TrainingImage
 from ccwsim.datasets.sampling import sample_grid, sample_random, sample_wells
-from ccwsim.io.hard_data.files import hard_data_as_bytes
+from ccwsim.io.hard_data.files import hard_data_as_bytes, names_of_data
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_SAMPLED, MAX_SAMPLING_STEP
 from ccwsim.sharing.choices import DataChoice, ImageChoice, Upload
 from ccwsim.ui.hard_data.edits import Editor, Sampling, fits, moment_of, take_data
 from ccwsim.ui.session.file_names import grid_part
-from ccwsim.ui.session.resolve import image_of, imported_data
+from ccwsim.ui.session.resolve import NO_FILE_YET, image_of, wells_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.session.uploads import file_uploader
 from ccwsim.ui.study import data_step
+from ccwsim.ui.study.asking import keep_button
 from ccwsim.ui.study.image_questions import ask_about_image, image_of_file
 from ccwsim.ui.study.image_step import problem_of_image
-from ccwsim.ui.study.questions import ask_data, say_open
+from ccwsim.ui.study.questions import ask_data
 from ccwsim.ui.widgets.errors import problem_in
 from ccwsim.ui.widgets.fields import bound_to, button, download, field, options_of
 from ccwsim.ui.widgets.text import page_labels, page_text, plain
 
 SAMPLING_LABELS, SAMPLING_LABELS_VOLUME = page_labels("sampling"), page_labels("sampling_volume")
 SAMPLED_FIELDS = {False: "the shown realization", True: "an image from a file"}
-EXPORTS = {"csv": "CSV: x, y, facies", "gslib": "GSLIB points"}
+EXPORTS = {"csv": "CSV: x, y, facies", "geojson": "GeoJSON points", "gslib": "GSLIB points"}
 
 
 def draw_import(state: State) -> None:
@@ -36,25 +37,26 @@ def draw_import(state: State) -> None:
     data_step.data_uploader("import_file", lambda file: use(DataChoice("file", upload=file)))
     draft = state.data_draft or state.choices.data
     if draft.source == "file" and draft.upload is not None and draft.tables is None:
-        _report(state, draft)
+        st.caption(plain(f"From your file {draft.upload.name}"))
+        data_step.draw_report(state, draft, use, "import_drop")
 
 
 def draw_tables(state: State) -> None:
     """Draw the menu to open wells in tables, as exported by drill-hole databases."""
-    draft = state.data_draft or state.choices.data
-    data_step.draw_table_uploaders("table", draft, lambda choice: use_file(state, choice))
+    draft, use = state.data_draft or state.choices.data, partial(use_file, state)
+    data_step.draw_table_uploaders("table", draft, use)
     if draft.source != "file" or draft.tables is None or draft.waits:
         st.caption("Collars and intervals are required. Depths are measured along the well.")
-        data_step.keep_data_button(state, "tables_drop")
+        keep_button(state, "data_draft", "tables_drop")
     else:
-        _report(state, draft)
+        data_step.draw_report(state, draft, use, "import_drop")
 
 
 def draw_problem(state: State, problem: str) -> None:
     """State why the study's hard data cannot be used, and ask the questions of the file reader."""
 
     def use(choice: DataChoice, grid: Grid | None = None) -> None:
-        state.change(data=choice, grid=grid or state.choices.grid)
+        state.change(data=choice, grid=grid or state.grid)
 
     st.error(plain(problem))
     ask_data(state.choices, use)
@@ -64,11 +66,12 @@ def draw_problem(state: State, problem: str) -> None:
 
 def draw_export(state: State, data: HardData) -> None:
     """Draw file formats in which the hard data can be saved."""
-    grid = state.choices.grid
-    name = f"{grid_part(image_of(state.choices.image), grid)}_hard_data"
+    grid, image = state.grid, state.image
+    name = f"{grid_part(image, grid)}_hard_data"
+    names = names_of_data(data, image, wells_of(state.choices))
     for kind, label in EXPORTS.items():
-        label = label if grid.nz is None else label.replace("y,", "y, z,")
-        content = partial(hard_data_as_bytes, data, kind, grid)
+        label = label.replace("y,", "y, z,") if grid.is_volume else label
+        content = partial(hard_data_as_bytes, data, kind, grid, names)
         download(label, content, f"{name}.{kind}", key=f"export_{kind}", width="stretch")
 
 
@@ -81,26 +84,9 @@ def use_file(state: State, choice: DataChoice, grid: Grid | None = None) -> None
         state.reference = None
 
 
-def _report(state: State, draft: DataChoice) -> None:
-    if draft.tables is None:
-        st.caption(plain(f"From your file {data_step.names_of_files(draft)}"))
-    tried = replace(state.choices, data=draft)
-    try:
-        report = imported_data(tried)
-        if state.data_draft is not None:  # the data are for another image, or wait for confirmation
-            st.caption(f"{report.hard_data.n} data fit the grid but are not in the study yet.")
-        for note in report.notes:
-            st.caption(plain(note))
-    except CCWSIMError as error:
-        say_open(tried, str(error))
-    ask_data(tried, partial(use_file, state))
-    data_step.link_to_import()
-    data_step.keep_data_button(state, "import_drop")
-
-
 def draw_sampling(state: State) -> None:
     """Draw the menu to sample data, which replace the data of the study."""
-    page_state, volume = state.page(Editor), state.choices.grid.nz is not None
+    page_state, volume = state.page(Editor), state.grid.is_volume
 
     def read_from(a_file: bool) -> None:
         page_state.reference_choice = ImageChoice() if a_file else None
@@ -128,7 +114,7 @@ def sample(state: State) -> None:
     def take() -> None:
         reference = reference_of(state)
         data = sampled(reference, page_state.sampling)
-        data.check(state.choices.grid, image_of(state.choices.image))
+        data.check(state.grid, state.image)
         take_data(state, data, reference)
         state.reference = reference
 
@@ -147,13 +133,13 @@ def sampled(reference: TrainingImage, sampling: Sampling) -> HardData:
 
 def reference_of(state: State) -> TrainingImage:
     """Return the field to sample; raise an error if no field has the shape of the grid."""
-    grid, choice, ensemble = state.choices.grid, state.page(Editor).reference_choice, state.ensemble
+    grid, choice, ensemble = state.grid, state.page(Editor).reference_choice, state.ensemble
     if choice is None:
         if ensemble is None or not fits(ensemble, state.choices):
             raise CCWSIMError("there is no realization to sample yet; run the study first")
         return TrainingImage(ensemble.realizations[state.shown], name="a realization")
     if choice.upload is None:
-        raise CCWSIMError("there is no image to sample yet; choose a file")
+        raise CCWSIMError(f"there is no image to sample {NO_FILE_YET}")
     reference = image_of(choice)
     if reference.shape != grid.shape:
         size, wanted = describe_shape(reference.shape), describe_shape(grid.shape)

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import streamlit as st
-from numpy.typing import NDArray
 
 from ccwsim import Ensemble, HardData
+from ccwsim.model.arrays import Integers
 from ccwsim.model.ensemble import FORCED, WRONG
 from ccwsim.sharing.choices import DataChoice
 from ccwsim.ui.frontend.cells import CellMap, draw_editable, editor_points, facies_map
@@ -19,13 +19,13 @@ from ccwsim.ui.hard_data.table import draw_data_table
 from ccwsim.ui.hard_data.wells import draw_brush, draw_wells
 from ccwsim.ui.results import maps
 from ccwsim.ui.session.fragments import error_boundary
-from ccwsim.ui.session.resolve import data_of, image_of, wells_of
+from ccwsim.ui.session.resolve import data_of, wells_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.data_step import problem_of_data
 from ccwsim.ui.study.run import draw_news, start_run_if_needed
 from ccwsim.ui.widgets.facts import draw_facts
 from ccwsim.ui.widgets.fields import bound_to, button, field, menu, options_of
-from ccwsim.ui.widgets.text import page_text, panel_title, plain, step_note
+from ccwsim.ui.widgets.text import in_row, page_text, panel_title, plain, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 EDITOR_BACKGROUNDS = {"realization": "realization", "e_type": "E-type", "empty": "empty grid"}
@@ -45,7 +45,7 @@ def draw_editor(state: State) -> None:
         draw_style("hard_data/editor.css")
         problem = problem_of_data(state.choices)
         local = None if problem else answer(state)
-        delay = REST if state.choices.grid.nz is None else REST_VOLUME
+        delay = REST_VOLUME if state.grid.is_volume else REST
         start_run_if_needed(state, live=True, after=delay if local else 0.0)
         draw_news(state, wait=local is None)
         with st.container(key="editing"):
@@ -56,15 +56,14 @@ def draw_editor(state: State) -> None:
 
 
 def _draw(state: State) -> None:
-    data, image, grid = data_of(state.choices), image_of(state.choices.image), state.choices.grid
+    data, image, grid = data_of(state.choices), state.image, state.grid
     colours, ground = maps.colours_of(state), state.page(Editor).ground
     ensemble, answered = state.ensemble, answer(state)
     if ensemble is not None and not fits(ensemble, state.choices):
         ensemble = None
     if ensemble is not None:
-        state.shown = min(state.shown, ensemble.n - 1)
-        state.facies = min(state.facies, image.n_facies - 1)
-        with st.container(key="facts_row"):
+        state.fit_shown(ensemble)
+        with in_row("facts_row"):
             draw_facts(ensemble)
     _draw_actions(state, data)
     if grid.nz is None:
@@ -75,9 +74,7 @@ def _draw(state: State) -> None:
         left, middle = st.columns(2, gap="medium")
         right = middle
     with left:
-        with st.container(
-            horizontal=True, vertical_alignment="center", gap="small", key="ground_row"
-        ):
+        with in_row("ground_row"):
             panel_title("Hard data on")
             field(
                 st.segmented_control,
@@ -113,8 +110,8 @@ def _draw(state: State) -> None:
 
 def _draw_actions(state: State, data: HardData) -> None:
     """Draw the menus; buttons for undo and redo are drawn only for volumes."""
-    page_state, volume = state.page(Editor), state.choices.grid.nz is not None
-    with st.container(horizontal=True, vertical_alignment="center", gap="small", key="editor_top"):
+    page_state, volume = state.page(Editor), state.grid.is_volume
+    with in_row("editor_top"):
         menu("Import", "import_menu", partial(menus.draw_import, state))
         if volume:
             menu("Wells in tables", "tables_menu", partial(menus.draw_tables, state))
@@ -145,23 +142,24 @@ def describe_answer(state: State, answered: Ensemble | None) -> str:
     if answered is None:
         return f"{number} with the earlier data; because data were removed, a new run is needed."
     if not answered.hard_data.n:
-        return TOOLS if state.choices.grid.nz is None else ""
+        return "" if state.grid.is_volume else TOOLS
     text = f"{number}: {describe_data_status(answered.data_status[state.shown])}."
     if not answered.revised:
         return text
     if not answered.parameters.exact_data:
         return f"{text} “Honour data exactly” is off: edits condition only the next run's search."
-    return f"{text} Re-simulated locally around your edits, until the new run is finished."
+    until = ", until the new run is finished" if state.job is not None else ""
+    return f"{text} Re-simulated locally around your edits{until}."
 
 
 def draw_canvas(state: State, ensemble: Ensemble | None) -> None:
     """Draw the map or volume with the data on top, and apply the user's edits."""
-    page_state, grid = state.page(Editor), state.choices.grid
-    data, image = data_of(state.choices), image_of(state.choices.image)
+    page_state, grid = state.page(Editor), state.grid
+    data, image = data_of(state.choices), state.image
     colours = maps.colours_of(state)
     ground = page_state.ground if ensemble is not None else "empty"
     alt = "Hard data; arrow keys move, Enter places, Delete erases"
-    if grid.nz is not None:
+    if grid.is_volume:
         alt = "Hard data of the volume; a click on the map places a well"
     if ensemble is None or ground == "empty":
         empty = np.zeros(grid.shape, np.uint8)
@@ -169,7 +167,7 @@ def draw_canvas(state: State, ensemble: Ensemble | None) -> None:
     elif ground == "realization":
         indices = ensemble.indices[min(state.shown, ensemble.n - 1)]
         cell_map = facies_map(indices, image, colours, alt)
-        if grid.nz is None:  # the tools show the facies
+        if not grid.is_volume:  # the tools show the facies
             cell_map = replace(cell_map, keys=())
     else:
         cell_map = maps.uncertainty_map(state, ensemble, colours)
@@ -208,7 +206,7 @@ def status_of(data: HardData, ensemble: Ensemble | None, shown: int | None) -> l
     return [status_by_datum.get(datum, 0) for datum in data.triples]
 
 
-def describe_data_status(data_status: NDArray[np.integer]) -> str:
+def describe_data_status(data_status: Integers) -> str:
     """Describe how a realization honours the data, given its row of `Ensemble.data_status`."""
     sizes = data_status[data_status > 0]
     n_raster, n_forced = np.count_nonzero(data_status == 0), np.count_nonzero(data_status == FORCED)

@@ -10,25 +10,28 @@ from numpy.typing import ArrayLike
 from pandas.io.formats.style import Styler
 
 from ccwsim import Grid, HardData, TrainingImage
+from ccwsim.sharing.choices import CellsOfWells
 from ccwsim.ui.hard_data.edits import Editor, take_data
+from ccwsim.ui.session import resolve
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.errors import catch_callback_errors, problem_in
 from ccwsim.ui.widgets.fields import bound_to, field, options_of
-from ccwsim.ui.widgets.text import panel_title, plain
+from ccwsim.ui.widgets.text import in_row, panel_title, plain
 
 TABLE_HEIGHT = 497  # height of the table in pixels, for the heading and exactly fourteen rows
 MAX_NOTES = 4  # maximum number of notes below the table
 MAX_COLOURED = 500
 """Maximum number of rows with facies colours; Streamlit takes 0.2 ms to colour a row."""
 COLOUR = " "  # heading and name of the column that shows the colours of facies
+WELL = "well"  # name of the column of well names, if data have any
 
 
 def draw_data_table(
     state: State, data: HardData, image: TrainingImage, colours: Sequence[str]
 ) -> None:
     """Draw the table; the user's edits change the hard data of the study."""
-    table, grid = state.page(Editor).table, state.choices.grid
-    with st.container(horizontal=True, vertical_alignment="center", gap="small", key="table_row"):
+    table, grid = state.page(Editor).table, state.grid
+    with in_row("table_row"):
         panel_title(f"{data.n} data" if data.n != 1 else "1 datum")
         field(
             st.segmented_control,
@@ -39,14 +42,15 @@ def draw_data_table(
             **options_of({True: "x, y", False: "row, col"}),
         )
     if table.content_key != _content_key(state, data.digest, image):
-        table.base, table.notes = rows_of(data, grid, table.world), []
+        wells = resolve.wells_of(state.choices)
+        table.base, table.notes = rows_of(data, grid, table.world, wells), []
         table.content_key = _content_key(state, data.digest, image)
         table.version += 1
     key = f"table_{table.version}"
-    codes = zip(image.codes, image.facies_names, strict=True)
-    tip = ", ".join(f"{code} {name}" for code, name in codes)
+    tip = ", ".join(f"{code} {name}" for code, name in image.names_by_code.items())
     columns = {name: st.column_config.NumberColumn(width=68) for name in table.base.columns}
     columns["facies"] = st.column_config.NumberColumn(width=68, help=tip)
+    columns[WELL] = st.column_config.TextColumn(width=68, disabled=True)
     columns[COLOUR] = st.column_config.TextColumn(width=24, disabled=True)
     rows = table.base
     if len(rows) <= MAX_COLOURED:
@@ -68,26 +72,31 @@ def draw_data_table(
 
 
 def _content_key(state: State, digest: str, image: TrainingImage) -> tuple:
-    return digest, state.choices.grid, state.page(Editor).table.world, image.digest
+    return digest, state.grid, state.page(Editor).table.world, image.digest
 
 
 def _edited(state: State, key: str, image: TrainingImage) -> None:
     page_state = state.page(Editor)
     table = page_state.table
     frame = edited_rows(table.base, st.session_state[key])
-    data, table.notes = data_of_rows(frame, state.choices.grid, image, table.world)
+    data, table.notes = data_of_rows(frame, state.grid, image, table.world)
     if problem := problem_in(lambda: take_data(state, data, state.reference)):
         page_state.message = problem
         return
     table.content_key = _content_key(state, data.digest, image)
 
 
-def rows_of(data: HardData, grid: Grid, world: bool) -> pd.DataFrame:
-    """Return hard data as a table of positions (x, y of cell centres, or row, col) and facies."""
+def rows_of(data: HardData, grid: Grid, world: bool, wells: CellsOfWells = ()) -> pd.DataFrame:
+    """Return data as a table of positions (x, y of cell centres, or row, col), facies and wells."""
+    labels, places = ("row", "col"), data.cells
     if world:
-        x, y = grid.centers_of(data.cells).T
-        return pd.DataFrame({"x": x, "y": y, "facies": data.facies})
-    return pd.DataFrame({"row": data.cells[:, 0], "col": data.cells[:, 1], "facies": data.facies})
+        labels, places = ("x", "y"), grid.centers_of(data.cells)
+    frame = pd.DataFrame({name: places[:, k] for k, name in enumerate(labels)})
+    frame["facies"] = data.facies
+    names = {cell: name for name, cells in wells for cell in cells}
+    if names:
+        frame[WELL] = [names.get(tuple(cell), "") for cell in data.cells.tolist()]
+    return frame
 
 
 def painted(base: pd.DataFrame, edits: Mapping[str, Any], colour_of: Mapping[int, str]) -> Styler:
@@ -103,15 +112,15 @@ def painted(base: pd.DataFrame, edits: Mapping[str, Any], colour_of: Mapping[int
 
 
 def edited_rows(base: pd.DataFrame, edits: Mapping[str, Any]) -> pd.DataFrame:
-    """Return a table with the edits of `st.data_editor` applied."""
-    frame = base.astype(float)
+    """Return positions and facies of a table with the edits of `st.data_editor` applied."""
+    frame = base.drop(columns=WELL, errors="ignore").astype(float)
     for row, changes in edits.get("edited_rows", {}).items():
         for name, value in changes.items():
             frame.loc[int(row), name] = np.nan if value is None else float(value)
     frame = frame.drop(index=list(edits.get("deleted_rows", [])))
-    added = [{n: row.get(n) for n in base.columns} for row in edits.get("added_rows", [])]
+    added = [{n: row.get(n) for n in frame.columns} for row in edits.get("added_rows", [])]
     if added:
-        new_rows = pd.DataFrame(added, columns=base.columns).astype(float)
+        new_rows = pd.DataFrame(added, columns=frame.columns).astype(float)
         frame = new_rows if frame.empty else pd.concat([frame, new_rows], ignore_index=True)
     return frame.reset_index(drop=True)
 

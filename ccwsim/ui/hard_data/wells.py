@@ -10,18 +10,18 @@ from ccwsim import Grid, HardData
 from ccwsim.model.arrays import Ints, digest
 from ccwsim.sharing.choices import CellsOfWells, DataChoice
 from ccwsim.ui.hard_data.edits import AS_SHOWN, ERASE, Editor, layers_of_wells, take
-from ccwsim.ui.session.resolve import data_of, image_of, wells_of
+from ccwsim.ui.session.resolve import data_of, wells_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
-from ccwsim.ui.widgets.text import panel_title
+from ccwsim.ui.widgets.text import in_row, panel_title
 
 
 def draw_brush(state: State, nz: int) -> None:
     """Draw controls for the facies to place and the layers of a well."""
-    page_state, image = state.page(Editor), image_of(state.choices.image)
+    page_state, image = state.page(Editor), state.image
     names = dict(enumerate(image.facies_names)) | {AS_SHOWN: "as shown", ERASE: "erase"}
     low, high = layers_of_wells(page_state, nz)
-    with st.container(horizontal=True, vertical_alignment="bottom", gap="medium", key="brush_row"):
+    with in_row("brush_row", "bottom", gap="medium"):
         tip = "“as shown” places the facies of the realization on the page; “erase” removes data."
         field(
             st.segmented_control,
@@ -107,7 +107,7 @@ def draw_wells(state: State, data: HardData) -> None:
     wells = rows_of_wells(data, wells_of(state.choices))
     panel_title("Wells", describe_wells(data, wells))
     chosen = st.dataframe(
-        table_of_wells(data, state.choices.grid, wells),
+        table_of_wells(data, state.grid, wells),
         hide_index=True,
         key=f"wells_{digest(data.digest, wells.names)}",
         on_select="rerun",
@@ -130,6 +130,6 @@ def remove_wells(state: State, rows: list[int]) -> None:
         if k not in rows:
             out[indices] = False
     gone = {wells.names[k] for k in rows}
-    remaining = HardData(data.cells[~out], data.facies[~out])
+    remaining = data.part(~out)
     kept = tuple(well for well in named if well[0] not in gone)
     take(state, DataChoice("placed", placed=remaining, wells=kept), state.reference)

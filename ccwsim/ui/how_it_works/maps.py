@@ -5,13 +5,13 @@ from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ccwsim import TrainingImage
 from ccwsim.engine.stages.cut import UNKNOWN
 from ccwsim.engine.trace import Frame, PlaceFate, Trace, TracedPatch
 from ccwsim.figures import CIVIDIS, Theme, mixed, ramp
+from ccwsim.model.arrays import Array, Bytes, Floats, Mask, window_at
 from ccwsim.model.numbers import minus, three_digits
-from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.frontend.cells import N_STEPS, CellMap
 
 DIM = 0.55  # share of the background colour that is mixed into the colours of dimmed facies
@@ -61,8 +61,7 @@ class PatchView:
     @property
     def part(self) -> tuple[slice, ...]:
         """The slices of the cells of the patch within the grid, in path coordinates."""
-        sides = zip(self.first, self.step.cells.shape, strict=True)
-        return tuple(slice(start, start + n) for start, n in sides)
+        return window_at(self.first, self.step.cells.shape)
 
     @property
     def part_of_grid(self) -> tuple[slice, ...]:
@@ -86,7 +85,7 @@ class PatchView:
         part = self.trace.image_frame.box_to_grid(first, self.step.cells.shape)
         return f"({', '.join(str(side.start) for side in reversed(part))})"
 
-    def patch_map(self, indices: NDArray[np.uint8], alt: str) -> CellMap:
+    def patch_map(self, indices: Bytes, alt: str) -> CellMap:
         """Return a map of a patch, given in path coordinates, in facies colours."""
         turned = self.trace.grid_frame.turned(indices)
         return patch_map(turned, self.image, self.colours, self.theme, alt)
@@ -109,7 +108,7 @@ def box_mark(
 
 
 def data_in(
-    trace: Trace, part: tuple[slice, ...], facies_grid: NDArray | None = None
+    trace: Trace, part: tuple[slice, ...], facies_grid: Array | None = None
 ) -> list[list[int]]:
     """Return the data in a part of the grid as points, wrong if they differ from `facies_grid`."""
     offsets = trace.study.hard_data.cells - [side.start for side in part]
@@ -124,7 +123,7 @@ def data_in(
 
 
 def patch_map(
-    indices: NDArray[np.uint8], image: TrainingImage, colours: Sequence[str], theme: Theme, alt: str
+    indices: Bytes, image: TrainingImage, colours: Sequence[str], theme: Theme, alt: str
 ) -> CellMap:
     """Return a map of facies in grid coordinates, without a legend; UNKNOWN cells are blank."""
     grid_indices = np.where(indices == UNKNOWN, image.n_facies, indices).astype(np.uint8)
@@ -133,7 +132,7 @@ def patch_map(
 
 
 def value_map(
-    values: NDArray[np.float64],
+    values: Floats,
     name: str,
     ends: tuple[float, float],
     theme: Theme,
@@ -178,8 +177,8 @@ def centre_of_patch(view: PatchView) -> list[int]:
 
 
 def lit_map(
-    facies_grid: NDArray[np.uint8],
-    lit: NDArray[np.bool_],
+    facies_grid: Bytes,
+    lit: Mask,
     image: TrainingImage,
     colours: Sequence[str],
     theme: Theme,
@@ -243,15 +242,13 @@ def score_map(view: PatchView, with_costs: bool) -> CellMap:
     whole = np.full(frame.shape, np.nan)
     whole[: values.shape[0], : values.shape[1]] = values
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
-    colours = CIVIDIS if step.correlation and not with_costs else CIVIDIS[::-1]
-    alt = f"CCW score map of patch {step.patch.number + 1}"
     scores = value_map(
         frame.to_grid(whole),
         name,
         (low, high),
         view.theme,
-        alt=alt,
-        colours=colours,
+        alt=f"CCW score map of patch {step.patch.number + 1}",
+        colours=CIVIDIS if step.correlation and not with_costs else CIVIDIS[::-1],
         absent=absent,
     )
     if not step.patch.shape and low == high:
@@ -264,18 +261,7 @@ def score_volume(view: PatchView) -> CellMap:
     step = view.step
     scores = np.where(step.copies, np.nan, step.ccw)
     ends = float(np.nanmin(scores)), float(np.nanmax(scores))
-    colours = CIVIDIS if step.correlation else CIVIDIS[::-1]
-    alt = f"CCW score of each location for patch {step.patch.number + 1}"
     frame = Frame(view.trace.path.orientation, step.scores.shape)
-    cell_map = value_map(
-        frame.to_grid(scores),
-        "CCW",
-        ends,
-        view.theme,
-        alt=alt,
-        colours=colours,
-        absent="would only extend the piece copied by a neighbouring patch",
-    )
     order = [*view.locations[1:], view.locations[0]]  # the chosen location is on top
     kinds = {"candidate": 0, "drawn": 1}
     looks = [kinds.get(location.fate, 2) for location in order]
@@ -283,7 +269,15 @@ def score_volume(view: PatchView) -> CellMap:
     point_colours = [CANDIDATE_COLOUR, view.theme.reference, REJECTED_COLOUR]
     keys = list(zip((*kinds, "rejected"), point_colours, strict=True))
     return replace(
-        cell_map,
+        value_map(
+            frame.to_grid(scores),
+            "CCW",
+            ends,
+            view.theme,
+            alt=f"CCW score of each location for patch {step.patch.number + 1}",
+            colours=CIVIDIS if step.correlation else CIVIDIS[::-1],
+            absent="would only extend the piece copied by a neighbouring patch",
+        ),
         keys=[key for k, key in enumerate(keys) if k in looks],
         points=[[*cell, look, 0] for cell, look in zip(cells, looks, strict=True)],
         point_colours=point_colours,
@@ -336,7 +330,7 @@ def cut_map(view: PatchView) -> CellMap:
 
 
 def _classes(
-    view: PatchView, indices: NDArray, colour_of: dict[str, str], n_keys: int, alt: str
+    view: PatchView, indices: Array, colour_of: dict[str, str], n_keys: int, alt: str
 ) -> CellMap:
     grid_indices = view.trace.grid_frame.turned(indices.astype(np.uint8))
     labels, colours = list(colour_of), list(colour_of.values())

@@ -8,16 +8,15 @@ from typing import Any
 
 import numpy as np
 import streamlit as st
-from numpy.typing import NDArray
 
+from ccwsim import CCWSIMError, TrainingImage
 from ccwsim.engine.stages.cut import UNKNOWN
 from ccwsim.engine.stages.pyramid import decompose
 from ccwsim.engine.trace import Trace, check_traceable, fates
 from ccwsim.figures import CIVIDIS
+from ccwsim.model.arrays import Floats
 from ccwsim.model.bounds import MAX_CANDIDATES_OFFERED, MAX_REALIZATIONS
-from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.sizes import levels, overlap_sizes
-from ccwsim.model.training_image import TrainingImage
 from ccwsim.ui.frontend.cells import draw_cells
 from ccwsim.ui.frontend.component import run_script
 from ccwsim.ui.how_it_works import maps, words
@@ -29,11 +28,11 @@ from ccwsim.ui.results.maps import colours_of
 from ccwsim.ui.session.address import page_link
 from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.fragments import error_boundary
-from ccwsim.ui.session.resolve import data_of, image_of
+from ccwsim.ui.session.resolve import data_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.study_column import size_fields
 from ccwsim.ui.widgets.fields import bound_to, button, field, help_of, options_of
-from ccwsim.ui.widgets.text import page_text, pair, panel_title, plain
+from ccwsim.ui.widgets.text import in_row, page_text, pair, panel_title, plain
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 DRAWING = "drawing"
@@ -88,7 +87,7 @@ def _after(state: State) -> None:
 
 def _draw_top(state: State) -> None:
     page_state = state.page(How)
-    with st.container(horizontal=True, vertical_alignment="bottom", gap="large", key="how_top"):
+    with in_row("how_top", "bottom", gap="large"):
         player = st.container(key="how_player", gap="small")
         _draw_setting(state)
     n_data = data_of(state.choices).n
@@ -147,7 +146,7 @@ def _draw_player(page_state: How, trace: Trace) -> None:
         facts.append(f"part {patch.part + 1} of a tile that is full of data ({words.OURS})")
     position = " ".join(f'<span class="fact">{fact}</span>' for fact in facts)
     st.html(f'<p class="facts where">{position}</p>')
-    with st.container(horizontal=True, vertical_alignment="center", gap="small", key="how_row"):
+    with in_row("how_row"):
         button(
             "Previous",
             key="how_previous",
@@ -185,7 +184,7 @@ def _draw_player(page_state: How, trace: Trace) -> None:
 def _draw_setting(state: State) -> None:
     """Draw controls for the setting of this page, and a button that applies it to the study."""
     page_state, p = state.page(How), page_parameters(state)
-    shape, is_ccsim = image_of(state.choices.image).shape, p.method == "ccsim"
+    shape, is_ccsim = state.image.shape, p.method == "ccsim"
 
     def parameter(widget, label: str, name: str, key: str, **options) -> None:
         options = bound_to(p, name, partial(set_own, state), help=help_of(name)) | options
@@ -194,7 +193,7 @@ def _draw_setting(state: State) -> None:
     def follow(number: int) -> None:
         page_state.stop(number=number - 1, datum=0)
 
-    with st.container(horizontal=True, vertical_alignment="bottom", gap="small", key="how_setting"):
+    with in_row("how_setting", "bottom"):
         field(
             st.number_input,
             "Realization",
@@ -331,7 +330,7 @@ def _draw_scores(page_state: How, view: PatchView) -> None:
     step, trace = view.step, view.trace
     offered = [key for key in LOCATION_MAPS if key != "costs" or step.totals is not None]
     ground = page_state.ground if page_state.ground in offered else "score"
-    with st.container(horizontal=True, vertical_alignment="center", key="how_score_row"):
+    with in_row("how_score_row"):
         panel_title("3 CCW score map")
         field(
             st.segmented_control,
@@ -387,7 +386,7 @@ def _draw_pasting(view: PatchView) -> None:
 def _draw_bands(page_state: How, view: PatchView) -> None:
     """Draw the sub-bands of the image at the search level, with the chosen location marked."""
     image, level, unit = view.image, view.level, view.step.block_size
-    with st.container(horizontal=True, vertical_alignment="center", key="how_bands_row"):
+    with in_row("how_bands_row"):
         panel_title("The training image in wavelets", f"level {level}")
         if image.n_facies > 2:
             field(
@@ -438,6 +437,6 @@ def _draw_bands(page_state: How, view: PatchView) -> None:
 
 
 @cached(max_entries=16)
-def _bands(image: TrainingImage, facies: int, level: int) -> dict[str, NDArray[np.float64]]:
+def _bands(image: TrainingImage, facies: int, level: int) -> dict[str, Floats]:
     approximation, details, *_ = decompose(image.indices == facies, level)
     return dict(zip(BANDS, (approximation, *details), strict=True))

@@ -7,12 +7,12 @@ from typing import Any, cast
 
 import numpy as np
 import streamlit as st
-from numpy.typing import NDArray
 from scipy import ndimage
 
 from ccwsim.engine.stages.path import overlap_cells
 from ccwsim.engine.trace import ResimulatedWindow, Trace
 from ccwsim.figures import Theme
+from ccwsim.model.arrays import Bytes, Mask, window_at
 from ccwsim.model.ensemble import FORCED
 from ccwsim.ui.frontend.cells import CellMap, draw_cells, editor_points, facies_map
 from ccwsim.ui.hard_data.page import describe_data_status
@@ -75,7 +75,7 @@ def _draw_repair(trace: Trace, colours: list[str], theme: Theme) -> None:
     say(page_text("Seam repair", cells=n_changed, share=share) + note, OURS)
     image = trace.study.training_image
 
-    def map_of(indices: NDArray[np.uint8], name: str) -> CellMap:
+    def map_of(indices: Bytes, name: str) -> CellMap:
         points = editor_points(trace.study.hard_data, image) if is_volume(trace) else []
         marks = [box_mark(box, theme.reference, "changed") for box in marked]
         whole = facies_map(indices, image, colours, f"The realization {name} seam repair")
@@ -102,7 +102,7 @@ def _draw_pair(trace: Trace, maps: dict[str, CellMap], key: str, **options: Any)
             )
 
 
-def _boxes_of(changed: NDArray[np.bool_]) -> list[tuple[slice, ...]]:
+def _boxes_of(changed: Mask) -> list[tuple[slice, ...]]:
     """Return boxes around the largest changes of a map; adjacent changes share a box."""
     wide = ndimage.binary_dilation(changed, iterations=2)
     labels, _ = cast(tuple[Any, int], ndimage.label(wide))
@@ -132,13 +132,11 @@ def _draw_windows_of_data(page_state: How, trace: Trace, colours: list[str], the
             **options_of({k: _name(trace, datum) for k, datum in enumerate(corrected)}),
         )
         windows = by_datum[corrected[page_state.datum]]
-        cell_map = replace(windows_map(trace, windows, colours, theme), wells=page_state.wells)
-        cursor = trace.study.hard_data.cells[windows[0].datum].tolist()
         draw_cells(
-            cell_map,
+            replace(windows_map(trace, windows, colours, theme), wells=page_state.wells),
             "how_mended",
             name="corrected",
-            cursor=cursor,
+            cursor=trace.study.hard_data.cells[windows[0].datum].tolist(),
             body=False,
             max_height=_height(trace, WINDOW_MAP_HEIGHT),
         )
@@ -190,7 +188,7 @@ def _name(trace: Trace, datum: int) -> str:
 def _part_of(window: ResimulatedWindow) -> tuple[slice, ...]:
     """Return the slices of the grid that a window covers."""
     first = (window.layer, window.row, window.column)[-window.before.ndim :]
-    return tuple(slice(k, k + n) for k, n in zip(first, window.before.shape, strict=True))
+    return window_at(first, window.before.shape)
 
 
 def windows_map(
@@ -215,9 +213,8 @@ def _draw_window(trace: Trace, w: ResimulatedWindow, colours: list[str], theme: 
     """Draw a window before and after a fitting patch was pasted."""
     image, part = trace.study.training_image, _part_of(w)
 
-    def map_of(indices: NDArray[np.uint8], name: str) -> CellMap:
-        alt = f"A window {name} local re-simulation"
-        window = patch_map(indices, image, colours, theme, alt)
+    def map_of(indices: Bytes, name: str) -> CellMap:
+        window = patch_map(indices, image, colours, theme, f"A window {name} local re-simulation")
         return replace(window, points=data_in(trace, part, indices), point_colours=colours)
 
     key = f"how_window_{w.datum}_{w.size}_{w.isolated}"
@@ -225,5 +222,4 @@ def _draw_window(trace: Trace, w: ResimulatedWindow, colours: list[str], theme: 
         st.html(f'<p class="caption">{describe_window(w)}</p>')
         maps = {"before": map_of(w.before, "before"), "after": map_of(w.after, "after")}
         cursor = (trace.study.hard_data.cells[w.datum] - [side.start for side in part]).tolist()
-        max_height = _height(trace, PIXELS)
-        _draw_pair(trace, maps, key, cursor=cursor, max_height=max_height, tools=False)
+        _draw_pair(trace, maps, key, cursor=cursor, max_height=_height(trace, PIXELS), tools=False)

@@ -33,7 +33,7 @@ class How:
     playing: bool = False
     ticked: float = 0.0
     ground: str = "score"
-    facies: int = 1
+    facies: int = -1  # −1 for the facies of interest
     datum: int = 0
     trace: Trace | None = None
     traced: Any = None
@@ -66,7 +66,8 @@ def trace_of(state: State) -> Trace:
             trace = Trace(study, page_state.number)
             trace.at(0)
         page_state.trace, page_state.traced, page_state.wells = trace, key, wells_of(choices)
-    page_state.facies = min(page_state.facies, image.n_facies - 1)
+    facies = page_state.facies if page_state.facies >= 0 else image.facies_of_interest
+    page_state.facies = min(facies, image.n_facies - 1)
     if page_state.patch < 0:
         page_state.patch = usual_patch(page_state.trace)
     page_state.patch = min(page_state.patch, len(page_state.trace.patches) - 1)
@@ -75,7 +76,7 @@ def trace_of(state: State) -> Trace:
 
 def is_volume(trace: Trace) -> bool:
     """Return whether the realization of a trace is a volume."""
-    return trace.study.grid.nz is not None
+    return trace.study.grid.is_volume
 
 
 def usual_patch(trace: Trace) -> int:
@@ -88,8 +89,7 @@ def usual_patch(trace: Trace) -> int:
 
 def set_own(state: State, **changes: Any) -> None:
     """Change the setting of the page; sizes that no longer fit become the nearest valid sizes."""
-    shape = image_of(state.choices.image).shape
-    parameters = fitted(page_parameters(state), shape, **changes)
+    parameters = fitted(page_parameters(state), state.image.shape, **changes)
     state.page(How).stop(parameters=None if parameters == state.choices.parameters else parameters)
 
 

@@ -1,10 +1,8 @@
 """The texts beside the steps, their sections in the paper, and the table of locations."""
 
-import tomllib
 from collections.abc import Sequence
 from html import escape
 from math import prod
-from pathlib import Path
 
 import numpy as np
 import streamlit as st
@@ -12,8 +10,8 @@ from streamlit.delta_generator import DeltaGenerator
 
 from ccwsim.engine.stages.path import ORDERS, Triple, along_path
 from ccwsim.engine.trace import PlaceFate, ResimulatedWindow, Trace, TracedPatch
-from ccwsim.model.arrays import describe_shape as cells_along
-from ccwsim.model.arrays import listing
+from ccwsim.model.arrays import describe_shape as cells_along, listing
+from ccwsim.model.assets import read_toml
 from ccwsim.ui.how_it_works.maps import PatchView
 from ccwsim.ui.widgets.text import page_text, scrolled
 
@@ -24,9 +22,7 @@ MARKS = (
 )
 REJECTED_MARK = '<span><i class="mark out"></i>rejected</span>'
 OURS = "not in the paper"
-STEP_REFERENCES: dict[str, str] = tomllib.loads(
-    Path(__file__).with_name("paper.toml").read_text("utf-8")
-)
+STEP_REFERENCES = read_toml("ui/how_it_works/paper.toml")
 """For each step, the section, figure and line of the paper that describe the step."""
 LAYER_ROW_COLUMN = ("layer", "row", "column")
 ORDER_WORDS = (
@@ -78,7 +74,7 @@ def describe_sides(trace: Trace, sides: int) -> str:
     faces = trace.grid_frame.faces(sides)
     if not faces:
         return "the first patch, no overlap"
-    if trace.study.grid.nz is not None:
+    if trace.study.grid.is_volume:
         return f"overlap on {format_count(len(faces), 'face')}: {listing(faces)}"
     return f"{'L-shaped overlap,' if len(faces) == 2 else 'overlap in the'} {listing(faces)}"
 
@@ -94,7 +90,7 @@ def describe_position(trace: Trace, number: int) -> str:
 
 def describe_path(trace: Trace) -> str:
     """Return a description of the start, direction and step of the path."""
-    frame, search, volume = trace.grid_frame, trace.search, trace.study.grid.nz is not None
+    frame, search, volume = trace.grid_frame, trace.search, trace.study.grid.is_volume
     corner, is_random = frame.faces(), trace.study.parameters.random_path
     line = "row" if frame.direction in ("east", "west") else "column"
     start = f"the <b>{'-'.join(corner)}</b> and runs <b>{frame.direction}</b>, {line} after {line}"
@@ -107,13 +103,11 @@ def describe_path(trace: Trace) -> str:
         return cells_along(in_grid) if volume else str(in_grid[-1])
 
     z, y, x = (t - o for t, o in zip(search.template, search.overlap, strict=True))
-    randomness = "random in each realization" if is_random else "equal in all realizations"
-    keys = "Left" if volume else "Click the grid to show a patch; left"
     return page_text(
         "Path",
         way=start,
-        same=randomness,
-        keys=keys,
+        same="random in each realization" if is_random else "equal in all realizations",
+        keys="Left" if volume else "Click the grid to show a patch; left",
         step=along((z, y, x)),
         template=along(search.template),
         overlap=along(search.overlap),
@@ -138,13 +132,11 @@ def describe_overlap(view: PatchView) -> str:
     size_text = f"The overlap is {format_count(n_cells, 'cell')}."
     if max(view.block) == 1:
         return f"{size_text} At level 0, cells are compared one by one, as in CCSIM."
-    n = int(np.isfinite(view.step.approximation[0]).sum())
-    level = view.level if isinstance(view.level, int) else cells_along(view.level)
     return page_text(
         "Approximation of the overlap",
         cells=size_text,
-        level=level,
-        n=format_count(n, "coefficient"),
+        level=view.level,
+        n=format_count(int(np.isfinite(view.step.approximation[0]).sum()), "coefficient"),
         numbers=format_count(n_cells, "number"),
         block=cells_along(view.block),
         factor=f"{prod(view.block) ** 0.5:.3g}",
@@ -305,10 +297,9 @@ def _data_and_search(view: PatchView) -> str:
         best = f"{100 * view.search_fraction:.3g}"
         searched = f"Only the {best} % of locations with the best overlaps are searched ({n})."
     shape = view.step.cells.shape
-    within = f"a box of {cells_along([d.reach // shape[-1] * n for n in shape])} cells"
     return page_text(
         "Data and search",
-        within=within,
+        within=f"a box of {cells_along([d.reach // shape[-1] * n for n in shape])} cells",
         searched=searched,
         inside=format_count(n_inside, "datum", "data"),
         ahead=len(d.seen) - n_inside,

@@ -22,6 +22,7 @@ from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study import data_step, image_questions, image_step, questions
+from ccwsim.ui.study.asking import draw_fitted, keep_button
 from ccwsim.ui.study.changes import image_name
 from ccwsim.ui.study.diagnosis_panel import draw_advice
 from ccwsim.ui.study.questions import answered
@@ -29,7 +30,7 @@ from ccwsim.ui.study.run import describe_price, simulate_button
 from ccwsim.ui.study.study_column import set_parameters
 from ccwsim.ui.widgets.errors import if_possible
 from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
-from ccwsim.ui.widgets.text import page_text, panel_title, plain, step_note
+from ccwsim.ui.widgets.text import in_row, page_text, panel_title, plain, step_note
 
 TABLE_KINDS = {False: "one table or grid", True: "tables of collars, intervals and surveys"}
 SUBJECTS = {"image": "Training image", "data": "Hard data"}
@@ -58,6 +59,7 @@ def draw_imports(state: State) -> None:
         **bound_to(page_state, "subject"),
         **options_of(SUBJECTS),
     )
+    draw_fitted(state)
     with error_boundary():
         if page_state.subject == "image":
             draw_image_import(state)
@@ -68,7 +70,7 @@ def draw_imports(state: State) -> None:
 def _tables(state: State, page_state: Imports) -> bool:
     """For a volume, ask whether wells are in one table or in several, and return the answer."""
     study_tables = (state.data_draft or state.choices.data).tables is not None
-    if state.choices.grid.nz is None and not study_tables:
+    if not state.grid.is_volume and not study_tables:
         return False
     tables = study_tables if page_state.tables is None else page_state.tables
     field(
@@ -110,8 +112,6 @@ def draw_image_import(state: State) -> None:
         left, right = st.columns([1.5, 1.0], gap="large")
     with left:
         _pictures(choice, image, asked)
-        if problem:
-            st.warning(plain(f"{problem}."))
         if image is not None:
             with st.container(key="import_advice"):
                 draw_image_advice(state, choice, image)
@@ -119,6 +119,8 @@ def draw_image_import(state: State) -> None:
         panel_title("Training image", image_name(choice))
         take = partial(image_step.import_image, state)
         image_step.image_uploader("A file of yours", "import_image_file", take)
+        if problem:
+            st.warning(plain(f"{questions.IN_SCRIPTS.sub('', problem)}. {image_step.IMAGE_KEPT}"))
         if state.image_draft is None:
             simulate_button(state, "import_simulate")
         if choice.upload is None:
@@ -127,7 +129,7 @@ def draw_image_import(state: State) -> None:
             image_questions.ask_about_image(choice, write)
         if image is not None:
             if waits:
-                with st.container(horizontal=True, gap="small"):
+                with in_row(align="top"):
                     button(
                         "Use this image",
                         key="image_take",
@@ -135,7 +137,7 @@ def draw_image_import(state: State) -> None:
                         args=(state, choice),
                         type="primary",
                     )
-                    image_step.keep_button(state)
+                    keep_button(state, "image_draft", "image_keep")
             tried = replace(state.choices, data=state.data_draft or state.choices.data)
             points = (
                 if_possible(lambda: resolve.points_in_files(tried)) if tried.data.files else None
@@ -145,22 +147,23 @@ def draw_image_import(state: State) -> None:
             def turn(**turns: bool) -> None:
                 write(replace(choice, **turns))
 
-            with st.container(horizontal=True, vertical_alignment="center", gap="small"):
+            with in_row():
                 for name, label in TURN_LABELS.items():
                     field(st.checkbox, label, key=f"image_{name}", **bound_to(choice, name, turn))
-                button("Rotate 90°", key="image_rotate", on_click=write, args=(rotated(choice),))
+                button("Rotate 90°", key="image_rotate", on_click=write, args=(choice.rotated,))
         elif waits:
-            image_step.keep_button(state)
+            keep_button(state, "image_draft", "image_keep")
 
 
 def _pictures(choice: ImageChoice, image: TrainingImage | None, asked: tuple[str, ...]) -> None:
     """Draw the facies and, if values or colours were classified, also the original file."""
-    classed = "values" in asked and choice.upload is not None
+    is_cut = "gaps" in asked and "crop" in dict(choice.answers)
+    classed = ("values" in asked or is_cut) and choice.upload is not None
     places = st.columns(2, gap="medium") if classed and image is not None else [st.container()]
     if classed:
         with places[0]:
             panel_title("The file")
-            _file_map(choice)
+            _file_map(choice, "part" in asked)
     if image is not None:
         with places[-1]:
             size = describe_shape(image.shape)
@@ -170,28 +173,22 @@ def _pictures(choice: ImageChoice, image: TrainingImage | None, asked: tuple[str
             draw_cells(cell_map, "import", link="import", name="training_image")
 
 
-def _file_map(choice: ImageChoice) -> None:
+def _file_map(choice: ImageChoice, asked_part: bool) -> None:
     """Draw the file: a picture in its original colours, or values on a colour scale."""
     assert choice.upload is not None
-    picture = image_questions.picture_of_file(choice.upload, choice.answers)
+    answers = choice.answers if asked_part else answered(choice.answers, crop=None)
+    picture = image_questions.picture_of_file(choice.upload, answers)
     if picture is not None:
         indices, colours = picture
         cell_map = CellMap(indices, colours, labels=["" for _ in colours], alt="The picture")
     else:
-        values = middle_cells(image_questions.grid_of_file(choice.upload, choice.answers))
+        values = middle_cells(image_questions.grid_of_file(choice.upload, answers))
         low, high = float(np.nanmin(values)), float(np.nanmax(values))
-        shares = np.nan_to_num((values - low) / ((high - low) or 1.0))
+        shares = (values - low) / ((high - low) or 1.0)
         cell_map = share_map(shares, "", "Values of the file")
         ends = {"low": f"{low:.4g}", "high": f"{high:.4g}"}
         cell_map = replace(cell_map, strip={**(cell_map.strip or {}), **ends})
     draw_cells(cell_map, "file", link="import", name="file")
-
-
-def rotated(choice: ImageChoice) -> ImageChoice:
-    """Return the choice of the same image, turned by a further 90° anticlockwise."""
-    return replace(
-        choice, transpose=not choice.transpose, flip_ew=not choice.flip_ns, flip_ns=choice.flip_ew
-    )
 
 
 def draw_facies(
@@ -214,9 +211,7 @@ def draw_facies(
             names[k] = name.strip()[:MAX_LETTERS] or names[k]
             write(replace(choice, names=tuple(names)))
 
-        with st.container(
-            key=f"facies_row_{code}", horizontal=True, vertical_alignment="center", gap="small"
-        ):
+        with in_row(f"facies_row_{code}"):
             field(
                 st.color_picker,
                 f"Colour of code {code}",
@@ -262,8 +257,8 @@ def _merge(
         answers = answered(choice.answers, merge=tuple(sorted(merged.items())))
         write(replace(choice, answers=answers, names=names))
 
-    facies = zip(image.codes.tolist(), image.facies_names, strict=True)
-    labels: dict[Any, str] = {to: f"with {name}" for to, name in facies if to != code}
+    labels: dict[Any, str] = {to: f"with {name}" for to, name in image.names_by_code.items()}
+    del labels[code]
     field(
         st.selectbox,
         f"Merge code {code}",
@@ -303,7 +298,7 @@ def draw_wells_import(state: State, tables: bool = False) -> None:
     if choice.source != "file" or (choice.tables is not None) != tables:
         choice = DataChoice("file", tables=WellTables() if tables else None)
     if tables:
-        with st.container(horizontal=True, gap="medium", key="import_well_tables"):
+        with in_row("import_well_tables", "top", gap="medium"):
             data_step.draw_table_uploaders("wells", choice, use)
     else:
         data_step.data_uploader("wells_file", lambda file: use(DataChoice("file", upload=file)))
@@ -330,7 +325,7 @@ def draw_wells_import(state: State, tables: bool = False) -> None:
         questions.ask_data(tried, use, wide=True)
     with left:
         _draw_map(state, tried)
-        questions.offer_fit(tried, use)
+        questions.offer_grids(tried, use)
 
 
 def _say_state(state: State, tried: Choices) -> None:
@@ -339,7 +334,7 @@ def _say_state(state: State, tried: Choices) -> None:
     name = data_step.names_of_files(choice)
     if choice.waits:
         st.info("Collars and intervals are required. Surveys are required only if wells deviate.")
-        data_step.keep_data_button(state, "wells_drop")
+        keep_button(state, "data_draft", "wells_drop")
         return
     try:
         report = resolve.imported_data(tried)
@@ -355,7 +350,7 @@ def _say_state(state: State, tried: Choices) -> None:
             button("Use them", key="wells_use", on_click=data_step.use_data, args=(state, choice))
         for note in report.notes:
             st.caption(plain(note))
-    data_step.keep_data_button(state, "wells_drop")
+    keep_button(state, "data_draft", "wells_drop")
 
 
 def _draw_rows(preview: PointsPreview) -> None:
@@ -375,7 +370,10 @@ def _draw_rows(preview: PointsPreview) -> None:
 def _draw_map(state: State, tried: Choices) -> None:
     """Draw a map of the data, on a larger grid if no datum is inside; rings are unused data."""
     try:
-        placed, fitting = resolve.placed_data(tried), resolve.grid_for_data(tried)
+        placed, fitting = (
+            resolve.placed_data(tried),
+            [*resolve.grids_for_data(tried).values(), None][-2:][0],
+        )
         title = "Positions of the data"
         n, n_out = placed.points.n, len(placed.outside)
         if fitting is not None and n_out == n:
@@ -383,7 +381,7 @@ def _draw_map(state: State, tried: Choices) -> None:
             placed = resolve.placed_data(tried)
     except CCWSIMError:  # the error is reported above
         return
-    panel_title(title, f"grid of {questions.described(tried.grid)}")
+    panel_title(title, f"grid of {resolve.described(tried.grid)}")
     drawn = np.arange(n)
     if dict(tried.data.answers).get("on_outside") == "drop" and n_out < n:
         drawn = np.delete(drawn, placed.outside)  # distant data would make the grid a dot
@@ -408,5 +406,7 @@ def _colours(state: State, tried: Choices, placed: PlacedPoints) -> list[str | N
     image = resolve.image_of(tried.image)
     colour_of = dict(zip(image.codes.tolist(), colours_of(state), strict=False))
     unused = {*placed.outside.tolist(), *placed.unknown.tolist()}
+    if placed.match is not None and placed.match.open_labels:  # the facies are not known yet
+        unused |= {*range(placed.points.n)}
     codes = placed.facies.tolist()
     return [None if k in unused else colour_of.get(code) for k, code in enumerate(codes)]

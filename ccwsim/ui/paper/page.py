@@ -23,7 +23,7 @@ from ccwsim.ui.session.progress import compilation_to_come
 from ccwsim.ui.session.state import PageRun, RunState, State
 from ccwsim.ui.study.run import SAME_SEED
 from ccwsim.ui.widgets.fields import bound_to, button, download, field, options_of
-from ccwsim.ui.widgets.text import page_text, plain, step_note
+from ccwsim.ui.widgets.text import in_row, page_text, plain, step_note
 from ccwsim.ui.widgets.theme import draw_style
 
 EXTENTS = {False: "Full", True: "Quick"}
@@ -128,9 +128,7 @@ def start_experiments(state: State) -> None:
 
 def _controls(state: State) -> None:
     page_state = state.page(PaperState)
-    with st.container(
-        horizontal=True, vertical_alignment="bottom", gap="small", key="controls_paper"
-    ):
+    with in_row("controls_paper", "bottom"):
         field(
             st.segmented_control,
             "Extent",
@@ -165,7 +163,7 @@ def _controls(state: State) -> None:
 
 
 def _draw_end(run: PaperRun) -> None:
-    with st.container(horizontal=True, vertical_alignment="center", key="paper_end"):
+    with in_row("paper_end"):
         words = ended_text(run)
         if run.error is not None:
             st.error(plain(words))

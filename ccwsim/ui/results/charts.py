@@ -7,22 +7,24 @@ from typing import Any
 
 import numpy as np
 import streamlit as st
-from numpy.typing import NDArray
 
-from ccwsim import Ensemble, TrainingImage
+from ccwsim import Ensemble
 from ccwsim.figures import Bundle, Theme, curves_chart, proportions_chart, times_chart
 from ccwsim.metrics import EType, Fit, etype, fit_curve
-from ccwsim.metrics.bands import Statistic, curves_of
-from ccwsim.metrics.lags import DirectionName, axes_of, max_lag
-from ccwsim.metrics.stack import Stack
+from ccwsim.metrics.bands import Statistic
+from ccwsim.metrics.direction import along_and_across
+from ccwsim.metrics.lags import Direction, DirectionName, axes_of
+from ccwsim.model.arrays import Floats
 from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.numbers import duration
 from ccwsim.report import verdicts
-from ccwsim.report.pictures import bundle_of_curves, layers_bundle, layers_chart
+from ccwsim.report.pictures import bundle_of, layers_bundle, layers_chart
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.session.cached import cached, kept_with
+from ccwsim.ui.session.state import session_state
 from ccwsim.ui.widgets.errors import catch_callback_errors
-from ccwsim.ui.widgets.text import panel_title, step_note
+from ccwsim.ui.widgets.fields import button
+from ccwsim.ui.widgets.text import in_row, panel_title
 from ccwsim.ui.widgets.theme import chart_theme
 
 SAVE_BUTTON: dict[str, Any] = {"displaylogo": False, "modeBarButtons": [["toImage"]]}
@@ -60,11 +62,17 @@ def titled_chart(
     key: str,
     alt: str,
     draw: Callable[[Any, str, str], None] = draw_chart,
+    draw_beside: Callable[[], object] | None = None,
 ) -> None:
-    """Draw title, note, menu and chart. `key` is unique and names the file; `alt` is read aloud."""
+    """Draw title, note, menu and chart. `key` is unique and names the file; `alt` is read aloud.
+
+    `draw_beside` draws an element between title and menu.
+    """
     with st.container(key=f"panel_{key}"):
-        with st.container(horizontal=True, gap="small", key=f"title_{key}"):
+        with in_row(f"title_{key}", "top"):
             panel_title(title, note)
+            if draw_beside is not None:
+                draw_beside()
             chart_menu(title, key)
         draw(chart, key, alt)
 
@@ -77,39 +85,15 @@ def chart_menu(title: str, key: str) -> None:
 
 SMALL_SHARES = 4_000_000
 """Maximum number of values (8 bytes each) of an E-type that is cached for all sessions."""
-STATISTIC_TITLES: dict[Statistic, tuple[str, str]] = {
-    "variogram": ("Indicator variogram", "variogram"),
-    "connectivity": ("Connectivity function", "connection"),
-}
-"""Description of a statistic for screen readers, and beginning of the keys of its charts."""
+_along_and_across = cached(max_entries=64)(along_and_across)
 _e_type, _large_e_type = cached(max_entries=8)(etype), kept_with(etype)
 vertical_proportions_bundle = cached(max_entries=64)(layers_bundle)
-
-
-@cached(max_entries=192)
-def curve_bundle(
-    ensemble: Ensemble, statistic: Statistic, facies: int, direction: DirectionName
-) -> Bundle:
-    """Return a curve of a facies, given by its index, for the image and the realizations."""
-    image = ensemble.training_image
-    code, lags = int(image.codes[facies]), max_lag(direction, image.shape, ensemble.grid.shape)
-    reference = _curve_of_image(image, statistic, code, direction, lags)
-    stack = Stack(ensemble.indices[:MAX_CURVES], image.codes)
-    curves = curves_of(statistic, stack, code, direction, lags)
-    return bundle_of_curves(np.arange(len(reference), dtype=float), reference, curves)
-
-
-@cached(max_entries=64)
-def _curve_of_image(
-    image: TrainingImage, statistic: Statistic, code: int, direction: DirectionName, lags: int
-) -> NDArray[np.float64]:
-    """Return a curve of the training image; ensembles with this training image share the curve."""
-    return curves_of(statistic, image, code, direction, lags)[0]
+curve_bundle = cached(max_entries=192)(bundle_of)
 
 
 @cached(max_entries=192)
 def fit_of(
-    ensemble: Ensemble, statistic: Statistic, facies: int, direction: DirectionName
+    ensemble: Ensemble, statistic: Statistic, facies: int, direction: Direction
 ) -> Fit | None:
     """Return the comparison of a curve with crops of the training image."""
     return fit_curve(ensemble, statistic, int(ensemble.training_image.codes[facies]), direction)
@@ -121,46 +105,56 @@ def e_type_of(ensemble: Ensemble) -> EType:
     return (_e_type if small else _large_e_type)(ensemble)
 
 
-def draw_facies_charts(
-    ensemble: Ensemble, facies: int, colours: Sequence[str] | None = None
-) -> None:
-    """Draw the charts of a facies, given by its index, and proportions if `colours` are given."""
-    draw_band_key(ensemble)
+def draw_facies_charts(ensemble: Ensemble, facies: int, axis: DirectionName = "E-W") -> None:
+    """Draw variograms, connectivity and CPU times; `facies` is an index into the codes.
+
+    The curves of a volume are in the direction `axis`, beside the vertical proportions.
+    """
     variograms = _variograms(ensemble, facies)
     times = partial(_times, ensemble, chart_theme())
-    shares = [partial(draw_proportions, ensemble, colours)] if colours else []
-    if ensemble.grid.nz is None:
-        rows = [[*variograms, partial(_connectivity_both_ways, ensemble, facies), times, *shares]]
+    if not ensemble.grid.is_volume:
+        drawn = [*variograms, partial(_connectivity_both_ways, ensemble, facies), times]
     else:
-        layers = partial(draw_layers, ensemble, facies)
-        connectivity = [
-            partial(_titled_curve, ensemble, "connectivity", facies, direction)
-            for direction in axes_of(ensemble.grid.shape)
+        drawn = [
+            variograms[axes_of(ensemble.grid.shape).index(axis)],
+            partial(_titled_curve, ensemble, "connectivity", facies, axis),
+            partial(draw_layers, ensemble, facies),
+            times,
         ]
-        rows = [[*variograms, layers, *shares], [*connectivity, times]]
-    draw_rows(rows)
+    for draw in drawn:
+        draw()
 
 
-def draw_rows(rows: Sequence[Sequence[Callable[[], None]]]) -> None:
-    """Draw rows of charts in equal columns, and explain how the curves are judged."""
-    with st.container(key="charts"):
-        places = [st.columns(len(rows[0]), gap="medium") for _ in rows]
-    for row, columns in zip(rows, places, strict=True):
-        for draw, place in zip(row, columns, strict=False):
-            with place:
-                draw()
-    step_note(verdicts.HOW_JUDGED)
+def directions_of_curves(ensemble: Ensemble, facies: int) -> dict[Direction, str]:
+    """Return the directions of curves, and the end of their titles: along and across geobodies.
+
+    Without a main direction of the image and in volumes, curves are along the axes.
+    """
+    image, follows = ensemble.training_image, not ensemble.is_of_other_images
+    code = int(image.codes[facies])
+    directions = follows and not ensemble.grid.is_volume and _along_and_across(image, code)
+    if not directions:
+        return dict.fromkeys(axes_of(ensemble.grid.shape), "")
+    return dict(zip(directions, (", along", ", across"), strict=True))
 
 
 def _variograms(ensemble: Ensemble, facies: int) -> list[Callable[[], None]]:
-    """Return, per axis, a function that draws the variogram; the γ axes are equal."""
-    directions = axes_of(ensemble.grid.shape)
+    """Return, per direction, a function that draws the variogram; the γ axes are equal."""
+    directions = directions_of_curves(ensemble, facies)
     bundles = [curve_bundle(ensemble, "variogram", facies, direction) for direction in directions]
     top = 1.1 * max(float(np.nanmax([b.each.max(), b.reference.max()])) for b in bundles)
     y_range = 0.0, top or 1.0  # there is no variogram along an axis of one cell
     return [
-        partial(_titled_curve, ensemble, "variogram", facies, direction, y_range=y_range)
-        for direction in directions
+        partial(
+            _titled_curve,
+            ensemble,
+            "variogram",
+            facies,
+            direction,
+            relation=relation,
+            y_range=y_range,
+        )
+        for direction, relation in directions.items()
     ]
 
 
@@ -168,13 +162,14 @@ def _titled_curve(
     ensemble: Ensemble,
     statistic: Statistic,
     facies: int,
-    direction: DirectionName,
+    direction: Direction,
+    relation: str = "",
     y_range: tuple[float, float] = (0.0, 1.04),
     note: verdicts.Verdict | None = None,
     key: str = "",
+    **options: Any,
 ) -> None:
     name = ensemble.training_image.facies_names[facies]
-    kind, prefix = STATISTIC_TITLES[statistic]
     if note is None:
         note = verdicts.describe_curve(fit_of(ensemble, statistic, facies, direction), statistic)
     make_chart = partial(
@@ -187,13 +182,15 @@ def _titled_curve(
         y_range=y_range,
         theme=chart_theme(),
     )
+    title, way = verdicts.curve_title(statistic, direction), verdicts.way_name(direction)
     titled_chart(
-        title=verdicts.curve_title(statistic, direction),
+        title=title + relation,
         note=note,
-        chart=make_chart,
-        key=key or f"{prefix}_{direction[0]}",
-        alt=f"{kind} {verdicts.way_name(direction)} of {name}",
-        draw=_draw_once,
+        chart=_figure_of(make_chart),
+        key=key or f"{statistic}_{way[:-1] if way[0].isdigit() else way[0]}",
+        alt=f"{title} of {name}",
+        draw=draw_light_chart,
+        **options,
     )
 
 
@@ -201,62 +198,80 @@ def _curve_chart(
     ensemble: Ensemble,
     statistic: Statistic,
     facies: int,
-    direction: DirectionName,
+    direction: Direction,
     name: str,
     y_range: tuple[float, float],
     theme: Theme,
 ) -> Any:
     """Return the chart of a curve; the name of the facies is not part of an ensemble's content."""
-    judged = judged_curves(fit_of(ensemble, statistic, facies, direction))
-    bundle = curve_bundle(ensemble, statistic, facies, direction)
     return curves_chart(
-        bundle,
+        curve_bundle(ensemble, statistic, facies, direction),
         theme,
         y_range=y_range,
         y_title=f"{verdicts.SIGNS[statistic]} of {name}",
-        judged=judged,
+        judged=judged_curves(fit_of(ensemble, statistic, facies, direction)),
     )
 
 
-def judged_curves(fit: Fit | None) -> tuple[NDArray[np.float64], ...] | None:
+def judged_curves(fit: Fit | None) -> tuple[Floats, ...] | None:
     """Return the lags and the means of crops and pieces that a verdict compares."""
     return None if fit is None or not fit.judged else (fit.at, fit.reference, fit.found)
 
 
 def _connectivity_both_ways(ensemble: Ensemble, facies: int) -> None:
-    """Draw the connectivity E–W; a note mentions connectivity N–S if it is outside the band."""
-    fits = [fit_of(ensemble, "connectivity", facies, direction) for direction in ("E-W", "N-S")]
-    verdict, north_south = (verdicts.describe_curve(fit, "connectivity") for fit in fits)
-    if north_south.good is False:
-        words = f"{'' if verdict.good else f'E–W {verdict.words}; '}N–S {north_south.words}"
-        numbers = f"E–W {verdict.numbers}; N–S {north_south.numbers}"
-        verdict = verdicts.Verdict(words, numbers, good=False)
-    _titled_curve(ensemble, "connectivity", facies, "E-W", note=verdict, key="connection")
+    """Draw the connectivity along geobodies or, after a click, across.
+
+    The note judges the connectivity in both directions.
+    """
+    state, relations = session_state(), directions_of_curves(ensemble, facies)
+    direction, other = list(relations)[:: -1 if state.shows_across else 1]
+    fits = {
+        verdicts.way_name(shown): fit_of(ensemble, "connectivity", facies, shown)
+        for shown in (direction, other)
+    }
+    other_way = verdicts.way_name(other)
+    _titled_curve(
+        ensemble,
+        "connectivity",
+        facies,
+        direction,
+        relation=relations[direction],
+        note=verdicts.describe_curves(fits, "connectivity"),
+        key="connection",
+        draw_beside=partial(
+            button,
+            other_way,
+            key="turn_connectivity",
+            on_click=catch_callback_errors(setattr),
+            args=(state, "shows_across", not state.shows_across),
+            help=f"Show connectivity {other_way}{relations[other]}",
+            type="tertiary",
+        ),
+    )
 
 
 def draw_statistic(
     bundles: Bundle | Mapping[str, Bundle],
     statistic: Statistic,
-    direction: DirectionName,
+    direction: Direction,
     name: str,
     *,
     note: str | verdicts.Verdict,
-    y_range: tuple[float, float] | None,
-    prefix: str = "",
     of_what: str = "",
-    height: int = 196,
+    **options: Any,
 ) -> None:
-    """Draw the curves of a statistic of the facies `name`; `of_what` ends the text read aloud."""
+    """Draw the curves of a statistic of the facies `name`; `of_what` ends the text read aloud.
+
+    `options` are passed to `curves_chart`.
+    """
     title = verdicts.curve_title(statistic, direction)
     y_title = f"{verdicts.SIGNS[statistic]} of {name}"
-    chart = curves_chart(bundles, chart_theme(), y_title=y_title, y_range=y_range, height=height)
-    key, alt = f"{prefix}{statistic}_{direction[0]}", f"{title} of {name}{of_what}"
-    titled_chart(title, note, chart, key, alt)
+    chart = curves_chart(bundles, chart_theme(), y_title=y_title, **options)
+    key = f"{statistic}_{direction[0] if isinstance(direction, str) else 'azimuth'}"
+    titled_chart(title, note, chart, key, f"{title} of {name}{of_what}")
 
 
-def draw_layers(
-    ensemble: Ensemble, facies: int, bundle: Bundle | None = None, height: int = 196
-) -> None:
+def draw_layers(ensemble: Ensemble, facies: int, bundle: Bundle | None = None) -> None:
     """Draw the vertical proportion curve of a volume for a facies (an index into the codes)."""
     bundle = bundle or vertical_proportions_bundle(ensemble, facies)
     image, grid = ensemble.training_image, ensemble.grid
@@ -264,9 +279,9 @@ def draw_layers(
     note = verdicts.LAYERS_NOT_JUDGED
     if image.shape[0] != grid.nz:
         note = f"training image ({image.shape[0]} layers) scaled to the grid"
-    chart = layers_chart(ensemble, facies, bundle, chart_theme(), height=height)
+    chart = layers_chart(ensemble, facies, bundle, chart_theme()).to_json(validate=False)
     alt = f"Share of {name} in each layer: training image, realizations, hard data"
-    titled_chart("Vertical proportions", note, chart, "layers", alt)
+    titled_chart("Vertical proportions", note, chart, "layers", alt=alt, draw=draw_light_chart)
 
 
 def draw_proportions(ensemble: Ensemble, colours: Sequence[str]) -> None:
@@ -283,17 +298,25 @@ def draw_proportions(ensemble: Ensemble, colours: Sequence[str]) -> None:
     titled_chart(
         title="Proportions",
         note="",
-        chart=make_chart,
+        chart=_figure_of(make_chart),
         key="proportions",
         alt="Facies proportions of the realizations and the image",
-        draw=_draw_once,
+        draw=draw_light_chart,
     )
 
 
 @cached(max_entries=320)
-def _draw_once(make_chart: partial[Any], key: str, alt: str) -> None:
-    """Draw a chart; for equal arguments of `make_chart`, all sessions share Streamlit's message."""
-    draw_chart(make_chart(), key, alt)
+def _figure_of(make_chart: partial[Any]) -> str:
+    """Return a chart as JSON, which all sessions share for equal arguments of `make_chart`."""
+    return str(make_chart().to_json(validate=False))
+
+
+def draw_light_chart(figure: str, key: str, alt: str) -> None:
+    """Draw a chart, given as JSON, without Plotly, which takes most of the time of a page.
+
+    The component draws lines and dots on axes with ranges; the style determines the height.
+    """
+    draw_component("chart", f"chart_{key}", {"figure": figure, "alt": alt})
 
 
 def _times(ensemble: Ensemble, theme: Theme) -> None:
@@ -304,10 +327,10 @@ def _times(ensemble: Ensemble, theme: Theme) -> None:
     titled_chart(
         title="CPU time",
         note=f"{duration(mean)} a realization",
-        chart=partial(times_chart, 1000 * ensemble.cpu_seconds, 1000 * mean, theme),
+        chart=_figure_of(partial(times_chart, 1000 * ensemble.cpu_seconds, 1000 * mean, theme)),
         key="times",
         alt="CPU time of each realization",
-        draw=_draw_once,
+        draw=draw_light_chart,
     )
 
 
@@ -321,9 +344,8 @@ def draw_curve_key(lines: Iterable[tuple[str, str]]) -> None:
 
 def draw_band_key(ensemble: Ensemble) -> None:
     """Draw the legend for the lines of `curves_chart`."""
-    thin_lines = "each realization"
-    if ensemble.n > MAX_CURVES:
-        thin_lines = f"each of the first {MAX_CURVES} realizations"
+    many = ensemble.n > MAX_CURVES
+    thin_lines = f"each of the first {MAX_CURVES} realizations" if many else "each realization"
     names = ("training image", "median", "5–95 %", thin_lines)
     styles = ((2, "reference"), (2, "ink"), (10, "band"), (1, "each"))
     borders = [f"{width}px solid var(--{colour})" for width, colour in styles]

@@ -9,29 +9,27 @@ from typing import Any
 
 import numpy as np
 import streamlit as st
-from numpy.typing import NDArray
 from streamlit.delta_generator import DeltaGenerator
 
 from ccwsim import Ensemble, Grid, HardData, TrainingImage, datasets
 from ccwsim.figures import ENTROPY, contact_sheet, facies_colours, tile_size
+from ccwsim.model.arrays import Array, Integers
 from ccwsim.sharing.choices import CellsOfWells
 from ccwsim.ui.frontend.cells import CellMap, draw_cells, editor_points, facies_map, share_map
 from ccwsim.ui.frontend.component import draw_tiles
 from ccwsim.ui.results.charts import e_type_of
-from ccwsim.ui.session.cached import cached
+from ccwsim.ui.session.cached import cached, kept_with
 from ccwsim.ui.session.resolve import data_of, image_of, study_of, wells_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.errors import if_possible
 from ccwsim.ui.widgets.fields import button, field, options_of
-from ccwsim.ui.widgets.text import panel_title, step_note
+from ccwsim.ui.widgets.text import in_row, panel_title, step_note
 
-MAP_WIDTHS = (1.08, 1.0)
-"""Relative widths of the columns of a realization (with coordinates) and of the E-type."""
 WIDE = 2.0  # minimum ratio of width to height of a grid whose maps are placed below each other
+BORDER = "#14181d"  # colour of the borders of zones and of active cells
 OTHERS = ("most likely", "entropy")
-ROW_WIDTH = 1040  # maximum width in pixels of a row of tiles on a wide screen
-NARROW_TILE = 64  # minimum width in pixels of a tile with numbers of the usual size
-SMALLEST_IMAGE = 0.5  # minimum width of the training image as a share of the width of a realization
+THUMBNAIL = 56  # length in pixels of the longer side of a realization's thumbnail
+FLAT_TILE = 14  # below this height in pixels, a tile has its number below it
 
 
 def map_columns(widths: Sequence[float], first: int, grid: Grid) -> list[DeltaGenerator]:
@@ -49,12 +47,12 @@ def is_wide(grid: Grid) -> bool:
     return grid.nx >= WIDE * grid.ny
 
 
-def middle_cells(array: NDArray[Any]) -> NDArray[Any]:
+def middle_cells(array: Array) -> Array:
     """Return the middle layer of a volume; return a map unchanged."""
     return array[len(array) // 2] if array.ndim == 3 else array
 
 
-def middle_layers(stack: NDArray[Any]) -> NDArray[Any]:
+def middle_layers(stack: Array) -> Array:
     """Return the middle layer of each volume in a stack; return maps unchanged."""
     return stack[:, stack.shape[1] // 2] if stack.ndim == 4 else stack
 
@@ -74,9 +72,8 @@ def pretty(name: str) -> str:
 def colours_of_ran(state: State) -> list[str]:
     """Return the facies colours of the results, whose image may differ from the study's image."""
     assert state.ensemble is not None
-    image = state.ensemble.training_image
     chosen = dict(state.choices.image.colours) if state.ensemble_choices else {}
-    return facies_colours(image, chosen)
+    return facies_colours(state.ensemble.training_image, chosen)
 
 
 def with_data(
@@ -84,7 +81,7 @@ def with_data(
     cell_map: CellMap,
     data: HardData,
     image: TrainingImage,
-    realization: NDArray[np.integer] | None = None,
+    realization: Integers | None = None,
     wells: CellsOfWells | None = None,
 ) -> CellMap:
     """Return a map with hard data and the names of their wells on top.
@@ -110,22 +107,22 @@ def draw_e_type(
 ) -> None:
     """Draw the uncertainty map or volume, and the field that chooses its statistic."""
     names = ensemble.training_image.facies_names
-    with st.container(horizontal=True, vertical_alignment="center", gap="small", key="e_type_row"):
+    with in_row("e_type_row"):
         panel_title("E-type")
         e_type_field(state, names, lambda option: choose_statistic(state, option), ensemble.n)
     cell_map = uncertainty_map(state, ensemble, colours)
     cell_map = with_data(state, cell_map, ensemble.hard_data, ensemble.training_image, wells=wells)
-    name = f"{state.e_type}_{names[state.facies]}".replace(" ", "_")
-    # a map below a realization also has coordinates, so that the edges of the maps are aligned
-    has_axes = ensemble.grid.nz is not None or is_wide(ensemble.grid)
     draw_cells(
-        cell_map,
+        with_borders(cell_map, ensemble),
         "e_type",
-        grid=ensemble.grid if has_axes else None,
+        grid=ensemble.grid,
+        # a map below a realization also has coordinates, so that the edges of the maps are aligned
+        axes=ensemble.grid.is_volume or is_wide(ensemble.grid),
         answer=_answer(state),
         link="grid",
         scale="maps",
-        name=name,
+        name=f"{state.e_type}_{names[state.facies]}".replace(" ", "_"),
+        fits=True,
     )
 
 
@@ -139,13 +136,12 @@ def e_type_field(
     state: State, names: Sequence[str], write: Callable[[int | str], None], n: int
 ) -> None:
     """Draw the field that chooses the statistic of the uncertainty map of `n` realizations."""
-    chosen = state.facies if state.e_type == "probability" else state.e_type
     options: list[int | str] = [*range(len(names)), *OTHERS]
     field(
         st.selectbox,
         "What the uncertainty map shows",
         key="e_type",
-        value=chosen,
+        value=state.facies if state.e_type == "probability" else state.e_type,
         write=write,
         label_visibility="collapsed",
         width=220,
@@ -189,11 +185,45 @@ def given_map(ensemble: Ensemble, facies: int) -> CellMap | None:
     """Return the probability of a facies that guides a study; None without such a guide."""
     if ensemble.secondary is None or ensemble.secondary.probabilities is None:
         return None
-    probability = ensemble.secondary.probabilities[facies]
-    if ensemble.active is not None:
-        probability = np.where(ensemble.active, probability, np.nan)
+    shares = ensemble.secondary.probabilities[facies]
+    probability = np.where(ensemble.study.active_mask, shares, np.nan)
     word = f"given P({ensemble.training_image.facies_names[facies]}) ="
     return share_map(probability, word, "Given probability")
+
+
+def with_borders(cell_map: CellMap, ensemble: Ensemble) -> CellMap:
+    """Return a map with the borders of zones and of active cells; return a volume unchanged."""
+    if cell_map.indices.ndim == 3 or not (lines := _borders_of(ensemble)):
+        return cell_map
+    return replace(cell_map, lines=lines, line_colours=(BORDER,))
+
+
+@kept_with
+def _borders_of(ensemble: Ensemble) -> list[list[list[float]]]:
+    """Return the borders that all maps of an ensemble have."""
+    zones = ensemble.secondary.zones if ensemble.secondary else None
+    if zones is None and ensemble.active is None:
+        return []
+    areas = np.zeros(ensemble.grid.shape, int) if zones is None else zones + 1
+    return borders(np.where(ensemble.study.active_mask, areas, -1))
+
+
+def borders(areas: Integers) -> list[list[list[float]]]:
+    """Return the straight lines (row, column, colour index) between areas of a map.
+
+    Examples
+    --------
+    >>> borders(np.array([[0, 0], [0, 1]]))
+    [[[1, 1, 0], [1, 2, 0]], [[1, 1, 0], [2, 1, 0]]]
+    """
+    lines = []
+    for turned in (False, True):
+        cells = areas.T if turned else areas
+        differs = np.pad(cells[1:] != cells[:-1], ((0, 0), (1, 1))).astype(np.int8)
+        at, position = np.nonzero(np.diff(differs))  # ends of lines in each row of edges
+        ends = np.column_stack([at + 1, position])[:, :: -1 if turned else 1]
+        lines += np.pad(ends, ((0, 0), (0, 1))).reshape(-1, 2, 3).tolist()
+    return lines
 
 
 def draw_given(cell_map: CellMap, name: str, **options: Any) -> None:
@@ -220,10 +250,9 @@ def realization_map(
 ) -> CellMap:
     """Return realization `r` with the data, and the names of their wells, on top."""
     image = ensemble.training_image
-    cell_map = facies_map(ensemble.indices[r], image, colours, alt)
     return with_data(
         state,
-        cell_map,
+        facies_map(ensemble.indices[r], image, colours, alt),
         ensemble.hard_data,
         image,
         realization=ensemble.realizations[r],
@@ -238,30 +267,29 @@ def draw_realization(
     title = f"Realization {r + 1}"
     panel_title(f"{title} of {ensemble.n}")
     draw_cells(
-        realization_map(state, ensemble, colours, r, title),
+        with_borders(realization_map(state, ensemble, colours, r, title), ensemble),
         "realization",
         grid=grid,
         answer=_answer(state),
         link="grid",
         scale="maps",
         name=f"realization_{r + 1}",
+        fits=True,
     )
 
 
 def draw_gallery(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
     """Draw small maps of all realizations; a click shows a realization large."""
-    longest = min(96, max(48, ROW_WIDTH // ensemble.n - 8))
-    width, height = tile_size(ensemble.grid.shape[-2:], longest)
+    width, height = tile_size(ensemble.grid.shape[-2:], THUMBNAIL)
     if ensemble.grid.nz is not None:
         step_note(f"Layer {ensemble.grid.nz // 2} of each realization; 0 is the bottom")
-    png, columns = sheet(ensemble, tuple(colours), 2 * longest, ensemble.n)
-    tiles = [{"name": f"Realization {r}", "badge": r} for r in range(1, ensemble.n + 1)]
+    png, columns = sheet(ensemble, tuple(colours), 2 * THUMBNAIL, ensemble.n)
     draw_tiles(
         "gallery",
         "Realizations; arrow keys choose",
-        tiles,
+        [{"name": f"Realization {r}", "badge": r} for r in range(1, ensemble.n + 1)],
         lambda r: setattr(state, "shown", int(r)),
-        kind="sheet small" if width < NARROW_TILE else "sheet",
+        kind="sheet small flat" if height < FLAT_TILE else "sheet small",
         arrows="choose",
         shown=state.shown,
         png=png,
@@ -295,12 +323,14 @@ def step_buttons(key: str, page_state: Any, n: int, note: str = "") -> None:
         )
 
 
-def draw_ghost(state: State) -> None:
-    """Draw outlines in place of results before the first run."""
-    image, grid = image_of(state.choices.image), state.choices.grid
-    with st.container(key="maps"):
-        left, middle, right = map_columns((SMALLEST_IMAGE, *MAP_WIDTHS), 1, grid)
-    with left, st.container(key="image_beside"):
+def draw_ghost(state: State, places: Sequence[DeltaGenerator]) -> None:
+    """Draw outlines in place of results before the first run.
+
+    `places` are those of the training image, of a realization and of the E-type.
+    """
+    image, grid = state.image, state.grid
+    left, middle, right = places
+    with left:
         draw_training_image(image, colours_of(state))
     css_size = f"aspect-ratio: {grid.nx} / {grid.ny}"
     with middle:

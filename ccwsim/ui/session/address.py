@@ -13,7 +13,7 @@ from ccwsim import Parameters
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_LINK_VALUES, MAX_SEED
 from ccwsim.sharing.choices import Choices, DataChoice, GuideChoice, ImageChoice, Shown
-from ccwsim.sharing.link import first_values, link_of, meant, read_link
+from ccwsim.sharing.link import first_values, link_of, meant, missing_parts, read_link
 from ccwsim.ui.session.kept import drafts_for_reload, keep_for_reload, kept_for_reload
 from ccwsim.ui.session.resolve import data_of, fitted_to_image, image_of, secondary_of
 from ccwsim.ui.session.state import State
@@ -26,9 +26,11 @@ MIN_OWN_SEED = 1000  # minimum random seed for a reader; seeds typed by people a
 
 def take_address(state: State) -> None:
     """Start the study described by the address of the page, and note parts that cannot be used."""
-    choices, shown, notes = read_link(_query(), kept_for_reload())
+    query, available = _query(), kept_for_reload()
+    choices, shown, notes = read_link(query, available)
     choices, changes = made_consistent(own_seed(state, choices))
     state.choices, state.notes = choices, (*notes, *changes)
+    state.missing = missing_parts(query, available)
     state.needs_confirmation = True
     show(state, shown)
     image_draft, data_draft = drafts_for_reload(choices)
@@ -66,12 +68,26 @@ def made_consistent(choices: Choices) -> tuple[Choices, tuple[str, ...]]:
 
 def show(state: State, shown: Shown) -> None:
     """Show the parts of the results that the link selects."""
-    state.shown, state.facies, state.e_type = shown.realization, shown.facies, shown.e_type
+    image, state.facies_image = state.image, ""
+    state.shown, state.e_type = shown.realization, shown.e_type
+    state.flow, state.compare, state.sweep = shown.flow, shown.compare, shown.sweep
+    state.choose_facies(image)
+    if shown.facies is not None:
+        state.facies = min(shown.facies, image.n_facies - 1)
 
 
 def shown_of(state: State) -> Shown:
-    """Return the parts of the results that are on the page."""
-    return Shown(state.shown, state.facies, state.e_type)
+    """Return the parts of the results that are on the page; the usual facies is left out."""
+    image = state.image
+    is_usual = state.facies_image != image.digest or state.facies == image.facies_of_interest
+    return Shown(
+        realization=state.shown,
+        facies=None if is_usual else state.facies,
+        e_type=state.e_type,
+        flow=state.flow,
+        compare=state.compare,
+        sweep=state.sweep,
+    )
 
 
 def follow_study(state: State) -> None:
@@ -80,6 +96,7 @@ def follow_study(state: State) -> None:
     query = first_values(_query().items())
     unrelated = {name: values for name, values in query.items() if not meant(name)}
     new_query = {**unrelated, **link_of(state.choices, shown_of(state))}
+    new_query |= {key: [text] for key, text in state.missing.items()}
     text = urlencode(new_query, doseq=True)
     # the browser may report an older address than the address sent last
     if text != state.address or new_query != query:

@@ -47,7 +47,7 @@ CONTENT: dict[str | type[Any], Callable[[Any], Any]] = {
     DataChoice: lambda choice: [choice.upload, choice.tables, choice.answers],
     GuideChoice: lambda choice: choice.digest,
     WellTables: vars,
-    TrainingImage: lambda image: repr((image.digest, image.facies_names)),
+    TrainingImage: lambda image: repr((image.digest, image.facies_names, image.numbering)),
     Grid: repr,
     HardData: lambda data: data.digest,
     Parameters: lambda parameters: parameters.digest,

@@ -15,6 +15,7 @@ from ccwsim.ui.session.progress import progress_text
 from ccwsim.ui.session.state import KEY, session_state, start_afresh
 from ccwsim.ui.widgets.errors import PENDING_ERROR, is_control_flow, user_message
 from ccwsim.ui.widgets.fields import button
+from ccwsim.ui.widgets.text import in_row
 
 FAILED = "ccwsim_failed"  # session key that is present while a part of the page cannot be drawn
 DRAW_SECONDS = 0.5  # seconds between two checks of a job whose partial results are drawn
@@ -60,7 +61,7 @@ def error_boundary(whole: bool = False, way_back: bool = False) -> Iterator[None
         st.session_state[FAILED] = True
         if first and (whole or way_back):
             state = session_state()
-            with st.container(horizontal=True, gap="small"):
+            with in_row(align="top"):
                 if state.drawn not in (None, state.choices):
                     button(
                         "Back to the study before",
@@ -107,7 +108,7 @@ def follow(
             if not job.n:
                 st.html(f'<div class="note" role="status">{text}</div>')
             else:
-                with st.container(horizontal=True, vertical_alignment="center", key=keys[0]):
+                with in_row(keys[0]):
                     st.progress(min(job.fraction, 1.0), text=text)
                     button(cancel, key=keys[1], on_click=job.cancel, disabled=job.is_cancelled())
             if draw:

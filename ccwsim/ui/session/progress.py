@@ -3,6 +3,7 @@
 from ccwsim.engine.compilation import compilation, must_compile
 from ccwsim.jobs.job import Job
 from ccwsim.model.numbers import duration
+from ccwsim.ui.widgets.text import page_labels
 
 SLOW_START = 0.8
 """Number of seconds without progress after which a job is assumed to compile kernels."""
@@ -34,10 +35,11 @@ def queue_text(position: int) -> str:
 
 
 def compilation_text() -> str:
-    """Describe the progress of compilation: number of kernels and estimated remaining time."""
-    text = "Compiling the kernels for this machine, on the first run only"
+    """Describe the progress of compilation: features, number of kernels, and remaining time."""
+    text = "Compiling kernels for this kind of study, once on this machine"
     if progress := compilation():
-        text += f": {progress.n_done} of {progress.n} done"
+        features = sorted({page_labels("kernels")[module] for module in progress.modules})
+        text += f" ({', '.join(features)}): {progress.n_done} of {progress.n} done"
         if progress.seconds_left is not None:
             text += f", about {duration(progress.seconds_left, rough=True)} left"
     return text + " …"

@@ -1,13 +1,13 @@
 """Conversion of choices to arguments of `simulate`; files are read once and cached by content."""
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, nullcontext
 from dataclasses import replace
 from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ccwsim import (
     Auxiliary,
@@ -23,18 +23,26 @@ from ccwsim import (
 )
 from ccwsim.datasets.sampling import sample_random
 from ccwsim.experiments.timing import typical_seconds
+from ccwsim.io.formats.rasters import code_and_wkt
 from ccwsim.io.hard_data.placing import CONVERSION_CHOICES, ROW_CHOICES, far_away
 from ccwsim.io.isolated import IsolatedFile
 from ccwsim.io.limits import limited, upload_limits
 from ccwsim.jobs.job import result_in_turn
 from ccwsim.jobs.limits import UNASKED_SECONDS, free_bytes, limits_of_environment
 from ccwsim.metrics import default_parameters
-from ccwsim.model.arrays import Shape
+from ccwsim.model.arrays import Floats, Shape
 from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED
 from ccwsim.model.errors import refused
+from ccwsim.model.facies_match import FaciesMatch
 from ccwsim.model.numbers import duration, format_bytes
 from ccwsim.model.parameters import PER_AXIS, fitted
-from ccwsim.model.secondary import cells_in_polygon
+from ccwsim.model.secondary import (
+    cells_in_polygon,
+    maps_by_code,
+    match_of_image,
+    match_of_probabilities,
+    recoded_image,
+)
 from ccwsim.model.study import Study
 from ccwsim.run.footprint import demand_of
 from ccwsim.sharing.choices import (
@@ -52,6 +60,7 @@ from ccwsim.sharing.choices import (
     ZoneLayers,
 )
 from ccwsim.ui.session.cached import CONTENT, cached, kept_with
+from ccwsim.ui.widgets.errors import if_possible
 
 Value = TypeVar("Value")
 Made = TypeVar("Made", io.PointColumns, io.WellColumns, io.Conversion)
@@ -64,7 +73,11 @@ SETTLING = ("on_collision", "on_outside", "on_unknown")
 BUT_NAMES = {**CONTENT, TrainingImage: lambda image: image.digest}
 """The functions of `CONTENT`, changed so that names of facies are ignored."""
 Names = tuple[tuple[str, ...], tuple[tuple[str, int], ...]]
+CHOOSE = "choose which"  # part of messages about an open question
+NO_FILE_YET = "yet; choose a file"  # end of messages about a file that is not uploaded yet
 GUIDE_BYTES = 40  # bytes per cell of a map of a guide: the map and its copies while it is checked
+USUAL_SIDES = range(32, 1001)  # cells along the longer side of a fitted grid that keeps its cells
+UNITS = {"metre": "m", "meter": "m", "degree": "°"}
 USUAL_VOLUME = 100, 100
 """Default rows and columns of a volume's grid; the number of layers is that of the image."""
 
@@ -106,7 +119,8 @@ def _secondary(choice: GuideChoice, grid: Grid, image: TrainingImage) -> Seconda
         angle=_angle_of(choice, grid),
         scale=None if choice.scale == 1 else choice.scale,
         mirrored=choice.mirrored,
-        images=[image_of(other) for other in choice.images],
+        images=[_matched_image(other, image, n) for n, other in enumerate(choice.images, 1)],
+        facies={code: code for code in image.codes.tolist()},
         **_use_of_images(choice.zones, len(choice.images), grid),
     ).fitted(grid, image)
 
@@ -127,28 +141,52 @@ def _active_of(choice: GuideChoice, grid: Grid) -> Any:
     if not isinstance(choice.active, Upload):
         return choice.active if choice.active is None else np.array(choice.active)
     with opened(choice.active) as file:
-        return io.read_active(file, grid)
+        return io.read_active(file, grid, choice.active_codes or None)
 
 
 def _probabilities_of(choice: GuideChoice, grid: Grid, image: TrainingImage) -> Any:
-    facies = min(choice.facies, image.n_facies - 1)
-    code = int(image.codes[facies])
-    probabilities = choice.probabilities
-    if isinstance(probabilities, (Gradient, tuple)):
-        if image.n_facies == 1:
-            raise CCWSIMError("the training image has only one facies; probabilities need two")
-        if isinstance(probabilities, tuple):
-            p = drawn_map(probabilities, image.proportions[facies], grid)
-        else:
-            p = _ramp(probabilities, grid)
-        other_codes = [k for k in image.codes.tolist() if k != code]
-        shares = image.proportions[[image.index_of(k) for k in other_codes]]
-        other_shares = dict(zip(other_codes, shares / shares.sum(), strict=True))
-        return {code: p} | {k: share * (1 - p) for k, share in other_shares.items()}
-    if probabilities is None:
+    if choice.probabilities is None:
         return None
-    with opened(probabilities) as file:
-        return io.read_probabilities(file, grid, code)
+    if choice.probability_files:
+        maps, match = maps_of_probabilities(choice, grid, image)
+        name = ", ".join(file.name for file in choice.probability_files)
+        check_match(match, name)
+        if match.likeliest:  # names that the image does not have
+            labels = " and ".join(match.likeliest)
+            raise CCWSIMError(f"{name}: {CHOOSE} facies of the image {labels} is")
+        return maps_by_code(match, maps)
+    if image.n_facies == 1:
+        raise CCWSIMError("the training image has only one facies; probabilities need two")
+    facies = min(choice.facies, image.n_facies - 1)
+    if isinstance(choice.probabilities, Gradient):
+        p = _ramp(choice.probabilities, grid)
+    else:
+        strokes: Any = choice.probabilities
+        p = drawn_map(strokes, image.proportions[facies], grid)
+    return {int(image.codes[facies]): p}  # the other facies share the rest
+
+
+def maps_of_probabilities(
+    choice: GuideChoice, grid: Grid, image: TrainingImage
+) -> tuple[dict[Any, Floats], FaciesMatch]:
+    """Return the maps in files of probabilities, and the match of their facies with the image's."""
+    with ExitStack() as stack:
+        files = [stack.enter_context(opened(file)) for file in choice.probability_files]
+        maps = io.read_probabilities(files, grid)
+    return maps, match_of_probabilities(maps, grid, image, choice.facies_names)
+
+
+def _matched_image(choice: ImageChoice, image: TrainingImage, number: int) -> TrainingImage:
+    """Return a further image with the codes of the training image."""
+    further, stated = image_of(choice), choice.facies_names
+    check_match(match_of_image(further, image, stated), further.name)
+    return recoded_image(further, image, number, stated)
+
+
+def check_match(match: FaciesMatch | None, name: str) -> None:
+    """Raise `CCWSIMError` if the user must match facies of a file with those of the image."""
+    if match is not None and match.open_labels:
+        raise refused("facies_by_number", name=name, facies=" or ".join(match.open_labels))
 
 
 def _auxiliary_of(choice: GuideChoice, grid: Grid, image: TrainingImage) -> list[Auxiliary]:
@@ -164,9 +202,9 @@ def _auxiliary_of(choice: GuideChoice, grid: Grid, image: TrainingImage) -> list
     return [Auxiliary(image=image_map, grid=grid_map, weight=choice.auxiliary_weight)]
 
 
-def _auxiliary_map(upload: Upload | None, grid: Grid, name: str) -> NDArray[np.float64]:
+def _auxiliary_map(upload: Upload | None, grid: Grid, name: str) -> Floats:
     if upload is None:
-        raise CCWSIMError(f"there is no auxiliary map of the {name} yet; choose a file")
+        raise CCWSIMError(f"there is no auxiliary map of the {name} {NO_FILE_YET}")
     with opened(upload) as file:
         return io.read_values(file, grid)
 
@@ -201,11 +239,11 @@ def _use_of_images(zones: Any, n: int, grid: Grid) -> dict[str, Any]:
     return {"zones": None if zones is None else zone_map}
 
 
-def _ramp(gradient: Gradient, grid: Grid) -> NDArray[np.float64]:
+def _ramp(gradient: Gradient, grid: Grid) -> Floats:
     return gradient.start + (gradient.end - gradient.start) * position_along(gradient.azimuth, grid)
 
 
-def position_along(azimuth: float, grid: Grid) -> NDArray[np.float64]:
+def position_along(azimuth: float, grid: Grid) -> Floats:
     """Return the position of each cell along an azimuth, from 0 to 1 within the grid."""
     x, y = grid.axes[0], grid.axes[1]
     along = x[None] * np.sin(np.deg2rad(azimuth)) + y[:, None] * np.cos(np.deg2rad(azimuth))
@@ -213,7 +251,7 @@ def position_along(azimuth: float, grid: Grid) -> NDArray[np.float64]:
     return np.broadcast_to(along, grid.shape).copy()
 
 
-def drawn_map(strokes: Sequence[Stroke], start: float, grid: Grid) -> NDArray[np.float64]:
+def drawn_map(strokes: Sequence[Stroke], start: float, grid: Grid) -> Floats:
     """Return a map of the number `start`, changed by one stroke after another."""
     x, y = grid.axes[0], grid.axes[1]
     drawn = np.full((len(y), len(x)), float(start))
@@ -250,14 +288,16 @@ def image_of(choice: ImageChoice) -> TrainingImage:
     if choice.flip_ns:
         array = array[..., ::-1, :]
     names = choice.names if len(choice.names) == original.n_facies else original.facies_names
-    return TrainingImage(array, name=original.name, facies_names=names)
+    return TrainingImage(
+        array, name=original.name, facies_names=names, numbering=original.numbering
+    )
 
 
 @contextmanager
 def opened(upload: Upload | None) -> Iterator[IsolatedFile]:
     """Yield an upload as a file that another process reads; in the context, upload limits apply."""
     if upload is None:
-        raise CCWSIMError("there is no file yet; choose a file")
+        raise CCWSIMError(f"there is no file {NO_FILE_YET}")
     limits = upload_limits()
     with limited(limits):
         yield IsolatedFile(upload.content, upload.name, upload.digest, limits)
@@ -299,7 +339,14 @@ def placed_data(choices: Choices) -> io.PlacedPoints:
     choice, image, grid = choices.data, image_of(choices.image), choices.grid
     if choice.source == "file" and choice.files:
         return _placed(_without(choice, SETTLING), grid, image)
-    return _placed_cells(_cells_of(choices), grid, image, _names(choices))
+    return _placed_cells(_cells_of(choices), grid, image, _names(choices), _numbering(choices))
+
+
+def _numbering(choices: Choices) -> str:
+    """Return the numbering of data in cells: that of the image, or of an earlier image."""
+    usual = image_of(choices.image).numbering_of_data
+    is_placed = choices.data.source == "placed"
+    return dict(choices.data.answers).get("numbering", usual) if is_placed else usual
 
 
 def _names(choices: Choices) -> Names:
@@ -308,29 +355,29 @@ def _names(choices: Choices) -> Names:
     Data for the image itself need no names, so the user may rename the facies of the image.
     """
     choice, image_choice = choices.data, choices.image
-    bundled = choice.source == "bundled"
+    bundled, answered = choice.source == "bundled", dict(choice.answers).get("facies_names", ())
     data_image = datasets.hard_data_training_image(choice.bundled) if bundled else ""
     if not data_image or (image_choice.upload is None and image_choice.bundled == data_image):
-        return (), ()
+        return (), answered if _numbering(choices) == "other" else ()
     words = datasets.load(data_image).facies_names
-    answered = dict(choice.answers).get("facies_names", ())
     return words, (*taken_by_code(words, image_of(image_choice)).items(), *answered)
 
 
 def taken_by_code(words: Sequence[str], image: TrainingImage) -> dict[str, int]:
     """Return codes for names that an image lacks, unless another name denotes the same facies."""
-    codes = dict(zip(map(str.casefold, image.facies_names), image.codes.tolist(), strict=True))
-    named = {codes[word.casefold()] for word in words if word.casefold() in codes}
-    missing = {word: code for code, word in enumerate(words) if word.casefold() not in codes}
-    return {word: code for word, code in missing.items() if code in {*codes.values()} - named}
+    if image.numbering != "codes":  # numbers of colours are no codes
+        return {}
+    names = image.codes_by_name
+    free = {*image.codes.tolist()} - {names.get(word.casefold()) for word in words}
+    missing = {word: code for code, word in enumerate(words) if word.casefold() not in names}
+    return {word: code for word, code in missing.items() if code in free}
 
 
 def facies_by_code(choices: Choices) -> str:
     """Describe which facies of bundled data have another name in the image; "" if none has."""
     image = image_of(choices.image)
-    names = dict(zip(image.codes.tolist(), image.facies_names, strict=True))
     codes = taken_by_code(_names(choices)[0], image).items()
-    return ", ".join(f"{word} counts as {names[code]}" for word, code in codes)
+    return ", ".join(f"{word} counts as {image.names_by_code[code]}" for word, code in codes)
 
 
 def _cells_of(choices: Choices) -> HardData:
@@ -347,7 +394,7 @@ def _cells_of(choices: Choices) -> HardData:
 
 @cached(max_entries=32)
 def _placed_cells(
-    data: HardData, grid: Grid, image: TrainingImage, facies: Names
+    data: HardData, grid: Grid, image: TrainingImage, facies: Names, numbering: str
 ) -> io.PlacedPoints:
     words, codes = facies
     if not data.n:  # without data, the array of cells has the number of axes of the grid
@@ -361,6 +408,7 @@ def _placed_cells(
         name="hard data",
         variable="facies",
         words=words,
+        numbering=numbering,
     )
     conversion = io.Conversion(classes="codes", facies_names=codes)
     return io.place_points(points, grid, image, conversion)
@@ -388,7 +436,7 @@ def points_in_files(choices: Choices) -> io.ImportedPoints:
     """Return the points in files of hard data; a grid in a file may differ from a study's map."""
     grid = choices.grid
     return imported_points(
-        choices.data, None if grid.nz is None else grid
+        choices.data, grid if grid.is_volume else None
     )  # heights need its layers
 
 
@@ -412,27 +460,6 @@ def previews_of_wells(choice: DataChoice) -> dict[str, io.PointsPreview | CCWSIM
             except CCWSIMError as error:
                 previews[table] = error
     return previews
-
-
-def grid_for_data(choices: Choices) -> Grid | None:
-    """Return a grid that contains all data; None if the present grid suffices, or no grid can."""
-    choice, grid = choices.data, choices.grid
-    try:
-        has_files = choice.source == "file" and choice.files
-        points = points_in_files(choices) if has_files else placed_data(choices).points
-        if points.grid is None:
-            cells = grid.cells_of(*points.places.T) if points.world else points.places.astype(int)
-            far = far_away(points.places) if points.world else False
-            if (grid.holds(cells) | far).all():
-                return None
-        fitting = io.fit_grid(points, shape=grid.shape)
-    except CCWSIMError:
-        return None
-    if not points.world and points.grid is None:
-        fitting = replace(grid, ny=fitting.ny, nx=fitting.nx, nz=fitting.nz)
-    if points.grid is not None and fitting.shape == grid.shape:
-        return None
-    return fitting if max(fitting.shape) <= MAX_GRID_SIDE_OFFERED else None
 
 
 def _without(choice: DataChoice, names: tuple[str, ...]) -> DataChoice:
@@ -460,6 +487,7 @@ def _well_columns(choice: DataChoice) -> io.WellColumns:
 
 def _settled(placed: io.PlacedPoints, answers: Answers) -> io.HardDataImport:
     """Return points placed on the grid; the user's answers resolve conflicts."""
+    check_match(placed.match, placed.points.name)
     decisions = {name: answer for name, answer in answers if name in CONVERSION_CHOICES}
     return io.resolve_points(placed, io.Conversion(**decisions))
 
@@ -472,14 +500,14 @@ def _well_points(
     decisions: Answers,
     grid: Grid | None,
 ) -> io.ImportedPoints:
-    if grid is None or grid.nz is None:
+    if grid is None or not grid.is_volume:
         raise CCWSIMError(
             "wells in tables need a volume, but the study is a map; choose a training image that "
             "is a volume"
         )
     for table, upload in (("collars", tables.collars), ("intervals", intervals)):
         if upload is None:
-            raise CCWSIMError(f"there is no table of {table} yet; choose a file")
+            raise CCWSIMError(f"there is no table of {table} {NO_FILE_YET}")
     surveys: Any = nullcontext() if tables.surveys is None else opened(tables.surveys)
     with opened(tables.collars) as collars, opened(intervals) as log, surveys as stations:
         return io.read_well_points(
@@ -564,3 +592,100 @@ def fitted_grid(grid: Grid, shape: Shape) -> Grid:
         return grid
     ny, nx = USUAL_VOLUME
     return Grid(ny, nx, nz=shape[0]) if len(shape) == 3 else Choices().grid
+
+
+def grids_for_data(choices: Choices) -> dict[str, Grid]:
+    """Return grids that hold all data but distant ones: an enlarged grid and a fitted grid.
+
+    If no datum is outside, the first grid is that of the study. Grids that are too large are left
+    out.
+    """
+    grid, is_file = choices.grid, choices.data.source == "file"
+    points = if_possible(
+        lambda: points_in_files(choices) if is_file else placed_data(choices).points
+    )
+    if points is None:
+        return {}
+    if not points.world:
+        fit = partial(io.fit_grid, points, shape=grid.shape)
+        own = points.grid if points.grid and points.grid.shape != grid.shape else None
+        return _possible({"fit" if own else "enlarge": lambda: own or with_sides(grid, fit())})
+    cells = grid.cells_of(*points.places[~far_away(points.places)].T)
+    return _possible(
+        {
+            "enlarge": lambda: grid.enlarged(cells),
+            "fit": lambda: _fitted(partial(io.fit_grid, points), grid),
+        }
+    )
+
+
+def fitting_grids(choices: Choices, guides: GuideChoice) -> dict[str, Grid]:
+    """Return grids that fit wells, an outline, a raster or the image, by these names."""
+    grid, outline = choices.grid, guides.active
+    further = guides.auxiliary[1:] if isinstance(guides.auxiliary, tuple) else ()
+    files = (*guides.probability_files, outline, guides.angle, guides.zones, *further)
+    makers = {
+        "wells": lambda: grids_for_data(choices).get("fit"),
+        "outline": lambda: _grid_around(outline, grid),
+        **{f.name: partial(_raster_grid, f, grid) for f in files if isinstance(f, Upload)},
+        "image": lambda: grid_of_image(choices.image, grid),
+    }
+    return {
+        name: other
+        for name, other in _possible(makers).items()
+        if other.n_dimensions == grid.n_dimensions
+    }
+
+
+def grid_of_image(choice: ImageChoice, grid: Grid) -> Grid:
+    """Return the grid that an image states; a map without coordinates has `grid` with its shape."""
+    sides = grid if grid.nz else Grid.of(image_of(choice).shape)
+    return geometry_of(choice) or with_sides(grid, sides)
+
+
+def with_sides(grid: Grid, other: Grid) -> Grid:
+    """Return a grid with the numbers of cells of another grid."""
+    return replace(grid, ny=other.ny, nx=other.nx, nz=other.nz)
+
+
+def described(grid: Grid) -> str:
+    """Describe a grid in words, with the unit of its coordinates."""
+    name, unit = name_and_unit(grid.crs)
+    return grid.describe(unit, name)
+
+
+@cached(max_entries=32)
+def name_and_unit(crs: str) -> tuple[str, str]:
+    """Return the code or name of a coordinate system, and its unit; empty if unknown."""
+    code, wkt = code_and_wkt(crs) if crs else ("", "")
+    names, units = re.findall(r'^\w+\["([^"]+)|^(.+)', code), re.findall(r'UNIT\["([^"]+)', wkt)
+    name = "".join(names[0]) if names else ""
+    return name, UNITS.get(units[-1], str(units[-1])) if units else ""
+
+
+def _possible(makers: Mapping[str, Callable[[], Grid | None]]) -> dict[str, Grid]:
+    """Return the grids that can be made and are not too large, by name."""
+    grids = {name: if_possible(make) for name, make in makers.items()}
+    return {name: k for name, k in grids.items() if k and max(k.shape) <= MAX_GRID_SIDE_OFFERED}
+
+
+def _fitted(fit: Callable[..., Grid], grid: Grid) -> Grid:
+    """Return the result of `fit`, with the cell size of `grid` if its sides are usual."""
+    same = if_possible(partial(fit, cell_size=grid.cell_size))
+    is_usual = same is not None and max(same.shape) in USUAL_SIDES
+    return replace(same if same and is_usual else fit(), crs=grid.crs)
+
+
+def _grid_around(outline: object, grid: Grid) -> Grid:
+    """Return a grid around the outline of active cells; raise `CCWSIMError` without an outline."""
+    rings: Any = [outline or ()]
+    if isinstance(outline, Upload):
+        rings = read_upload(io.read_lines, outline, None, "Polygon") or ()
+    return _fitted(partial(Grid.fit, [point for ring in rings for point in ring]), grid)
+
+
+def _raster_grid(file: Upload, grid: Grid) -> Grid | None:
+    """Return the grid of a raster, or None for a file without coordinates of cells."""
+    name = read_upload(io.inspect, file).variables[0].name
+    volume = grid.is_volume
+    return read_upload(io.read_geometry, file, variable=name, volume=volume)

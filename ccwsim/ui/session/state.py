@@ -7,10 +7,21 @@ from typing import Any, Generic, Self, TypeVar
 
 import streamlit as st
 
-from ccwsim import Ensemble, TrainingImage
+from ccwsim import Ensemble, Grid, TrainingImage
 from ccwsim.jobs.job import NO_DEMAND, Job
 from ccwsim.jobs.limits import Demand, limits_of_environment
-from ccwsim.sharing.choices import Choices, DataChoice, EMap, GuideChoice, ImageChoice
+from ccwsim.metrics.lags import DirectionName
+from ccwsim.sharing.choices import (
+    Choices,
+    CompareChoice,
+    DataChoice,
+    EMap,
+    FlowChoice,
+    GuideChoice,
+    ImageChoice,
+    SweepChoice,
+)
+from ccwsim.ui.session import resolve
 from ccwsim.ui.session.uploads import size_of_all
 from ccwsim.ui.widgets.errors import problem_in
 
@@ -180,17 +191,36 @@ class State:
     shown: int = 0  # index of the realization that the page shows large
     realization_to_restore: int = 0  # value of `shown` when the latest run started
     facies: int = 1  # index of the facies in curves and probability maps
+    facies_image: str = ""  # digest of the image for which `facies` was chosen
+    shows_across: bool = False  # whether connectivity is shown in the second of two directions
+    axis: DirectionName = "E-W"  # direction of the curves of a volume
     e_type: EMap = "probability"  # the statistic in the uncertainty map
+    flow: FlowChoice = field(default_factory=FlowChoice)  # settings of the page Flow
+    compare: CompareChoice = field(default_factory=CompareChoice)
+    sweep: SweepChoice = field(default_factory=SweepChoice)
     reference: TrainingImage | None = None  # field from which the data were sampled
     runs: PastRuns = field(default_factory=PastRuns)  # earlier runs, which can be restored
     pages: dict[type, Any] = field(default_factory=dict)  # state of each page, by type of state
     own_seed: int | None = None  # random seed of a reader of a link for a class
     address: str = ""  # latest query in the address of the page
     notes: tuple[str, ...] = ()  # notes on unusable parts of an address or project
+    # values of an address, by name, that name files which are not on this server
+    missing: dict[str, str] = field(default_factory=dict)
     earlier: list[Choices] = field(default_factory=list)  # studies before changes, newest last
     drawn: Choices | None = None  # the latest study with which a page was drawn without an error
     welcome: bool = False  # whether to introduce the program to a reader who has not used it
     opened: tuple[str, str] = ("", "")  # the latest project file and the error in it
+    fitted: tuple[str, Grid, Grid] | None = None  # why the grid was fitted, the grid, that before
+
+    @property
+    def image(self) -> TrainingImage:
+        """The training image of the study; raise `CCWSIMError` if a question is open."""
+        return resolve.image_of(self.choices.image)
+
+    @property
+    def grid(self) -> Grid:
+        """The grid of the study."""
+        return self.choices.grid
 
     def page(self, kind: type[PageState]) -> PageState:
         """Return the page state of type `kind`, which is created without arguments if necessary."""
@@ -199,6 +229,33 @@ class State:
     def change(self, **changes: Any) -> None:
         """Replace some choices of the study."""
         self.choices = replace(self.choices, **changes)
+
+    def fit_grid(self, reason: str, grid: Grid) -> None:
+        """Replace the grid; the study column shows the reason, and *Undo*."""
+        self.fitted = reason, grid, self.grid
+        self.change(grid=grid)
+
+    def change_flow(self, **changes: Any) -> None:
+        """Replace some settings of the page Flow."""
+        self.flow = replace(self.flow, **changes)
+
+    def change_compare(self, **changes: Any) -> None:
+        """Replace some settings of the page Compare."""
+        self.compare = replace(self.compare, **changes)
+
+    def change_sweep(self, **changes: Any) -> None:
+        """Replace some settings of the page Sweep."""
+        self.sweep = replace(self.sweep, **changes)
+
+    def fit_shown(self, ensemble: Ensemble) -> None:
+        """Choose a realization and a facies that an ensemble has, unless they are chosen."""
+        self.shown = min(self.shown, ensemble.n - 1)
+        self.choose_facies(ensemble.training_image)
+
+    def choose_facies(self, image: TrainingImage) -> None:
+        """Choose the facies of interest of an image, unless a facies of this image is chosen."""
+        if self.facies_image != image.digest:
+            self.facies, self.facies_image = image.facies_of_interest, image.digest
 
     def note_drawn(self) -> None:
         """Store the study of a drawn page; the study before can be restored with `undo`."""

@@ -35,18 +35,21 @@ def file_uploader(
     label: str,
     *,
     key: str,
-    take: Callable[[Upload], object],
+    take: Callable[[Any], object],
     removed: Callable[[], None] = lambda: None,
     **options: Any,
 ) -> None:
-    """Draw a file uploader; call `take` with a chosen file, and `removed` after its removal."""
+    """Draw a file uploader; call `take` with a chosen file, and `removed` after its removal.
+
+    With the option `accept_multiple_files`, `take` is called with a tuple of files.
+    """
 
     def changed() -> None:
         file = st.session_state[key]
-        if file is None:
+        if not file:
             removed()
         else:
-            take(upload_of(file))
+            take(tuple(map(upload_of, file)) if isinstance(file, list) else upload_of(file))
 
     st.file_uploader(label, key=key, on_change=catch_callback_errors(changed), **options)
 

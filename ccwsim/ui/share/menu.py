@@ -6,13 +6,14 @@ from functools import partial
 import streamlit as st
 
 import ccwsim
+from ccwsim import CCWSIMError, TrainingImage
 from ccwsim.figures import facies_colours
 from ccwsim.io import training_image_as_bytes
 from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED, MAX_REALIZATIONS, MAX_SEED
 from ccwsim.model.classes import MAX_CODES
-from ccwsim.model.errors import CCWSIMError
 from ccwsim.report.document import report_html, surroundings
 from ccwsim.sharing.choices import (
+    Answers,
     Choices,
     DataChoice,
     GuideChoice,
@@ -20,7 +21,7 @@ from ccwsim.sharing.choices import (
     Shown,
     Upload,
 )
-from ccwsim.sharing.link import link_of, link_settings, parts_left_out, read_link
+from ccwsim.sharing.link import link_settings, parts_left_out, read_link
 from ccwsim.sharing.project import Project, project_as_bytes, read_project
 from ccwsim.sharing.recipe import Recipe, reproduction_recipe
 from ccwsim.sharing.study_report import study_report
@@ -28,14 +29,13 @@ from ccwsim.ui.hard_data.edits import Editor, History
 from ccwsim.ui.session.address import page_link_of, show, shown_of
 from ccwsim.ui.session.file_names import image_part, study_part
 from ccwsim.ui.session.fragments import error_boundary
-from ccwsim.ui.session.resolve import data_of, image_of, opened, study_of
+from ccwsim.ui.session.resolve import image_of, opened, study_of, wells_of
 from ccwsim.ui.session.state import State, start_afresh
 from ccwsim.ui.session.uploads import upload_of
 from ccwsim.ui.study.run import is_current, question_of, start_run, stop_run
-from ccwsim.ui.widgets.errors import if_possible
 from ccwsim.ui.widgets.facts import facts_of
 from ccwsim.ui.widgets.fields import button, download
-from ccwsim.ui.widgets.text import page_text, plain, step_note
+from ccwsim.ui.widgets.text import in_row, page_text, plain, step_note
 
 REPORT_HEIGHT = 720  # height of a report on the page in pixels; longer reports scroll
 READING = "report_is_read"
@@ -82,7 +82,7 @@ def _share(state: State) -> None:
 
 def _files(state: State) -> None:
     project = project_of(state)
-    with st.container(horizontal=True, gap="small"):
+    with in_row(align="top"):
         content = partial(project_as_bytes, project)
         download("Save project", content, file_name(state.choices), key="share_save")
         name = "ccwsim" if state.ensemble is None else study_part(state.ensemble)
@@ -141,6 +141,7 @@ def report_of(state: State):
             facts=facts,
             link=link,
             recipe=reproduction_recipe(choices, study_of(choices), file_name(choices)),
+            wells=wells_of(choices),
         )
         return report_html(document).encode()
 
@@ -192,10 +193,14 @@ def project_of(state: State) -> Project:
     choices, shown = state.choices, shown_of(state)
     ensemble = state.ensemble
     digest = ensemble.digest if ensemble is not None and is_current(state) else ""
-    colours = link_settings(choices, ("image",))["colour"]  # no link has colours of a user's image
-    settings = {**link_of(choices, shown), "colour": colours}
-    versions = dict(surroundings())
-    return Project(study_of(choices), choices.n_realizations, settings, versions, digest)
+    return Project(
+        study_of(choices),
+        choices.n_realizations,
+        settings=link_settings(choices, ("shown",), shown),
+        versions=dict(surroundings()),
+        digest=digest,
+        choices=choices,
+    )
 
 
 def open_project(state: State, upload: Upload) -> None:
@@ -218,37 +223,31 @@ def open_project(state: State, upload: Upload) -> None:
 
 
 def choices_of(project: Project) -> tuple[Choices, Shown]:
-    """Return a project as choices, with bundled images and data by name, and the shown results."""
+    """Return a project as choices, which a project of a script does not have, and `Shown`."""
     study = project.study
-    by_link, shown, _ = read_link(project.settings)
-    choices = Choices(
-        image=_image(project, by_link.image),
-        data=by_link.data,
+    data = DataChoice("placed", placed=study.hard_data) if study.hard_data.n else DataChoice()
+    choices = project.choices or Choices(
+        image=_image(study.training_image), data=data, guides=GuideChoice(saved=study.secondary)
+    )
+    choices = replace(
+        choices,
         grid=study.grid,
         parameters=study.parameters,
         n_realizations=project.n_realizations,
         seed=study.seed,
-        guides=GuideChoice(saved=study.secondary),
     )
-    data = if_possible(lambda: data_of(choices))
-    if data is not None and data.digest == study.hard_data.digest:
-        return choices, shown
-    return replace(choices, data=DataChoice("placed", placed=study.hard_data)), shown
+    return choices, read_link(project.settings)[1]
 
 
-def _image(project: Project, by_link: ImageChoice) -> ImageChoice:
-    image = project.study.training_image
-    linked = image_of(by_link)
-    is_linked = linked.digest == image.digest and linked.name == image.name
-    if is_linked and linked.facies_names == image.facies_names:
-        return by_link
+def _image(image: TrainingImage) -> ImageChoice:
     upload = Upload(f"{image.name or 'image'}.npy", training_image_as_bytes(image, "npy"))
-    answers = (("classes", "codes"),) if image.n_facies > MAX_CODES else ()
+    answers: Answers = (("name", image.name),)  # the name of a file is cut at "/"
+    answers += (("classes", "codes"),) if image.n_facies > MAX_CODES else ()
+    if image.numbering != "codes":
+        answers += (("numbering", image.numbering),)
     if image.n_dimensions == 3:
         answers += (("volume", True),)
-    return ImageChoice(
-        upload=upload, answers=answers, names=image.facies_names, colours=by_link.colours
-    )
+    return ImageChoice(upload=upload, answers=answers, names=image.facies_names)
 
 
 def _check(choices: Choices) -> None:

@@ -1,24 +1,25 @@
 """The results on the page Simulate, their files, and the earlier runs of the session."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
 import streamlit as st
+from streamlit.delta_generator import DeltaGenerator
 
+from ccwsim import Ensemble, Grid, TrainingImage
 from ccwsim.figures import Bundle, facies_colours, map_png, tile_size
-from ccwsim.figures.proportions import proportions_height
 from ccwsim.io import can_write, maps_as_bytes, parameters_to_json, realizations_as_bytes
 from ccwsim.io.formats.csv_table import csv_as_bytes
-from ccwsim.metrics import VERTICAL, axes_of, etype
+from ccwsim.metrics import VERTICAL, Direction, axes_of, etype
 from ccwsim.metrics.bands import Statistic
-from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.numbers import duration
+from ccwsim.report import verdicts
 from ccwsim.report.settings import caption_of
-from ccwsim.ui.flow.solving import FlowState, model_downloads
+from ccwsim.ui.flow.solving import model_downloads
 from ccwsim.ui.frontend.component import draw_tiles
 from ccwsim.ui.results import charts, maps
-from ccwsim.ui.results.maps import MAP_WIDTHS, SMALLEST_IMAGE
 from ccwsim.ui.session.cached import kept_with
 from ccwsim.ui.session.file_names import study_part
 from ccwsim.ui.session.fragments import error_boundary
@@ -26,16 +27,19 @@ from ccwsim.ui.session.state import PastRun, State
 from ccwsim.ui.study.changes import changes_between, study_name
 from ccwsim.ui.study.run import is_current, stop_run
 from ccwsim.ui.widgets.facts import draw_facts
-from ccwsim.ui.widgets.fields import Download
-from ccwsim.ui.widgets.text import page_labels, panel_title, plain, step_note
+from ccwsim.ui.widgets.fields import Download, bound_to, field, options_of
+from ccwsim.ui.widgets.text import in_row, page_labels, page_text, panel_title, plain, step_note
 
-USUAL_WIDTH = 400
-PROPORTIONS_TITLE = 40
-"""Usual width of a realization, and height of the title of the proportions chart, in pixels."""
+MAP_AREAS = ("image", "realization", "e_type", "given", "gallery")
+TALL = 1.5  # minimum ratio of height to width of a grid whose charts are beside the maps
+SMALLEST_IMAGE, LARGEST_IMAGE = 0.5, 0.75
+"""Limits of the width of the training image as a share of the width of a realization."""
+LOWEST_MAP, PROPORTIONS_AXIS, PROPORTIONS_ROW = 250, 74, 17
+"""Heights in pixels: the smallest map; in a chart of proportions, title and axis, and a facies."""
+KEY_MARK = 4  # width of the mark of a key in the legend, in letters
 OLD_FILES = "Out of date: files contain the realizations on the page and their settings."
 MAP_KINDS = page_labels("map_files")
 """File formats of maps; a format is offered if the package for this format is installed."""
-MAPS_ALONE = ("tif",)  # file formats that cannot contain a volume
 
 
 @st.fragment
@@ -43,69 +47,118 @@ def draw_results(state: State) -> None:
     """Draw the results of the latest run; the choice of a realization redraws only the results."""
     with error_boundary():
         if state.ensemble is None:
-            maps.draw_ghost(state)
+            image, grid = state.image, state.grid
+            with figures(grid, image):
+                places = [area(name) for name in MAP_AREAS[:3]]
+            maps.draw_ghost(state, places)
         else:
             _results(state, state.ensemble)
 
 
 def _results(state: State, ensemble: Ensemble) -> None:
-    state.shown = min(state.shown, ensemble.n - 1)
-    state.facies = min(state.facies, ensemble.training_image.n_facies - 1)
-    colours = maps.colours_of_ran(state)
+    state.fit_shown(ensemble)
+    colours, grid = maps.colours_of_ran(state), ensemble.grid
     charts.draw_caption(caption_of(ensemble))
-    with st.container(horizontal=True, vertical_alignment="center", key="facts_row"):
+    with in_row("facts_row"):
         draw_facts(ensemble)
         draw_downloads(state, ensemble, colours)
-    volume, shares, after = ensemble.grid.nz is not None, None, []
-    probability_map = maps.given_map(ensemble, state.facies)
-    with st.container(key="volumes" if volume else "maps"):
-        if volume:  # image and realization side by side, with the E-type below
-            (left, middle), right = st.columns(2, gap="medium"), None
-        else:
-            widths = (image_width(ensemble), *MAP_WIDTHS, *[MAP_WIDTHS[1]] * bool(probability_map))
-            left, middle, right, *after = maps.map_columns(widths, 1, ensemble.grid)
-        beside = left if volume else left.container(key="image_beside")
-    gallery = st.container()
-    if right is None:
-        with st.container(key="volume_below"):
-            right, shares = st.columns(2, gap="medium")
-    elif room_below_image(ensemble):
-        shares = beside
+    volume, given = grid.is_volume, maps.given_map(ensemble, state.facies)
+    n_maps = 2 if given is None else 3
+    with figures(grid, ensemble.training_image, n_maps):
+        beside, middle, right, after, gallery = map(area, MAP_AREAS)
+        curve_key, curves, below = area("key"), st.container(key="charts"), area("below")
     with middle:  # drawn first, so that the map appears first
-        maps.draw_realization(state, ensemble, colours, state.shown, ensemble.grid)
+        maps.draw_realization(state, ensemble, colours, state.shown, grid)
     with right:
         maps.draw_e_type(state, ensemble, colours)
-    if probability_map is not None:
-        with after[0] if after else right:
+    if given is not None:
+        with after:
             name = ensemble.training_image.facies_names[state.facies]
-            maps.draw_given(probability_map, name, scale="maps")
+            given = maps.with_borders(given, ensemble)
+            maps.draw_given(given, name, scale="maps", grid=grid, axes=False)
     with gallery:
         maps.draw_gallery(state, ensemble, colours)
-    with beside:
+    with below if volume else beside:
         maps.draw_training_image(ensemble.training_image, colours)
-    if shares is not None:
-        with shares:
-            charts.draw_proportions(ensemble, colours)
-    charts.draw_facies_charts(ensemble, state.facies, colours if shares is None else None)
+    with curve_key:
+        charts.draw_band_key(ensemble)
+        if volume:
+            draw_axis_field(state, ensemble)
+    with curves:
+        charts.draw_facies_charts(ensemble, state.facies, state.axis)
+    with beside if room_below_image(ensemble, n_maps) else below:
+        charts.draw_proportions(ensemble, colours)
+    with below:
+        step_note(verdicts.HOW_JUDGED)
+        if any(charts.directions_of_curves(ensemble, state.facies).values()):
+            step_note(page_text("Directions of curves"))
 
 
-def image_width(ensemble: Ensemble) -> float:
-    """Return the width of the training image, relative to the width of a realization."""
-    secondary = ensemble.secondary
-    if secondary is not None and secondary.probabilities is not None:  # a fourth map needs room
-        return SMALLEST_IMAGE
-    share = ensemble.training_image.shape[1] / ensemble.grid.nx
-    return min(max(share, SMALLEST_IMAGE), 1.0)
+def draw_axis_field(state: State, ensemble: Ensemble) -> None:
+    """Draw the choice of the direction of the curves of a volume."""
+    field(
+        st.segmented_control,
+        "Direction of the curves",
+        key="axis_of_curves",
+        label_visibility="collapsed",
+        **bound_to(state, "axis"),
+        **options_of({way: verdicts.way_name(way) for way in axes_of(ensemble.grid.shape)}),
+    )
 
 
-def room_below_image(ensemble: Ensemble) -> bool:
-    """Whether the training image, at the scale of the realizations, leaves room for a chart."""
-    image, grid = ensemble.training_image, ensemble.grid
-    room = (grid.ny - image.shape[0]) / grid.nx
+def area(name: str) -> DeltaGenerator:
+    """Return a place of the results, which the style moves according to the layout."""
+    return st.container(key=f"area_{name}")
+
+
+@contextmanager
+def figures(grid: Grid, image: TrainingImage, n_maps: int = 2) -> Iterator[None]:
+    """Draw figures in the layout for the shape of a grid.
+
+    The style sheet computes the size of a cell from the size of the window and these numbers.
+    """
+    width, (image_ny, image_nx) = image_width(grid, image, n_maps), image.shape[-2:]
+    sizes = {"nx": grid.nx, "ny": grid.ny, "image-nx": width, "maps": n_maps}
+    sizes["image-ny"] = width * image_ny / image_nx
+    sizes["keys"] = sum(len(key) + KEY_MARK for key in (*image.facies_names, "4000 data"))
+    sizes["digits"] = max(len(f"{end:.0f}") for axis in grid.axes[:2] for end in axis[[0, -1]])
+    numbers = " ".join(f"--{name}: {size:g};" for name, size in sizes.items())
+    st.html(f"<style>.stApp {{ {numbers} }}</style>")
+    with st.container(key=f"figures_{layout_of(grid, n_maps)}"):
+        yield
+
+
+def layout_of(grid: Grid, n_maps: int) -> str:
+    """Return the name, in the style sheet, of the layout for a grid and a number of maps."""
+    if grid.is_volume:
+        return "volume"
     if maps.is_wide(grid):
-        image_height = image_width(ensemble) * image.shape[0] / image.shape[1]
-        room = 2 * sum(MAP_WIDTHS) * grid.ny / grid.nx - image_height
-    return room * USUAL_WIDTH > PROPORTIONS_TITLE + proportions_height(image.n_facies)
+        return "wide"
+    if grid.ny >= TALL * grid.nx:
+        return "tall"
+    return "strip" if n_maps == 2 else "three"
+
+
+def image_width(grid: Grid, image: TrainingImage, n_maps: int) -> float:
+    """Return the width of the training image in cells of the grid, smaller than a realization.
+
+    Beside three maps (with a given probability), the training image is as small as allowed.
+    """
+    ny, nx = image.shape[-2:]
+    widest = LARGEST_IMAGE if n_maps == 2 else SMALLEST_IMAGE
+    width = min(max(nx, SMALLEST_IMAGE * grid.nx), widest * grid.nx)
+    return min(width, grid.ny * nx / ny)
+
+
+def room_below_image(ensemble: Ensemble, n_maps: int) -> bool:
+    """Whether the training image leaves room for the chart of proportions below it."""
+    image, grid = ensemble.training_image, ensemble.grid
+    layout = layout_of(grid, n_maps)
+    if layout not in ("strip", "three"):
+        return layout != "volume"
+    high = image_width(grid, image, n_maps) * image.shape[0] / image.shape[1]
+    room = (1 - high / grid.ny) * LOWEST_MAP
+    return room >= PROPORTIONS_AXIS + PROPORTIONS_ROW * image.n_facies
 
 
 @st.fragment
@@ -118,10 +171,10 @@ def draw_downloads(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
         if not is_current(state):
             step_note(OLD_FILES)
         groups = download_groups(ensemble, colours, state.shown, state.facies)
-        groups |= model_downloads(state.page(FlowState), ensemble, state.shown)
+        groups |= model_downloads(state.flow, ensemble, state.shown)
         for title, files in groups.items():
             step_note(title)
-            with st.container(horizontal=True, gap="small"):
+            with in_row(align="top"):
                 for file in files:
                     file.draw(study_part(ensemble))
 
@@ -130,10 +183,10 @@ def download_groups(
     ensemble: Ensemble, colours: Sequence[str], shown: int, facies: int
 ) -> dict[str, list[Download]]:
     """Return the files that this machine can write for an ensemble, grouped by content."""
-    volume = ensemble.grid.nz is not None
-    kinds = {kind: label for kind, label in MAP_KINDS.items() if can_write(kind)}
-    kinds = {kind: label for kind, label in kinds.items() if not (volume and kind in MAPS_ALONE)}
-    sheet = {} if volume else {"png": "PNG"}
+    volume = ensemble.grid.is_volume
+    shape = ensemble.shape
+    kinds = {kind: label for kind, label in MAP_KINDS.items() if can_write(kind, shape)}
+    sheet = {"png": "PNG"} if can_write("png", shape) else {}
 
     def e_type_as(kind: str) -> bytes:
         return maps_as_bytes(etype(ensemble).maps, ensemble.grid, kind)
@@ -147,6 +200,13 @@ def download_groups(
     curves, table = partial(curves_csv, ensemble, facies), partial(realizations_csv, ensemble)
     name = ensemble.training_image.facies_names[facies]
     part = "Middle layer of " if volume else ""
+    one_as_tif = partial(realizations_as_bytes, ensemble[[shown]], "tif", colours=colours)
+    tif = Download(
+        f"Realization {shown + 1}, GeoTIFF with colours and names",
+        f"{file_part}_tif",
+        f"_{file_part}.tif",
+        one_as_tif,
+    )
     return {
         "All realizations": [
             Download(label, f"realizations_{kind}", f".{kind}", partial(all_as, kind))
@@ -166,6 +226,7 @@ def download_groups(
                 f"_{file_part}.png",
                 picture,
             ),
+            *([tif] if "tif" in kinds else []),
         ],
     }
 
@@ -173,28 +234,36 @@ def download_groups(
 def curves_csv(ensemble: Ensemble, facies: int) -> bytes:
     """Return the curves of a facies with a row per lag and a column per realization.
 
-    A volume also has vertical proportions and a column of layers; the bottom layer is 0.
-    Proportions are empty for layers that the training image or the grid does not have.
+    Curves are along the axes and in the directions that the page shows. A volume also has vertical
+    proportions and a column of layers; the bottom layer is 0. Proportions are empty for layers that
+    the training image or the grid does not have.
     """
-    directions, is_volume = axes_of(ensemble.grid.shape), ensemble.grid.nz is not None
+    is_volume = ensemble.grid.is_volume
+    directions: list[Direction] = [
+        *axes_of(ensemble.grid.shape),
+        *charts.directions_of_curves(ensemble, facies),
+    ]
     names: dict[Statistic, str] = {"variogram": "variogram", "connectivity": "connection"}
     curves = [
         (name, direction, charts.curve_bundle(ensemble, statistic, facies, direction))
         for statistic, name in names.items()
-        for direction in directions
+        for direction in dict.fromkeys(directions)
     ]
     lines: list[list[object]] = []
     for statistic, direction, bundle in curves:
-        positions = [[int(lag), *([""] if is_volume else [])] for lag in bundle.lags]
-        lines += _lines([statistic, direction], positions, bundle)
+        way = direction if isinstance(direction, str) else f"azimuth {direction:g}"
+        positions = [[f"{lag:.6g}", *([""] if is_volume else [])] for lag in bundle.lags]
+        lines += _lines([statistic, way], positions, bundle)
     if is_volume:
         layers = charts.vertical_proportions_bundle(ensemble, facies)
         positions = [["", k] for k in range(max(len(layers.lags), len(layers.reference)))]
         lines += _lines(["proportion", VERTICAL], positions, layers)
-    head = ["statistic", "direction", "lag_cells", *(["layer"] if is_volume else [])]
-    head += ["training_image", "q05", "median", "q95"]
-    n = len(curves[0][2].each)
-    return csv_as_bytes([*head, *(f"realization_{r + 1}" for r in range(n))], lines)
+    head = [
+        *("statistic", "direction", "lag_cells", *(["layer"] if is_volume else [])),
+        *("training_image", "q05", "median", "q95"),
+        *(f"realization_{r + 1}" for r in range(len(curves[0][2].each))),
+    ]
+    return csv_as_bytes(head, lines)
 
 
 def _lines(

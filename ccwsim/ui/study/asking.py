@@ -2,13 +2,16 @@
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import streamlit as st
 
-from ccwsim.ui.widgets.fields import field as draw_field
-from ccwsim.ui.widgets.fields import options_of
-from ccwsim.ui.widgets.text import step_note
+from ccwsim import Grid
+from ccwsim.ui.session import resolve
+from ccwsim.ui.session.state import State
+from ccwsim.ui.widgets.fields import button, field as draw_field, options_of
+from ccwsim.ui.widgets.text import in_row, step_note
 
 WriteAnswer = Callable[..., None]
 """A function write(name=value) that stores answers to questions; None removes an answer."""
@@ -31,21 +34,24 @@ FormItem = Question | str | tuple["FormItem", ...] | Callable[[WriteAnswer], obj
 """A question, a note, items side by side, or a function that draws something else."""
 
 
-def ask(items: Iterable[FormItem], write: WriteAnswer) -> None:
-    """Draw questions; `write` is called with the answers by name."""
+def ask(items: Iterable[FormItem], write: WriteAnswer, part: str = "") -> None:
+    """Draw questions; `write` is called with the answers by name.
+
+    `part` begins the keys of questions, if the page asks about several files.
+    """
     for item in items:
         if isinstance(item, str):
             step_note(item)
         elif isinstance(item, Question):
-            _ask(item, write)
+            _ask(item, write, part)
         elif isinstance(item, tuple):
-            with st.container(horizontal=True, gap="small"):
-                ask(item, write)
+            with in_row(align="top"):
+                ask(item, write, part)
         else:
             item(write)
 
 
-def _ask(question: Question, write: WriteAnswer) -> None:
+def _ask(question: Question, write: WriteAnswer, part: str) -> None:
     """Draw a question; options are drawn by number if one is None, which no widget can return."""
     value, labels = question.value, question.options or {}
     numbered = list(labels) if None in labels else None
@@ -59,7 +65,45 @@ def _ask(question: Question, write: WriteAnswer) -> None:
     widget = question.widget or (st.selectbox if labels else st.number_input)
     look = {} if question.widget else {"placeholder": "choose one"}
     look |= {**question.look, **(options_of(labels) if labels else {})}
-    draw_field(widget, question.text, key=f"ask_{question.key}", value=value, write=take, **look)
+    key = f"ask_{part}{question.key}"
+    draw_field(widget, question.text, key=key, value=value, write=take, **look)
+
+
+def answer_button(label: str, key: str, **answers: Any) -> FormItem:
+    """Return a button of a form, which gives answers by name."""
+    return lambda write: button(label, key=key, on_click=partial(write, **answers))
+
+
+KEEP_LABELS = {
+    "image_draft": "Keep the image as it was",
+    "data_draft": "Keep the data as they were",
+    "guides_draft": "Keep the guides as they were",
+}
+
+
+def keep_button(state: State, draft: str, key: str, label: str = "") -> None:
+    """Draw a button that discards an image, data or guides that wait for answers, if any wait."""
+    if getattr(state, draft) is not None:
+        discard = (state, draft, None)
+        button(label or KEEP_LABELS[draft], key=key, on_click=setattr, args=discard)
+
+
+def draw_fitted(state: State) -> None:
+    """Say why the grid was fitted, with a button that restores the grid before."""
+    if state.fitted is not None and state.fitted[1] == state.grid:
+        reason, _, before = state.fitted
+        with in_row():
+            step_note(reason)
+            button("Undo", key="grid_undo", on_click=state.change, kwargs={"grid": before})
+
+
+def draw_fits(state: State, grids: Mapping[str, Grid], part: str) -> None:
+    """Draw buttons that use grids, by what they fit."""
+    for name, grid in grids.items():
+        look = {"key": f"{part}{name}", "disabled": grid == state.grid}
+        args = f"The grid fits {name}.", grid
+        button(f"Fit to {name}", on_click=state.fit_grid, args=args, **look)
+        st.caption(f"{resolve.described(grid)}.")
 
 
 def same(names: Iterable[str]) -> dict[str, str]:

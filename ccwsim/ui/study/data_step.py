@@ -12,13 +12,21 @@ import streamlit as st
 
 from ccwsim import CCWSIMError, Grid, HardData, Secondary, TrainingImage, datasets
 from ccwsim.figures import data_png
-from ccwsim.jobs.statistics import Failure, StatisticsWorker
-from ccwsim.metrics import DataFit, fit_data
-from ccwsim.metrics.data_fit import MIN_PLACES
+from ccwsim.jobs.statistics import StatisticsWorker, Task
+from ccwsim.metrics import DataFit, fit_data, rank_variants
+from ccwsim.metrics.data_fit import AS_GIVEN, MIN_PLACES, MIN_RANKED, better_variant
 from ccwsim.model.bounds import MAX_SAMPLED
+from ccwsim.model.facies_match import describe_codes
 from ccwsim.model.numbers import minus, with_power
 from ccwsim.model.watch import Fraction
-from ccwsim.sharing.choices import Choices, DataChoice, DataSource, Upload, WellTables
+from ccwsim.sharing.choices import (
+    Choices,
+    DataChoice,
+    DataSource,
+    ImageChoice,
+    Upload,
+    WellTables,
+)
 from ccwsim.ui.results.maps import colours_of, pretty
 from ccwsim.ui.session import resolve
 from ccwsim.ui.session.address import page_link
@@ -26,11 +34,12 @@ from ccwsim.ui.session.cached import as_task, cached, shared_values
 from ccwsim.ui.session.fragments import follow_tasks
 from ccwsim.ui.session.state import State
 from ccwsim.ui.session.uploads import file_uploader
+from ccwsim.ui.study.asking import keep_button
 from ccwsim.ui.study.image_step import IMPORT_PAGE, THUMBNAIL_PIXELS
-from ccwsim.ui.study.questions import ROLES_OF_WELLS, ask_data, say_open
+from ccwsim.ui.study.questions import ROLES_OF_WELLS, UseData, ask_data, offer_grids, say_open
 from ccwsim.ui.widgets.errors import if_possible, problem_in
 from ccwsim.ui.widgets.fields import bound_to, button, field, menu, options_of
-from ccwsim.ui.widgets.text import page_labels, page_text, plain, step_note, step_title
+from ccwsim.ui.widgets.text import in_row, page_labels, page_text, plain, step_note, step_title
 
 DATA_SOURCES = page_labels("sources_of_data")
 VOLUME_SOURCES: tuple[DataSource, ...] = ("none", "bundled", "file", "placed")
@@ -43,7 +52,7 @@ def data_step(state: State) -> None:
     """Draw the number and source of the data, and a menu to choose other data."""
     step_title(2, "Hard data")
     problem = problem_of_data(state.choices)
-    with st.container(horizontal=True, gap="small", key="data_row"):
+    with in_row("data_row", "top"):
         if not problem and state.choices.data.source != "none":
             st.image(
                 data_thumbnail(state, 2 * THUMBNAIL_PIXELS),
@@ -53,16 +62,24 @@ def data_step(state: State) -> None:
         with st.container(gap="small"):
             step_note(_summary(state.choices, problem))
             menu("Change", "data_menu", partial(_data_menu, state))
-            volume = state.choices.grid.nz is not None
+            volume = state.grid.is_volume
             page_link("pages/data.py", "Edit in the volume" if volume else "Edit on a map")
     if problem:
         st.error(plain(problem))
     elif state.choices.data.source != "none":
         if renamed := resolve.facies_by_code(state.choices):
             st.warning(page_text("Names of facies", taken=plain(renamed)))
+        elif answers := dict(state.choices.data.answers).get("facies_names"):
+            image = state.image
+            step_note(f"Facies: {describe_codes(dict(answers), image)}")
         draw_data_fit(state)
     if state.data_draft is not None:
         _draft(state, state.data_draft)
+    offer_grids(
+        replace(state.choices, data=state.data_draft or state.choices.data),
+        partial(use_data, state),
+        "step_",
+    )
 
 
 def _draft(state: State, draft: DataChoice) -> None:
@@ -74,9 +91,9 @@ def _draft(state: State, draft: DataChoice) -> None:
     elif not draft.waits:
         n, name = resolve.data_of(tried).n, names_of_files(draft) or "placed by hand"
         step_note(f"Your {n} data ({name}) fit the study but are not in the study yet.")
-        with st.container(horizontal=True, gap="small"):
+        with in_row(align="top"):
             button("Use them", key="data_keep", on_click=use_data, args=(state, draft))
-            keep_data_button(state, "data_leave", "Leave them out")
+            keep_button(state, "data_draft", "data_leave", "Leave them out")
 
 
 def problem_of_data(choices: Choices) -> str:
@@ -108,20 +125,31 @@ def use_data(state: State, choice: DataChoice, grid: Grid | None = None) -> None
     """
     if grid is not None and not problem_of_data(replace(state.choices, grid=grid)):
         state.change(grid=grid)
-    changed = replace(state.choices, data=choice, grid=grid or state.choices.grid)
+    changed = replace(state.choices, data=choice, grid=grid or state.grid)
     before = state.choices.data
+    is_new = grid is None and choice.source == "file" and choice.files != before.files
+    grids = resolve.grids_for_data(changed) if is_new else {}
+    is_elsewhere = "fit" in grids and "enlarge" not in grids
+    if is_elsewhere and changed.grid.crs:  # data in degrees do not move a grid with a place
+        is_elsewhere = (np.abs(grids["fit"].origin[:2]) > (180, 90)).any()
+    if is_elsewhere:
+        state.fit_grid(f"The grid follows {names_of_files(choice)}.", grids["fit"])
+        fits = not problem_of_data(state.choices)
+        state.change(data=state.choices.data if fits else DataChoice())
+        changed = replace(state.choices, data=choice)
     if choice.source == "bundled" and replace(choice, answers=before.answers) != before:
-        changed = replace(changed, grid=_grown(changed.grid, choice.bundled))
+        survey = Grid.of(
+            np.maximum(changed.grid.shape, datasets.hard_data_grid_shape(choice.bundled))
+        )
+        changed = replace(changed, grid=resolve.with_sides(changed.grid, survey))
     if choice.waits or problem_of_data(changed):
         state.data_draft = choice
         return
+    if choice.source == "placed" and "numbering" in dict(choice.answers):
+        placed = resolve.data_of(changed)  # with the facies of this image, as the user answered
+        changed = replace(changed, data=DataChoice("placed", placed=placed, wells=choice.wells))
     state.data_draft = None
     state.choices = changed
-
-
-def _grown(grid: Grid, survey: str) -> Grid:
-    *layers, ny, nx = map(max, zip(grid.shape, datasets.hard_data_grid_shape(survey), strict=True))
-    return replace(grid, ny=ny, nx=nx, nz=layers[0] if layers else None)
 
 
 def data_uploader(
@@ -197,7 +225,7 @@ def _data_menu(state: State) -> None:
         choice = replace(state.choices.data, source="file", upload=upload, tables=None, answers=())
         use_data(state, choice)
 
-    volume = state.choices.grid.nz is not None
+    volume = state.grid.is_volume
     sources = {k: v for k, v in DATA_SOURCES.items() if not volume or k in VOLUME_SOURCES}
     if current.source != "file" and not current.files:
         del sources["file"]  # the uploader below takes a file
@@ -239,12 +267,14 @@ def _data_menu(state: State) -> None:
     elif volume:
         link_to_import("Wells in tables")
     if current.source != "none" and not current.waits:
-        _report(state, current)
+        if not problem_of_data(state.choices):
+            st.image(data_thumbnail(state, 320), width=320, alt="Preview of the hard data")
+        draw_report(state, current, partial(use_data, state), "data_drop")
 
 
 def bundled_data(state: State) -> tuple[str, ...]:
     """Return bundled hard data that suit the study; for volumes, wells of the image come first."""
-    if state.choices.grid.nz is None:
+    if not state.grid.is_volume:
         return datasets.hard_data_names()
     image_name, wells = state.choices.image.bundled, datasets.BUNDLED_WELLS
 
@@ -254,28 +284,24 @@ def bundled_data(state: State) -> tuple[str, ...]:
     return tuple(sorted(wells, key=is_of_other_image))
 
 
-def keep_data_button(state: State, key: str, label: str = "Keep the data as they were") -> None:
-    """If data wait for an answer, draw a button that discards these data."""
-    if state.data_draft is not None:
-        button(label, key=key, on_click=setattr, args=(state, "data_draft", None))
+def draw_report(state: State, choice: DataChoice, use: UseData, key: str) -> None:
+    """Show notes on data or why they do not fit, ask open questions, and link to the page Import.
 
-
-def _report(state: State, current: DataChoice) -> None:
-    """Show a preview of the data, and ask the open questions about the data."""
-    tried = replace(state.choices, data=current)
+    `key` is that of the button that discards waiting data.
+    """
+    tried = replace(state.choices, data=choice)
     try:
         report = resolve.imported_data(tried)
-    except CCWSIMError as error:
-        if state.data_draft is None:  # this step already reports the problem of the study
-            st.error(plain(str(error)))
-        keep_data_button(state, "data_drop")
-    else:
-        st.image(data_thumbnail(state, 320), width=320, alt="Preview of the hard data")
+        if state.data_draft is not None:  # the data are for another image, or wait for confirmation
+            st.caption(f"{report.hard_data.n} data fit the grid but are not in the study yet.")
         for note in report.notes:
             st.caption(plain(note))
-    ask_data(tried, partial(use_data, state))
-    if current.source == "file":
+    except CCWSIMError as error:
+        say_open(tried, str(error))
+    ask_data(tried, use)
+    if choice.source == "file":
         link_to_import()
+    keep_button(state, "data_draft", key)
 
 
 MAX_CHECKED_CELLS = 1_000_000
@@ -286,6 +312,37 @@ MAX_CHECKED_CELLS = 1_000_000
 def data_fit(progress: Fraction, image: TrainingImage, data: HardData, grid: Grid) -> DataFit:
     """Return whether hard data contradict a training image."""
     return fit_data(image, data, grid, progress=progress)
+
+
+@as_task
+def image_variant(progress: Fraction, image: TrainingImage, data: HardData) -> tuple[str, float]:
+    """Return the variant of the training image that fits hard data best, and z of the image."""
+    return better_variant(rank_variants(image, data, progress))
+
+
+def variant_tasks(image: TrainingImage, data: HardData) -> list[Task[tuple[str, float]]]:
+    """Return the task of `image_variant` if the data of a map are enough for it."""
+    is_enough = data.n >= MIN_RANKED and data.n_dimensions == image.n_dimensions == 2
+    return [image_variant(image, data)] if is_enough else []
+
+
+def draw_variant(state: State, key: str, variant: tuple[str, float]) -> None:
+    """Say that a variant of the image fits the data better, and offer to turn the image."""
+    name, z = variant
+    if name == AS_GIVEN:
+        return
+    words = escape(f"Your data fit the image {name} better (z {z:.1f})")
+    st.html(f'<p class="odd" title="{escape(page_text("Variant of the image"))}">⚑ {words}</p>')
+    turned = state.choices.image.variant(name)
+    if turned != state.choices.image:
+        button("Turn it", key=key, on_click=_use_turned, args=(state, turned))
+
+
+def _use_turned(state: State, turned: ImageChoice) -> None:
+    """Use the turned or mirrored image; the grid and the data stay."""
+    image = resolve.image_of(turned)
+    parameters, state.moved = resolve.refitted(state.choices.parameters, image, state.moved)
+    state.change(image=turned, parameters=parameters)
 
 
 class DataFitState:
@@ -303,7 +360,7 @@ def is_judged(data: HardData, grid: Grid, secondary: Secondary | None) -> bool:
 
 def flagged(fit: DataFit) -> bool:
     """Return whether the verdict warns of a disagreement between the data and the image."""
-    return fit.contradicts or fit.words.startswith("Your data")
+    return bool(fit.contradicts or fit.preferred) or fit.words.startswith("Your data")
 
 
 def verdict(fit: DataFit) -> str:
@@ -311,7 +368,9 @@ def verdict(fit: DataFit) -> str:
     bad = flagged(fit)
     mark = "⚑" if bad else "✓" if fit.words.startswith("Data do") else "·"
     css = "odd" if bad else "note"
-    return f'<p class="{css}" title="{escape(numbers(fit))}">{mark} {escape(fit.words)}</p>'
+    cure = page_text("Wells prefer a facies") if fit.preferred else ""
+    tip = f"{numbers(fit)} {cure}".strip()
+    return f'<p class="{css}" title="{escape(tip)}">{mark} {escape(fit.words)}</p>'
 
 
 def numbers(fit: DataFit) -> str:
@@ -325,17 +384,21 @@ def numbers(fit: DataFit) -> str:
 
 def draw_data_fit(state: State) -> None:
     """Draw the verdict in the study column if no run is in progress and the verdict is known."""
-    data, grid = resolve.data_of(state.choices), state.choices.grid
-    image = resolve.image_of(state.choices.image)
+    data, grid = resolve.data_of(state.choices), state.grid
+    image = state.image
     secondary = if_possible(lambda: resolve.secondary_of(state.choices))
     if state.job is not None or not is_judged(data, grid, secondary):
         return
     worker = state.page(DataFitState).worker
-    task = data_fit(image, data, grid)
+    tasks = [data_fit(image, data, grid), *variant_tasks(image, data)]
     worker.forget()
-    worker.ask(task)
-    fit = worker.memo.get(task.key)
-    if fit is None:
-        follow_tasks(worker, [task], time.monotonic())
-    elif not isinstance(fit, Failure):
+    for task in tasks:
+        worker.ask(task)
+    fit, *variants = [worker.memo.get(task.key) for task in tasks]
+    if None in (fit, *variants):
+        follow_tasks(worker, tasks, time.monotonic())
+    if isinstance(fit, DataFit):
         st.html(verdict(fit))
+    for variant in variants:
+        if isinstance(variant, tuple):
+            draw_variant(state, "turn_image", variant)

@@ -8,6 +8,7 @@ import streamlit as st
 from ccwsim import Parameters, TrainingImage
 from ccwsim.figures import proportions_chart, repetition_chart
 from ccwsim.metrics import QUARTERS, Diagnosis
+from ccwsim.model.numbers import plural
 from ccwsim.report.settings import describe_value
 from ccwsim.ui.results.charts import titled_chart
 from ccwsim.ui.study.study_column import STEP_LABELS
@@ -44,14 +45,13 @@ def draw_diagnosis(
         step_note("Solid: E–W; dashed: N–S; dotted: the present template size.")
     with right:
         stationarity = diagnosis.stationarity
-        uniform = "no quarter differs by more than chance explains"
-        note = (
-            uniform if stationarity.stationary else "quarters differ by more than chance explains"
-        )
+        differ = "no quarter differs" if stationarity.stationary else "quarters differ"
         quarters, whole = stationarity.proportions, image.proportions
         chart = proportions_chart(image.facies_names, whole, quarters, colours, chart_theme())
         alt = "Facies proportions of the four quarters and of the whole image"
-        titled_chart("Stationarity", note, chart, "quarters", alt)
+        titled_chart(
+            "Stationarity", f"{differ} by more than chance explains", chart, "quarters", alt
+        )
         chance = 200 * float(stationarity.errors[:4].max())
         step_note(
             f"Dots: the quarters {', '.join(QUARTERS)}; red: the whole image. By chance, the "
@@ -68,8 +68,7 @@ def draw_advice(
         st.html(f'<p class="odd">{escape(warning)}</p>')
     st.html(advice_table(diagnosis, parameters))
     thin = min(range(image.n_facies), key=lambda k: diagnosis.thickness[k])
-    n = diagnosis.thickness[thin]
-    thickness = "1 cell" if n == 1 else f"{n} cells"
+    thickness = plural(diagnosis.thickness[thin], "cell")
     step_note(f"Thinnest feature: {image.facies_names[thin]}, {thickness} thick.")
     advised = {advice.parameter: advice.value for advice in diagnosis.advice}
     differs = any(getattr(parameters, name) != value for name, value in advised.items())

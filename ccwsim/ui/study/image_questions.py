@@ -10,11 +10,11 @@ import numpy as np
 
 from ccwsim.io import class_edges, guess_answers, read_colours, read_grid
 from ccwsim.io.formats.pictures import MAX_COLOURS, PictureFile, few_colours
-from ccwsim.io.gridding import FilePart, thinning
+from ccwsim.io.gridding import FilePart, largest_without_gaps, thinning
 from ccwsim.io.limits import TooManyCells
 from ccwsim.io.opening import FileSummary, open_file
 from ccwsim.io.training_images import QUESTIONS
-from ccwsim.model.arrays import Bytes, Floats, describe_shape
+from ccwsim.model.arrays import Bytes, Floats, Shape, describe_shape
 from ccwsim.sharing.choices import Answers, ImageChoice, Upload
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.session.cached import cached
@@ -27,6 +27,7 @@ from ccwsim.ui.widgets.text import page_text
 
 BINS = 96
 WHOLE_VOLUME, ONE_LAYER = "the whole volume", "one layer"
+WITH_GAPS = "the whole image"
 WHOLE_IMAGE, ONE_PIECE = "the whole image, thinned", "a piece"
 THRESHOLD, CLASSES, MAIN_COLOURS, CODES = "threshold", "classes", "main colours", "as they are"
 WriteImage = Callable[[ImageChoice], None]
@@ -101,7 +102,9 @@ def picture_of_file(upload: Upload, answers: Answers) -> tuple[Bytes, list[str]]
     return indices if file_answers.get("up") else indices[::-1], colours
 
 
-def ask_about_image(choice: ImageChoice, write: WriteImage, *, volume: bool = True) -> None:
+def ask_about_image(
+    choice: ImageChoice, write: WriteImage, *, volume: bool = True, part: str = ""
+) -> None:
     """Ask the open questions about a file; `write` is called with the new choice."""
     upload, answers = choice.upload, dict(choice.answers)
     if upload is None:
@@ -126,13 +129,13 @@ def ask_about_image(choice: ImageChoice, write: WriteImage, *, volume: bool = Tr
         "up": lambda: [way("up", answers)],
         "gaps": lambda: _gaps(upload, answers),
         "values": lambda: _values(
-            grid_of_file(upload, choice.answers), summary.is_picture, answers
+            grid_of_file(upload, choice.answers), summary.is_picture, answers, part
         ),
     }
     may_turn = summary.is_picture or "up" in answers
     for question in QUESTIONS:
         if question in asked or (question == "up" and may_turn):
-            ask(items[question](), partial(answer, question))
+            ask(items[question](), partial(answer, question), part)
 
 
 def _shape(n: int, answers: Mapping[str, Any]) -> Question:
@@ -171,7 +174,7 @@ def _part(upload: Upload, answers: Mapping[str, Any]) -> list[FormItem]:
 
 
 def _crop(
-    crop: tuple[int, int, int, int], shape: tuple[int, ...], other_answers: Mapping[str, Any]
+    crop: tuple[int, int, int, int], shape: Shape, other_answers: Mapping[str, Any]
 ) -> list[FormItem]:
     """Ask for the south-west cell and the size of a piece of the image."""
     row, column, ny, nx = crop
@@ -202,9 +205,15 @@ def _range(
 
 
 def _gaps(upload: Upload, answers: Mapping[str, Any]) -> list[FormItem]:
+    """Ask whether to use an image with its gaps or a piece without gaps, and which piece."""
     values = grid_of_file(upload, questions.answered(tuple(answers.items()), crop=None))
-    note = page_text("Gaps", n=f"{int(np.isnan(values).sum()):,}", cells=f"{values.size:,}")
-    return [note, *_crop(answers["crop"], values.shape, {})]
+    known, crop = ~np.isnan(values), answers.get("crop")
+    piece = largest_without_gaps(np.atleast_2d(known.all(axis=0)) if known.ndim == 3 else known)
+    start = {WITH_GAPS: {"crop": None}} | ({ONE_PIECE: {"crop": piece}} if all(piece[2:]) else {})
+    note = page_text("Gaps", n=f"{known.size - known.sum():,}", cells=f"{known.size:,}")
+    method = ONE_PIECE if crop else WITH_GAPS
+    items: list[FormItem] = [note, tabs("gaps", "Take", method, same(start), start.__getitem__)]
+    return items + (_crop(crop, values.shape, {}) if crop else [])
 
 
 def _layers(summary: FileSummary, answers: Mapping[str, Any]) -> list[FormItem]:
@@ -220,12 +229,14 @@ def _layers(summary: FileSummary, answers: Mapping[str, Any]) -> list[FormItem]:
         return [use, note, questions.which_slice(n, layer, slider=True)]
     note = f"All {n} layers are used as a volume. For a map, choose “{ONE_LAYER}”."
     ends, text = {True: "the bottom", False: "the top"}, "The first layer of the file is"
-    up = answers.get("z_up", True)
+    up = answers.get("z_up", summary.bottom_first)
     lowest = Question("z_up", text, up, ends, lambda up: {"volume": True, "z_up": up})
-    return [use, note, lowest] if summary.asks_up else [use, note]
+    return [use, note, lowest] if summary.asks_up or not summary.bottom_first else [use, note]
 
 
-def _values(values: Floats, is_picture: bool, answers: Mapping[str, Any]) -> list[FormItem]:
+def _values(
+    values: Floats, is_picture: bool, answers: Mapping[str, Any], part: str
+) -> list[FormItem]:
     """Ask for the limits between classes, on a histogram, or for the number of colour classes."""
     values = values[~np.isnan(values)]
     n, threshold = answers.get("classes"), answers.get("threshold")
@@ -246,13 +257,13 @@ def _values(values: Floats, is_picture: bool, answers: Mapping[str, Any]) -> lis
         return items
     if threshold is None:
         edges = n if isinstance(n, tuple) else class_edges(values, int(n or 2)).tolist()
-        return [*items, partial(_histogram, values, edges)]
+        return [*items, partial(_histogram, values, edges, part)]
     text = "Threshold: values at or above it are facies 1, values below it facies 0"
     limit = Question("threshold", text, float(threshold), look={"format": "%g"})
-    return [*items, partial(_histogram, values, [limit.value]), limit]
+    return [*items, partial(_histogram, values, [limit.value], part), limit]
 
 
-def _histogram(values: Floats, edges: Sequence[float], write: Answer) -> None:
+def _histogram(values: Floats, edges: Sequence[float], part: str, write: Answer) -> None:
     low, high = float(values.min()), float(values.max())
     counts, _ = np.histogram(values, BINS, (low, high))
 
@@ -270,4 +281,4 @@ def _histogram(values: Floats, edges: Sequence[float], write: Answer) -> None:
         "label": "Limit between facies",
         "edges": [questions.rounded(edge) for edge in edges],
     }
-    draw_component("histogram", "image_histogram", content, "edges", moved)
+    draw_component("histogram", f"{part}image_histogram", content, "edges", moved)

@@ -2,40 +2,44 @@
 
 from base64 import b64encode
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 import streamlit as st
 
-from ccwsim import CCWSIMError, TrainingImage, datasets
+from ccwsim import CCWSIMError, Grid, TrainingImage, datasets
 from ccwsim.figures import contact_sheet, facies_colours, map_png
 from ccwsim.model.arrays import Bytes, describe_shape
 from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED
-from ccwsim.sharing.choices import DataChoice, ImageChoice, Upload
+from ccwsim.sharing.choices import Answers, DataChoice, ImageChoice, Upload
 from ccwsim.ui.frontend.component import draw_tiles
 from ccwsim.ui.results.maps import colours_of, pretty
 from ccwsim.ui.session.address import go_to, page_link
 from ccwsim.ui.session.cached import cached
-from ccwsim.ui.session.resolve import fitted_grid, geometry_of, image_of, refitted
+from ccwsim.ui.session.resolve import fitted_grid, geometry_of, grid_of_image, image_of, refitted
 from ccwsim.ui.session.state import State
 from ccwsim.ui.session.uploads import file_uploader
+from ccwsim.ui.study.asking import keep_button
 from ccwsim.ui.study.image_questions import asked_of, image_of_file
+from ccwsim.ui.study.questions import answered
 from ccwsim.ui.widgets.errors import problem_in
-from ccwsim.ui.widgets.fields import button, field, menu, options_of
-from ccwsim.ui.widgets.text import page_text, plain, step_note, step_title
+from ccwsim.ui.widgets.fields import field, menu, options_of
+from ccwsim.ui.widgets.text import in_row, page_text, plain, step_note, step_title
 
 THUMBNAIL_PIXELS = 76
 MIDDLE = 128
 """Side in cells, and in pixels of a sharp screen, of the part of a bundled image in the menu."""
+IMAGE_KEPT = "The study keeps its present image."
 IMPORT_PAGE = "pages/import.py"
 
 
 def image_step(state: State) -> None:
     """Draw a thumbnail, the name and size of the image, and a menu to choose another image."""
     step_title(1, "Training image")
-    image = image_of(state.choices.image)
-    with st.container(horizontal=True, gap="small", key="image_row"):
+    image = state.image
+    with in_row("image_row", "top"):
         st.image(
             image_thumbnail(image, colours_of(state)),
             width=THUMBNAIL_PIXELS,
@@ -49,11 +53,11 @@ def image_step(state: State) -> None:
     if draft is not None:
         problem = problem_of_image(draft)
         if problem:
-            st.error(plain(f"{problem}. The study keeps its present image."))
+            st.error(plain(f"{problem}. {IMAGE_KEPT}"))
         elif draft.upload is not None:
             step_note(f"There are open questions about reading {draft.upload.name}.")
         page_link(IMPORT_PAGE, "Open the page Import")
-        keep_button(state)
+        keep_button(state, "image_draft", "image_keep")
     if state.visit_import:
         state.visit_import = False
         go_to(IMPORT_PAGE)
@@ -84,16 +88,6 @@ def _fullest_layer(image: TrainingImage) -> Bytes:
     return image.indices[np.argmax(rarer.mean(axis=(1, 2)))]
 
 
-def keep_button(state: State) -> None:
-    """Draw the button that discards the draft of an image."""
-    button(
-        "Keep the image as it was",
-        key="image_keep",
-        on_click=setattr,
-        args=(state, "image_draft", None),
-    )
-
-
 def problem_of_image(choice: ImageChoice) -> str:
     """Return the reason why a training image cannot be read, or an empty text."""
     return problem_in(lambda: image_of(choice))
@@ -119,7 +113,7 @@ def import_image(state: State, upload: Upload) -> bool:
         choice = image_of_file(upload)
     except CCWSIMError:  # the error is shown with the draft
         choice = ImageChoice(upload=upload)
-    if set(asked_of(choice)) <= {"up"}:
+    if set(asked_of(choice)) <= {"up", "gaps"}:
         use_image(state, choice)
         return False
     state.image_draft = choice
@@ -136,21 +130,41 @@ def use_image(state: State, choice: ImageChoice) -> None:
     parameters, state.moved = refitted(state.choices.parameters, image, state.moved)
     before = state.choices
     grid = fitted_grid(before.grid, image.shape)
-    geometry = geometry_of(choice) if choice != before.image else None
-    if geometry is not None and max(geometry.shape) <= MAX_GRID_SIDE_OFFERED:
-        grid = geometry
-        st.toast("The grid has the cells and coordinates of the training image.")
     state.change(image=choice, parameters=parameters, grid=grid)
+    fitting = grid_of_image(choice, grid)
+    is_new = choice.upload is not None and fitting != grid_of_image(before.image, grid)
+    is_new &= max(fitting.shape) <= MAX_GRID_SIDE_OFFERED
+    if is_new and (geometry_of(choice) or grid == Grid.of(grid.shape)):  # coordinates are kept
+        state.fit_grid(f"The grid follows the image {image.name}.", fitting)
+    grid = state.grid
     same_file = (choice.bundled, choice.upload) == (before.image.bundled, before.image.upload)
+    numbering = image_of(before.image).numbering
+    if not same_file or _of_facies(choice.answers) != _of_facies(before.image.answers):
+        state.change(data=before.data.without_facies(), guides=before.guides.without_facies())
+        state.data_draft = state.data_draft and state.data_draft.without_facies()
+        state.guides_draft = state.guides_draft and state.guides_draft.without_facies()
+        has_codes = {numbering, image.numbering} == {"codes"}
+        by_number = before.data.source == "placed" and not has_codes
+        same_file = same_file and state.choices.data == before.data and not by_number
     if not same_file or grid.n_dimensions != before.grid.n_dimensions:
-        _part_from_data(state, before.data)
+        _part_from_data(state, state.choices.data, numbering)
 
 
-def _part_from_data(state: State, choice: DataChoice) -> None:
-    """Remove the hard data of the previous image; ask whether to keep the user's data."""
+def _of_facies(answers: Answers) -> Answers:
+    """Return the answers about an image file that decide on its facies."""
+    return answered(answers, up=None, z_up=None)
+
+
+def _part_from_data(state: State, choice: DataChoice, numbering: str) -> None:
+    """Remove the hard data of the previous image; ask whether to keep the user's data.
+
+    Numbers that are no codes belong to the previous image.
+    """
     image_choice = state.choices.image
     if choice.source in ("file", "placed"):
-        state.data_draft = choice
+        numbers = None if {numbering, image_of(image_choice).numbering} == {"codes"} else "other"
+        answers = answered(choice.answers, numbering=numbers)
+        state.data_draft = replace(choice, answers=answers)
         state.change(data=DataChoice())
     elif choice.source == "bundled":
         data_image = datasets.hard_data_training_image(choice.bundled)
@@ -159,7 +173,7 @@ def _part_from_data(state: State, choice: DataChoice) -> None:
             st.toast(
                 f"Removed data {pretty(choice.bundled)} with their image {pretty(data_image)}."
             )
-    elif choice.source == "sampled" and state.choices.grid.nz is not None:
+    elif choice.source == "sampled" and state.grid.is_volume:
         state.change(data=DataChoice())  # the bundled data are sampled from maps
 
 
@@ -200,8 +214,8 @@ def _image_menu(state: State) -> None:
     image_uploader("or a file of yours", "image_file", take)
     if current.upload:
         st.caption(plain(f"From your file {current.upload.name}"))
-    preview = image_thumbnail(image_of(state.choices.image), colours_of(state), 320)
-    name = image_of(state.choices.image).name
-    subject = "Preview" if state.choices.grid.nz is None else "The fullest layer"
+    preview = image_thumbnail(state.image, colours_of(state), 320)
+    name = state.image.name
+    subject = "The fullest layer" if state.grid.is_volume else "Preview"
     st.image(preview, width="stretch", alt=f"{subject} of {name}, north at the top")
     page_link(IMPORT_PAGE, "Facies, colours, turns, advice")

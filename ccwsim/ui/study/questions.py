@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import cycle
@@ -12,19 +12,23 @@ import numpy as np
 import pandas as pd
 import streamlit as st
 
-from ccwsim import CCWSIMError, Grid
+from ccwsim import CCWSIMError
+from ccwsim.figures import facies_colours
 from ccwsim.io import FileSummary, ImportedPoints, PlacedPoints, PointsPreview, inspect
+from ccwsim.io.formats.text_tables import is_number
 from ccwsim.io.gridding import FilePart
 from ccwsim.io.hard_data.columns import ALTERNATIVE_ROLES, DEPTH_ROLES, WELL_TABLES
 from ccwsim.io.hard_data.placing import KINDS_OF_ROWS
 from ccwsim.io.hard_data.rows import RowProblem
-from ccwsim.model.arrays import Ints, describe_shape
-from ccwsim.sharing.choices import Answers, Choices, DataChoice, Upload
+from ccwsim.model.arrays import Ints
+from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED
+from ccwsim.model.facies_match import FaciesMatch, facies_label
+from ccwsim.sharing.choices import Answers, Choices, DataChoice, FaciesAnswers, ImageChoice, Upload
 from ccwsim.ui.session import resolve
-from ccwsim.ui.study.asking import FormItem, Question, WriteAnswer, ask, same
+from ccwsim.ui.study.asking import FormItem, Question, WriteAnswer, answer_button, ask, same
 from ccwsim.ui.widgets.errors import if_possible
 from ccwsim.ui.widgets.fields import button
-from ccwsim.ui.widgets.text import page_labels, plain
+from ccwsim.ui.widgets.text import page_labels, page_text, plain
 
 MAX_MENU_ROWS = 300
 """Maximum number of rows or slices in a list; if there are more slices, the user types a number."""
@@ -131,7 +135,7 @@ def ask_data(choices: Choices, use: UseData, *, wide: bool = False) -> None:
     If `wide`, all columns and names are shown with their guesses. Other functions then offer a
     larger grid, ask about rows that do not fit, and draw the columns of tables of wells.
     """
-    choice, volume, items = choices.data, choices.grid.nz is not None, list[FormItem]()
+    choice, volume, items = choices.data, choices.grid.is_volume, list[FormItem]()
     write = writer(choice, use)
     if choice.source == "file" and choice.tables is not None and not wide:
         for table, preview in resolve.previews_of_wells(choice).items():
@@ -154,11 +158,14 @@ def ask_data(choices: Choices, use: UseData, *, wide: bool = False) -> None:
     if points is not None and points.continuous:
         items += _threshold(points, dict(choice.answers).get("threshold"))
     placed = if_possible(lambda: resolve.placed_data(choices))
-    if placed is not None:
-        items += _names(choices, placed, wide)
+    if placed is not None and placed.match is not None:
+        others = (*placed.points.words, *placed.unknown_facies) if wide else placed.unknown_facies
+        answers = dict(choice.answers).get("facies_names", ())
+        of_facies = facies_items(placed.match, answers, choices.image, others=others)
+        items = [*of_facies, *items] if placed.match.open_labels else [*items, *of_facies]
     ask(items, write)
     if not wide:
-        offer_fit(choices, use)
+        offer_grids(choices, use)
         ask_troubles(choices, use)
 
 
@@ -325,61 +332,78 @@ def _threshold(points: ImportedPoints, threshold: float | None) -> list[FormItem
     text = f"{plain(points.variable)} is from {low:g} to {high:g}. Lowest value of facies 1?"
     look = {"placeholder": f"such as {guess:g}", "format": "%g"}
     question = Question("threshold", text, threshold, look=look)
-    if threshold is not None:
-        return [question]
-
-    def use_median(write: WriteAnswer) -> None:
-        label = f"Use the median, {guess:g}"
-        button(label, key="ask_median", on_click=partial(write, threshold=guess))
-
-    return [question, use_median]
+    use_median = answer_button(f"Use the median, {guess:g}", "ask_median", threshold=guess)
+    return [question, use_median] if threshold is None else [question]
 
 
-def _names(choices: Choices, placed: PlacedPoints, wide: bool) -> list[FormItem]:
-    """Ask which facies of the image each name or unknown code in the file denotes."""
-    image, points = resolve.image_of(choices.image), placed.points
-    codes = dict(dict(choices.data.answers).get("facies_names", ()))
-    asked = [*(points.words if wide else ()), *codes, *sorted({*placed.unknown_facies})]
-    spellings = {name.casefold(): name for name in reversed(asked)}
-    names = list(dict.fromkeys(spellings[name.casefold()] for name in asked))
-    labels = dict(zip(image.codes.tolist(), image.facies_names, strict=True))
+def facies_items(
+    match: FaciesMatch,
+    answers: FaciesAnswers,
+    image_choice: ImageChoice,
+    part: str = "",
+    others: Iterable[str] = (),
+) -> list[FormItem]:
+    """Ask which facies of the image open labels, labels with an answer, and `others` are.
+
+    If codes of the image or of the labels are only numbers, the likeliest facies are chosen first.
+    """
+    image, answered_codes = match.image, dict(answers)
+    asked = [*others, *answered_codes, *match.open_labels]
+    names = [*{facies_label(name).casefold(): name for name in asked}.values()]
+    is_numbered = match.open_labels or image.numbering != "codes"
+    guesses = {n: code for n, code in match.likeliest.items() if n in names and is_numbered}
+    codes, facies = match.codes | guesses | answered_codes, image.codes.tolist()
+    colours = dict(zip(facies, facies_colours(image, dict(image_choice.colours)), strict=True))
     items: list[FormItem] = []
     for k, name in enumerate(names[:MAX_ASKED_FACIES]):
-        code = codes.get(name, _code_of(placed, name))
-        text = plain(f"{name} is" if points.words else f"Facies {name} is")
-        value, answers = code if code in labels else None, partial(_answers_of_name, codes, name)
-        items.append(Question(f"name_{k}", text, value, labels, answers))
+        question = Question(
+            key=f"name_{k}",
+            text=plain(f"Facies {name} is" if is_number(name) else f"{name} is"),
+            value=codes.get(name) if codes.get(name) in facies else None,
+            options=dict(zip(facies, image.facies_names, strict=True)),
+            answers=lambda code, name=name: with_facies(answered_codes | {name: code}),
+        )
+        items.append((partial(_swatch, colours.get(codes.get(name))), question))
+    if guesses:
+        items.append("The likeliest facies are chosen, by proportions.")
+        likeliest = with_facies(guesses | answered_codes)
+        items.append(answer_button("Use these facies", f"{part}name_likeliest", **likeliest))
     if len(names) > MAX_ASKED_FACIES:
-        note = f"{len(names)} different facies; the first {MAX_ASKED_FACIES} are listed."
-        items.append(lambda _: st.caption(note))
+        items.append(f"{len(names)} different facies; the first {MAX_ASKED_FACIES} are listed.")
     return items
 
 
-def _answers_of_name(codes: Mapping[str, int], name: str, code: int) -> dict[str, Any]:
-    return {"facies_names": tuple(sorted({**codes, name: code}.items()))}
+def with_facies(codes: Mapping[str, int]) -> dict[str, Any]:
+    """Return the answer on the facies of the image for each name or code."""
+    return {"facies_names": tuple(sorted(codes.items()))}
 
 
-def _code_of(placed: PlacedPoints, name: str) -> int | None:
-    words = placed.points.words
-    if name not in words:
-        return None
-    return int(placed.facies[np.argmax(placed.points.values == words.index(name))])
+def _swatch(colour: str | None, _: WriteAnswer) -> None:
+    """Draw the colour of a facies of the image."""
+    style = f"background: {colour or 'none'}"
+    st.html(f'<div class="facies-swatch" style="{style}"></div>', width="content")
 
 
-def offer_fit(choices: Choices, use: UseData) -> None:
-    """If some data are outside the grid, offer a grid that contains all data."""
-    grid = resolve.grid_for_data(choices)
-    if grid is not None:
-        button("Fit the grid to the data", key="ask_fit", on_click=use, args=(choices.data, grid))
-        st.caption(f"It becomes {described(grid)}.")
+GRID_BUTTONS = {"enlarge": "Enlarge the grid", "fit": "Fit the grid to the data"}
+"""Labels of the buttons that use the grids of `grids_for_data`."""
 
 
-def described(grid: Grid) -> str:
-    """Describe a grid in words."""
-    sizes = [f"{side:g}" for side in grid.cell_size]
-    size = sizes[0] if len({*sizes}) == 1 else " × ".join(sizes)
-    corner = ", ".join(f"{coordinate:.12g}" for coordinate in grid.origin)
-    return f"{describe_shape(grid.shape)} cells of {size} from ({corner})"
+def offer_grids(choices: Choices, use: UseData, part: str = "") -> None:
+    """If data are outside the grid, offer to leave them out, or another grid.
+
+    Keys of the buttons begin with `part`.
+    """
+    choice, grids = choices.data, resolve.grids_for_data(choices)
+    if not grids or choices.grid == next(iter(grids.values())):
+        return
+    if choice.source == "file":
+        drop = {"on_click": writer(choice, use), "kwargs": {"on_outside": "drop"}}
+        button("Drop them", key=f"{part}ask_drop", **drop)
+    for name, grid in grids.items():
+        button(GRID_BUTTONS[name], key=f"{part}ask_{name}", on_click=use, args=(choice, grid))
+        st.caption(f"It becomes {resolve.described(grid)}.")
+    if "enlarge" not in grids:
+        st.caption(page_text("Grid too large", n=f"{MAX_GRID_SIDE_OFFERED:,}"))
 
 
 def ask_troubles(choices: Choices, use: UseData, *, wide: bool = False) -> None:

@@ -12,7 +12,8 @@ import streamlit as st
 from ccwsim import Cancelled, CCWSIMError, Ensemble, Parameters, concatenate
 from ccwsim.datasets.default_study import stored_ensemble
 from ccwsim.engine.realization import is_ready
-from ccwsim.experiments.timing import typical_seconds
+from ccwsim.experiments.timing import typical
+from ccwsim.experiments.trials import Trial
 from ccwsim.jobs.job import FIRST_RESULT_SECONDS, Job, server_queue
 from ccwsim.jobs.limits import Demand, limits_of_environment, needs_consent
 from ccwsim.model.bounds import MAX_REALIZATIONS, MAX_SEED
@@ -25,6 +26,7 @@ from ccwsim.run.footprint import demand_of
 from ccwsim.run.shared import MAX_SHARED, MAX_SHARED_BYTES, SharedRun, SharedRuns
 from ccwsim.run.simulation import simulate_study
 from ccwsim.sharing.choices import Choices
+from ccwsim.sharing.link import KEY_OF, files_named
 from ccwsim.system.log import reason
 from ccwsim.system.machine import n_cores
 from ccwsim.ui.session import resolve
@@ -35,7 +37,7 @@ from ccwsim.ui.session.state import PastRun, State
 from ccwsim.ui.study.changes import changes_between
 from ccwsim.ui.widgets.errors import if_possible, problem_in
 from ccwsim.ui.widgets.fields import bound_to, button, field
-from ccwsim.ui.widgets.text import page_text, pair, plain, step_note, step_title
+from ccwsim.ui.widgets.text import in_row, page_text, pair, plain, step_note, step_title
 
 SIMULATE_PAGE = "pages/simulate.py"
 ENOUGH_TO_STOP = 1.0  # maximum seconds to wait until a stopped run has freed its memory
@@ -62,31 +64,32 @@ SimulateRange = Callable[[int, int, Watch], Ensemble]
 
 def run_step(state: State) -> None:
     """Draw step 5 of the study."""
-    step_title(5, "Realizations")
-    numbers = {
-        "n_realizations": ("How many", 1, MAX_REALIZATIONS, MORE),
-        "seed": ("Seed", 0, MAX_SEED, SAME_SEED),
-    }
-    for column, (name, (label, low, high, tip)) in zip(pair(), numbers.items(), strict=True):
-        with column:
+    with st.container(key="run_step"):
+        step_title(5, "Realizations")
+        numbers = {
+            "n_realizations": ("How many", 1, MAX_REALIZATIONS, MORE),
+            "seed": ("Seed", 0, MAX_SEED, SAME_SEED),
+        }
+        for column, (name, (label, low, high, tip)) in zip(pair(), numbers.items(), strict=True):
+            with column:
+                field(
+                    st.number_input,
+                    label,
+                    key=name,
+                    help=tip,
+                    **bound_to(state.choices, name, state.change, min_value=low, max_value=high),
+                )
+        if limits := str(limits_of_environment()):
+            step_note(limits)
+        with in_row("run_row"):
+            run_button(state, "run")
             field(
-                st.number_input,
-                label,
-                key=name,
-                help=tip,
-                **bound_to(state.choices, name, state.change, min_value=low, max_value=high),
+                st.toggle,
+                "Live",
+                key="live",
+                help=LIVE,
+                **bound_to(state, "live", value=is_live(state)),
             )
-    if limits := str(limits_of_environment()):
-        step_note(limits)
-    with st.container(horizontal=True, vertical_alignment="center", gap="small", key="run_row"):
-        run_button(state, "run")
-        field(
-            st.toggle,
-            "Live",
-            key="live",
-            help=LIVE,
-            **bound_to(state, "live", value=is_live(state)),
-        )
 
 
 def run_button(state: State, key: str, width: str = "stretch") -> None:
@@ -131,7 +134,7 @@ def start_run(state: State, after: float = 0.0) -> None:
         state.message = str(error)
         return
     stop_run(state)
-    state.last_attempt, state.needs_confirmation = choices, False
+    state.last_attempt, state.needs_confirmation, state.missing = choices, False, {}
 
     def begin() -> None:
         state.job = _begun(state, choices, simulate_range, after)
@@ -168,7 +171,9 @@ def is_live(state: State) -> bool:
 
 
 def question_of(state: State) -> str:
-    """Return the question to ask before a long run of a study from a link or project, or ""."""
+    """Return the question to ask before a run of a study from a link or project, or ""."""
+    if files := missing_files(state):
+        return page_text("Missing files", files=files)
     if not state.needs_confirmation or study_problem(state):
         return ""
     seconds, demand = estimated_seconds(state.choices), demand_of_run(state.choices)
@@ -176,6 +181,14 @@ def question_of(state: State) -> str:
         return ""
     memory = format_bytes(demand.n_bytes)
     return page_text("Long run", duration=duration(seconds, rough=True), memory=memory)
+
+
+def missing_files(state: State) -> str:
+    """Return the names of files of a link that are not on this server and not chosen since."""
+    choices = state.choices
+    chosen = {KEY_OF[type(part)]: part for part in (choices.image, choices.data, choices.guides)}
+    state.missing = {k: text for k, text in state.missing.items() if chosen[k] == type(chosen[k])()}
+    return ", ".join(map(files_named, state.missing.values()))
 
 
 def estimated_seconds(choices: Choices) -> float:
@@ -186,16 +199,9 @@ def estimated_seconds(choices: Choices) -> float:
 
 def _seconds_of_one(choices: Choices, parameters: Parameters) -> float:
     """Return the estimated seconds of one realization of a study with other parameters."""
-    data = if_possible(lambda: resolve.data_of(choices))
-    image = resolve.image_of(choices.image)
-    return typical_seconds(
-        parameters,
-        image.shape,
-        choices.grid.shape,
-        image.n_facies,
-        n_data=data.n if data else 0,
-        disorder=image.disorder,
-    )
+    inputs = if_possible(lambda: resolve.study_inputs(choices))
+    bare = {"training_image": resolve.image_of(choices.image), "grid": choices.grid}
+    return typical(Trial(**{**(inputs or bare), "parameters": parameters}))
 
 
 def describe_price(choices: Choices, **changes: Any) -> str:
@@ -205,7 +211,7 @@ def describe_price(choices: Choices, **changes: Any) -> str:
     present = _seconds_of_one(fitting, fitting.parameters)
     changed = _seconds_of_one(fitting, fitted(fitting.parameters, image.shape, **changes))
     time_text = duration(float(f"{changed:.2g}"))
-    return f"about {time_text} a realization, {changed / present:.2g} × the present time"
+    return f"about {time_text} a realization, {changed / present:.2g} × the present setting"
 
 
 def describe_prices_of_levels(choices: Choices) -> str:
@@ -238,7 +244,7 @@ def take_names(state: State) -> None:
     if state.ensemble is None or state.ensemble_choices == state.choices or not is_current(state):
         return
     state.ensemble_choices = state.choices
-    image = resolve.image_of(state.choices.image)
+    image = state.image
     state.ensemble = replace(
         state.ensemble, study=replace(state.ensemble.study, training_image=image)
     )
@@ -419,14 +425,15 @@ def draw_news(state: State, *, parts: bool = True, wait: bool = True) -> None:
     """
     take_names(state)
     with st.container(key="news"):  # always drawn, so that Streamlit keeps the elements below
-        patience = FIRST_RESULT_SECONDS if state.choices.grid.nz is None else FIRST_VOLUME_SECONDS
+        patience = FIRST_VOLUME_SECONDS if state.grid.is_volume else FIRST_RESULT_SECONDS
         outdated = _wait_and_dim(state, parts, patience if wait else 0.0)
         if state.job is not None:
             _follow_run(state, parts)
-        if state.message:
-            st.warning(plain(state.message))
-        if state.job is None and (state.ensemble is None or outdated):
-            with _outdated(outdated, question_of(state)):
+        waits = state.job is None and (state.ensemble is None or outdated)
+        for message in filter(None, (state.message, question_of(state) if waits else "")):
+            st.warning(plain(message))
+        if waits:
+            with _outdated(outdated):
                 run_button(state, "run_news", width="content")
 
 
@@ -446,12 +453,11 @@ def out_of_date(state: State) -> str:
 
 
 @contextmanager
-def _outdated(text: str, question: str = "") -> Iterator[None]:
-    """Draw a row with a note on outdated results, a question, and elements drawn in the context."""
-    with st.container(horizontal=True, vertical_alignment="center", key="outdated"):
-        note = f"<b>Out of date:</b> {escape(text)}" if text else ""
-        if note or question:
-            st.html(f'<p role="status">{" ".join(filter(None, (note, escape(question))))}</p>')
+def _outdated(text: str) -> Iterator[None]:
+    """Draw a row with a note on outdated results, and elements drawn in the context."""
+    with in_row("outdated"):
+        if text:
+            st.html(f'<p role="status"><b>Out of date:</b> {escape(text)}</p>')
         yield
 
 

@@ -23,10 +23,12 @@ from ccwsim.ui.session.address import page_link
 from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.fragments import error_boundary
 from ccwsim.ui.session.state import State
+from ccwsim.ui.study.asking import draw_fits, draw_fitted
 from ccwsim.ui.study.data_step import data_step, problem_of_data
 from ccwsim.ui.study.guides_step import guides_step
 from ccwsim.ui.study.image_step import image_step
 from ccwsim.ui.study.run import describe_prices_of_levels, is_live, run_step
+from ccwsim.ui.study.trials import advice_on, find_button
 from ccwsim.ui.widgets.fields import (
     PARAMETER_ROWS,
     bound_to,
@@ -36,7 +38,7 @@ from ccwsim.ui.widgets.fields import (
     menu,
     options_of,
 )
-from ccwsim.ui.widgets.text import page_labels, pair, plain, step_note, step_title
+from ccwsim.ui.widgets.text import in_row, page_labels, pair, plain, step_note, step_title
 
 SIDE_LABELS = {"nx": "Cells E–W", "ny": "Cells N–S", "nz": "Layers"}
 ON_TOP = ("variant", "template_size", "overlap_size", "wavelet_level", "n_candidates")
@@ -68,7 +70,7 @@ def study_column(state: State) -> None:
 def grid_step(state: State) -> None:
     """Draw the numbers of cells along x and y, and a menu with cell size and origin."""
     step_title(3, "Grid")
-    grid = state.choices.grid
+    grid = state.grid
     change = partial(_change_grid, state)
     n_axes = grid.n_dimensions
     places = [place for _ in range(n_axes - 1) for place in pair()]
@@ -83,11 +85,17 @@ def grid_step(state: State) -> None:
                 help=f"{label} of the simulation grid. Time grows with the number of cells.",
                 **bound_to(grid, name, change, **limits),
             )
-    menu("World coordinates", "grid_menu", partial(_world, state, n_axes))
+    if grid.crs or max(grid.cell_size) != 1:
+        step_note(resolve.described(grid))
+    menu("Fit and coordinates", "grid_menu", partial(_world, state, n_axes))
+    draw_fitted(state)
 
 
 def _world(state: State, n_axes: int) -> None:
-    """Draw the fields of the menu of world coordinates."""
+    """Draw buttons for grids that fit wells, guides or the image, and fields of coordinates."""
+    guides, data = state.guides_draft or state.choices.guides, state.data_draft
+    tried = replace(state.choices, data=data or state.choices.data)
+    draw_fits(state, resolve.fitting_grids(tried, guides), "grid_to_")
     st.caption("Used for data in world coordinates, axes of maps and exported files.")
     for name, k in product(("cell_size", "origin"), range(n_axes)):
         _world_field(state, name, k)
@@ -97,7 +105,7 @@ def _world_field(state: State, name: str, k: int) -> None:
     """Draw a number field for one component (x, y or z) of an attribute of the grid."""
 
     def write(value: float) -> None:
-        numbers = list(getattr(state.choices.grid, name))
+        numbers = list(getattr(state.grid, name))
         numbers[k] = value
         _change_grid(state, **{name: tuple(numbers)})
 
@@ -106,7 +114,7 @@ def _world_field(state: State, name: str, k: int) -> None:
         st.number_input,
         page_labels(name)[axis],
         key=f"grid_{name}_{axis}",
-        value=getattr(state.choices.grid, name)[k],
+        value=getattr(state.grid, name)[k],
         write=write,
         format="%g",
         min_value=1e-9 if name == "cell_size" else None,
@@ -114,13 +122,13 @@ def _world_field(state: State, name: str, k: int) -> None:
 
 
 def _change_grid(state: State, **changes: object) -> None:
-    state.change(grid=replace(state.choices.grid, **changes))
+    state.change(grid=replace(state.grid, **changes))
 
 
 def method_step(state: State) -> None:
     """Draw the step Method, which offers only values that are valid together."""
     step_title(4, "Method")
-    p, image = state.choices.parameters, resolve.image_of(state.choices.image)
+    p, image = state.choices.parameters, state.image
     shape, change = image.shape, partial(set_parameters, state)
     sweeps = is_live(state) and len(shape) == 2
     variant_field(p, shape, change)
@@ -136,12 +144,14 @@ def method_step(state: State) -> None:
     if price := describe_prices_of_levels(state.choices):
         step_note(price)
     if not problem_of_data(state.choices):
-        grid, n_data = state.choices.grid, resolve.data_of(state.choices).n
+        grid, n_data = state.grid, resolve.data_of(state.choices).n
         if warning := warn_of_level(p, grid.shape, n_data):
             st.warning(plain(warning))
     if warning := _warn_of_edges(p, image):
         st.warning(plain(warning))
-    menu("Advanced", "method_menu", partial(_advanced, state, p, image.shape, change))
+    with in_row("method_row"):
+        menu("Advanced", "method_menu", partial(_advanced, state, p, image.shape, change))
+        find_button(state)
 
 
 def _advanced(state: State, p: Parameters, shape: Shape, change: Callable[..., None]) -> None:
@@ -154,7 +164,9 @@ def _advanced(state: State, p: Parameters, shape: Shape, change: Callable[..., N
             parameter_field(p, name, change)
     if len(shape) == 3:
         _trend_field(p, change)
-    defaults = fitted(default_parameters(resolve.image_of(state.choices.image)), shape)
+    image = state.image
+    step_note(advice_on(image, p))
+    defaults = fitted(default_parameters(image), shape)
     button("Back to the defaults", on_click=state.change, kwargs={"parameters": defaults})
 
 
@@ -224,7 +236,7 @@ def _trend_field(p: Parameters, change: Callable[..., None]) -> None:
 
 def set_parameters(state: State, **changes: object) -> None:
     """Change parameters; sizes that no longer fit become the nearest valid sizes."""
-    shape = resolve.image_of(state.choices.image).shape
+    shape = state.image.shape
     state.change(parameters=fitted(state.choices.parameters, shape, **changes))
 
 

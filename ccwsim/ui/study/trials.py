@@ -1,30 +1,52 @@
-"""Runs of trials, which the pages Compare, Sweep and Benchmark plan, start, follow and show."""
+"""Runs of trials, which pages plan, start, follow and show, and “Find good settings”."""
 
 import time
-from collections.abc import Sequence
+from base64 import b64encode
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import partial
+from itertools import accumulate
 from typing import Any, Generic, TypeVar
 
+import numpy as np
 import streamlit as st
 
-from ccwsim import CCWSIMError, Grid, Parameters, TrainingImage
+from ccwsim import Cancelled, CCWSIMError, Grid, Parameters, TrainingImage
+from ccwsim.experiments import plan
+from ccwsim.experiments.sweep import Sweep, SweepRow, nearest_on_front, recommended, sweep
+from ccwsim.experiments.timing import expected_seconds, typical
 from ccwsim.experiments.trials import Trial
+from ccwsim.figures import contact_sheet, tile_size
+from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import Demand
-from ccwsim.model.errors import Cancelled
-from ccwsim.model.numbers import duration, plural
+from ccwsim.model.arrays import Bytes, Integers
+from ccwsim.model.missing import UNKNOWN
+from ccwsim.model.numbers import duration, plural, three_digits
 from ccwsim.run.footprint import demand_of
 from ccwsim.sharing.choices import Choices
-from ccwsim.ui.results.maps import colours_of
+from ccwsim.ui.frontend.component import draw_tiles
+from ccwsim.ui.results.maps import colours_of, middle_layers
 from ccwsim.ui.session.address import go_to
-from ccwsim.ui.session.fragments import follow
+from ccwsim.ui.session.cached import cached
+from ccwsim.ui.session.fragments import error_boundary, follow
 from ccwsim.ui.session.progress import compilation_to_come
 from ccwsim.ui.session.resolve import image_of, study_inputs, study_of
-from ccwsim.ui.session.state import PageRun, State
-from ccwsim.ui.study.run import draw_out_of_date, failed
+from ccwsim.ui.session.state import PageRun, RunState, State, session_state
+from ccwsim.ui.study.run import draw_out_of_date, failed, study_problem
 from ccwsim.ui.widgets.fields import button
-from ccwsim.ui.widgets.text import plain
+from ccwsim.ui.widgets.text import page_text, plain, step_note
 
+CELLS_KEPT = 64_000_000  # maximum cells of the realizations that a sweep stores, of one byte each
+SOURCE_BYTES = 4  # number of bytes per cell that store the source of the cell in the training image
+MAX_KEPT_SWEEPS = 4
+TILE_PIXELS = 124  # length of the longer side of a tile in pixels
+N_TUNED, FEW_TUNED = 3, 2
+"""Numbers of realizations of each setting that “Find good settings” tries: usually, and if the
+fewest settings would take longer than `TUNING_SECONDS`."""
+TUNING_SECONDS = 5.0  # maximum expected CPU seconds to try settings, if there are enough of them
+advice_on = cached(max_entries=16)(plan.describe_advice)
+ranges_around = cached(max_entries=16)(plan.suggested_ranges)
 Row = TypeVar("Row")
 Result = TypeVar("Result")
 
@@ -94,25 +116,110 @@ class TrialsRun(PageRun[Result], Generic[Row, Result]):
 
     def describe_end(self) -> str:
         """Describe how the run was stopped or failed; otherwise return an empty text."""
-        if self.error is None:
-            return ""
-        if not isinstance(self.error, Cancelled):
-            return failed(self.error)
-        return self.describe_stop()
+        if isinstance(self.error, Cancelled):
+            return self.describe_stop()
+        return "" if self.error is None else failed(self.error)
 
     def describe_stop(self) -> str:
         """Return how many trials were finished before the run was stopped."""
         return f"Stopped after {self.n_finished}" + ("; these are shown." if self.rows else ".")
 
 
-def trial_of(choices: Choices) -> Trial:
-    """Return the present study as a trial; raise `CCWSIMError` if its parts cannot be read."""
-    return Trial(**study_inputs(choices))
+@dataclass(kw_only=True)
+class SweepRun(TrialsRun[SweepRow, Sweep]):
+    """A sweep with its finished rows, and `tiles`, the `pictures` made so far."""
+
+    tiles: list[bytes] = field(default_factory=list)
+
+    def demand(self) -> Demand:
+        """Return the resources that the sweep needs for one setting and the stored realizations."""
+        largest = max((demand.n_bytes for demand in self.demands(n_workers=1)), default=0)
+        cells_per_realization = self.first.grid.n_cells
+        n_cells = cells_per_realization * len(self.trials)
+        kept = max(CELLS_KEPT, n_cells)  # at least one realization is stored
+        sources = SOURCE_BYTES * cells_per_realization * self.n_realizations
+        return Demand(n_cells * self.n_realizations, self.first.n_data, largest + sources + kept)
+
+    def work(self, job: Job[Sweep]) -> Sweep:
+        first = self.first
+        n_kept = CELLS_KEPT // (first.grid.n_cells * len(self.trials))
+        return sweep(
+            first.training_image,
+            first.grid,
+            settings=[trial.parameters for trial in self.trials],
+            hard_data=first.hard_data,
+            n_realizations=self.n_realizations,
+            seed=first.seed,
+            progress=job.report,
+            cancel=job.is_cancelled,
+            found=self.rows.append,
+            n_kept=min(max(n_kept, 1), MAX_KEPT_SWEEPS),
+            facies=int(first.training_image.codes[self.facies]),
+            secondary=first.secondary,
+        )
+
+    @property
+    def latest_result(self) -> Sweep:
+        """The results of the settings that are finished."""
+        shape = self.training_image.shape
+        return self.result or Sweep(tuple(self.rows), (), len(self.trials), shape)
+
+    def describe_end(self) -> str:
+        """Describe settings without results in an ended sweep; empty if all have results."""
+        if self.going or self.error is not None:
+            return super().describe_end()
+        results = self.latest_result
+        sentences = [self.describe_stop()] if results.stopped else []
+        if results.failed:
+            n = len(results.failed)
+            sentences.append(f"{n} could not be simulated: {results.failed[0][1]}.")
+        return " ".join(sentences)
+
+    @property
+    def pictures(self) -> list[bytes]:
+        """A picture (PNG) of the first realization of each finished setting."""
+        for row in self.latest_result.rows[len(self.tiles) :]:
+            first = middle_layers(indices_of(row.realizations[:1], self.training_image))
+            self.tiles.append(contact_sheet(first, self.colours, longest=2 * TILE_PIXELS)[0])
+        return self.tiles
+
+
+def indices_of(realizations: Integers, image: TrainingImage) -> Bytes:
+    """Convert facies codes to facies indices, which maps need."""
+    indices = image.codes.searchsorted(realizations)
+    return np.where(np.isnan(realizations), UNKNOWN, indices).astype(np.uint8)
+
+
+def setting_tile(
+    run: SweepRun, k: int, names: Sequence[str], best: int | None = None
+) -> dict[str, Any]:
+    """Return the tile of a finished setting: label, pattern distance, time, and picture.
+
+    `names` are the parameters in the label, and `best` is the number of the recommended setting.
+    """
+    row = run.latest_result.rows[k]
+    label, bits = plan.label(row.parameters, names), three_digits(row.quality.pattern_distance)
+    return {
+        "label": label,
+        "note": f"{bits} bits · {duration(row.quality.cpu_seconds)}",
+        "name": f"Setting {label}",
+        "png": b64encode(run.pictures[k]).decode(),
+        "badge": "recommended" if k == best else "",
+        "value": k,
+    }
+
+
+def trials_of(choices: Choices, settings: Iterable[Parameters]) -> list[Trial]:
+    """Return the study with each setting; raise `CCWSIMError` if its parts cannot be read."""
+    study = Trial(**study_inputs(choices))
+    with suppress(CCWSIMError):  # without data in inactive cells; the run reports errors
+        study = replace(study.fitting(), checked=False)
+    return [replace(study, parameters=parameters) for parameters in settings]
 
 
 def shown_in(state: State) -> dict[str, Any]:
     """Return the facies and the colours with which a new run is shown."""
-    n_facies = image_of(state.choices.image).n_facies
+    n_facies = state.image.n_facies
     return {"facies": min(state.facies, n_facies - 1), "colours": colours_of(state)}
 
 
@@ -143,16 +250,17 @@ def draw_run_news(
     The page is redrawn for new rows, at most every `redraw_seconds`, and at the end. If `dim`, the
     results are pale during the run.
     """
-    drawn_at = time.monotonic()
-    n_drawn = len(run.rows) if run is not None else 0
-
-    def has_news() -> bool:
-        assert run is not None
-        return len(run.rows) > n_drawn and time.monotonic() - drawn_at > redraw_seconds
-
     with st.container(key="news"):  # always drawn, so that elements below do not move
         if run is not None and run.job is not None and run.going:
-            follow(run.job, has_news=has_news, label=run.label, **options)
+            rows, n_drawn, drawn_at = run.rows, len(run.rows), time.monotonic()
+            follow(
+                run.job,
+                has_news=lambda: (
+                    len(rows) > n_drawn and time.monotonic() - drawn_at > redraw_seconds
+                ),
+                label=run.label,
+                **options,
+            )
             if dim:
                 st.html("<style>.st-key-results { opacity: 0.4 }</style>")
         elif outdated:
@@ -167,3 +275,93 @@ def use_button(label: str, key: str, **options: Any) -> None:
     """Draw a button that applies a setting to the study and opens Simulate."""
     if button(label, key=key, **options):
         go_to("pages/simulate.py", "The study has this setting now.")
+
+
+@dataclass
+class TuningState(RunState[SweepRun]):
+    """The latest search for good settings, and whether its dialog is open."""
+
+    is_open: bool = False
+
+
+def tuned_trials(choices: Choices) -> list[Trial]:
+    """Return the study with settings around its own, fastest first, if there is time for them."""
+    image = image_of(choices.image)
+    ranges = ranges_around(choices.parameters, image)
+    trials = trials_of(choices, plan.plan_sweep(choices.parameters, ranges, image.shape))
+    trials.sort(key=partial(typical, judged=True))
+    ends = accumulate(N_TUNED * typical(trial, judged=True) for trial in trials)
+    n = sum(seconds <= TUNING_SECONDS for seconds in ends)
+    return trials[: max(n, plan.MIN_SUGGESTED)]
+
+
+def find_settings(state: State) -> None:
+    """Open the dialog; start a search, unless the latest one is of this study."""
+    tuning, choices = state.page(TuningState), state.choices
+    run, key = tuning.run, (study_key(choices), choices.parameters)
+    tuning.is_open = True
+    if run is None or run.key != key or (not run.going and run.latest_result.stopped):
+
+        def make() -> SweepRun:
+            trials = tuned_trials(choices)
+            is_slow = expected_seconds(trials, N_TUNED, judged=True) > TUNING_SECONDS
+            n = FEW_TUNED if is_slow else N_TUNED
+            return SweepRun(trials=trials, n_realizations=n, key=key, **shown_in(state))
+
+        tuning.start(make)
+
+
+def close_settings() -> None:
+    """Note that the dialog is closed; a search that is going continues."""
+    session_state().page(TuningState).is_open = False
+
+
+def find_button(state: State) -> None:
+    """Draw the button that searches for good settings, and the dialog with its results."""
+    problem = study_problem(state)
+    button(
+        "Find good settings",
+        key="find_settings",
+        on_click=find_settings,
+        args=(state,),
+        disabled=bool(problem),
+        help=problem or page_text("Find good settings"),
+    )
+    if state.page(TuningState).is_open:
+        _draw_settings_dialog(state)
+
+
+@st.dialog("Good settings", width="large", on_dismiss=close_settings)
+def _draw_settings_dialog(state: State) -> None:
+    with error_boundary():
+        tuning = state.page(TuningState)
+        if not tuning.is_open:  # a setting was taken
+            st.rerun()
+        run = tuning.run
+        if run is not None and run.job is not None and run.going:
+            step_note(f"Tries {plural(run.n_pieces, 'setting')} around the present one:")
+            follow(run.job, label=run.label, keys=("tuning_progress", "tuning_cancel"))
+        elif run is not None and run.latest_result.rows:
+            _offer_settings(state, run)
+        if message := tuning.message or (run and run.describe_end()):
+            st.warning(plain(message))
+        step_note(advice_on(state.image, state.choices.parameters))
+
+
+def _offer_settings(state: State, run: SweepRun) -> None:
+    """Draw three settings; a click takes a setting and closes the dialog."""
+    results = run.latest_result
+    choice, rows = recommended(results), results.rows
+    names = [name for name in plan.RANGED if name in {*plan.SIZES, *plan.varied(run.settings)}]
+
+    def take(k: int) -> None:
+        state.change(parameters=rows[int(k)].parameters)
+        close_settings()
+
+    step_note("Click a setting to use it. Each is faster or closer in patterns than the others.")
+    tiles = [setting_tile(run, k, names, choice.index) for k in nearest_on_front(results)]
+    width, height = tile_size(run.grid.shape[-2:], 2 * TILE_PIXELS)
+    options = {"kind": "settings", "width": width, "height": height}
+    draw_tiles("good_settings", "Good settings; a click takes one", tiles, take, **options)
+    best = plan.label(rows[choice.index].parameters, names)
+    step_note(f"Recommended: {best}. {choice.reason}")

@@ -1,6 +1,5 @@
 """The page Sweep: cost and quality of many settings, and a recommended setting."""
 
-from base64 import b64encode
 from collections.abc import Callable, Sequence
 from functools import partial
 from html import escape
@@ -8,36 +7,42 @@ from typing import Any
 
 import numpy as np
 import streamlit as st
-from numpy.typing import NDArray
 
-from ccwsim import Grid, Parameters, TrainingImage
+from ccwsim import Grid, Parameters
 from ccwsim.experiments import sweep
 from ccwsim.experiments.plan import ALONG_Z, RANGED, label, value_of, varied
 from ccwsim.experiments.sweep import Sweep, SweepRow
-from ccwsim.figures import contact_sheet, sweep_chart, tile_size
+from ccwsim.figures import sweep_chart, tile_size
 from ccwsim.io.formats.csv_table import records_as_csv
 from ccwsim.metrics import Quality
 from ccwsim.model.bounds import MAX_REALIZATIONS_OF_SWEEP
-from ccwsim.model.missing import UNKNOWN
-from ccwsim.model.numbers import duration, minus, plural, three_digits
-from ccwsim.model.parameters import PER_AXIS
+from ccwsim.model.numbers import minus, plural, three_digits
 from ccwsim.report.settings import describe_inputs
 from ccwsim.ui.frontend.cells import draw_cells, facies_map
-from ccwsim.ui.frontend.component import draw_tiles
+from ccwsim.ui.frontend.component import draw_tiles, run_script
 from ccwsim.ui.results.charts import chart_menu, draw_caption, draw_clickable_chart
-from ccwsim.ui.results.maps import ghost_panel, middle_layers, step_buttons, with_data
+from ccwsim.ui.results.maps import ghost_panel, step_buttons, with_data
 from ccwsim.ui.session.address import page_link
 from ccwsim.ui.session.file_names import grid_part
 from ccwsim.ui.session.fragments import error_boundary
-from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.study_column import set_parameters, variant_field
-from ccwsim.ui.study.trials import draw_run_news, study_key, use_button
+from ccwsim.ui.study.trials import (
+    TILE_PIXELS,
+    SweepRun,
+    advice_on,
+    draw_run_news,
+    indices_of,
+    setting_tile,
+    study_key,
+    use_button,
+)
 from ccwsim.ui.sweep import planning
-from ccwsim.ui.sweep.planning import SweepRun, SweepState
+from ccwsim.ui.sweep.planning import SweepState
 from ccwsim.ui.widgets.errors import if_possible
 from ccwsim.ui.widgets.fields import PARAMETER_ROWS, bound_to, button, download, field
 from ccwsim.ui.widgets.text import (
+    in_row,
     numbers_table,
     page_labels,
     page_text,
@@ -59,13 +64,13 @@ PATTERN_COLUMNS = ("pattern_full", "pattern_half", "pattern_third")
 CURVE_DIRECTIONS = ("EW", "NS", "vertical")
 USE_HELP = "Uses this setting in the study and opens Simulate."
 TILES = "sweep_tiles"
-TILE_PIXELS = 124  # length of the longer side of a tile in pixels
 
 
 def draw_page(state: State) -> None:
     """Draw ranges on the left and results on the right."""
     draw_style("sweep/sweep.css")
     with st.sidebar:
+        run_script("column", "sweep_column")
         _draw_controls(state)
     run, outdated = state.page(SweepState).run, ""
     if run is not None and not is_current_sweep(run, state):
@@ -87,28 +92,27 @@ def draw_page(state: State) -> None:
             if not planning.sweep_problem(state):
                 plan = planning.plan_of(state).fitting
                 panel_title("Settings", "to be tried; a realization of each will appear here")
-                tiles = _to_come(plan, varied_names(plan), "")
-                _draw_settings(tiles, -1, state.choices.grid, lambda _: None)
+                draw_settings(_to_come(plan, varied(plan)), state.grid)
     with st.container(key="run_bar"):
         _sweep_button(state, "sweep_below")
 
 
 def _draw_controls(state: State) -> None:
     """Draw the three steps of a sweep."""
-    page_state = state.page(SweepState)
     step_title(1, "Study")
     step_note(planning.describe_study(state))
     page_link("pages/simulate.py", "Change on Simulate")
     step_title(2, "Ranges")
-    own, shape = state.choices.parameters, image_of(state.choices.image).shape
+    own, shape = state.choices.parameters, state.image.shape
     variant_field(own, shape, partial(set_parameters, state))
     ranges = planning.ranges_of(state)
     for name, values in planning.values_on_offer(state.choices).items():
         with st.container(key=f"range_{name}"):
-            _draw_range(page_state, name, values, ranges[name])
-    if page_state.ranges:
-        reset = bound_to(page_state, "ranges")["write"]
-        button("Back to the suggested ranges", key="ranges_back", on_click=reset, args=({},))
+            _draw_range(state, name, values, ranges[name])
+    if state.sweep.ranges:
+        reset = partial(state.change_sweep, ranges=())
+        button("Back to the suggested ranges", key="ranges_back", on_click=reset)
+    step_note(advice_on(state.image, own))
     step_title(3, "Realizations")
     field(
         st.number_input,
@@ -117,9 +121,9 @@ def _draw_controls(state: State) -> None:
         min_value=1,
         max_value=MAX_REALIZATIONS_OF_SWEEP,
         help="More realizations reveal smaller differences, and take proportionally longer.",
-        **bound_to(page_state, "n_realizations"),
+        **bound_to(state.sweep, "n_realizations", state.change_sweep),
     )
-    problem = planning.sweep_problem(state) or page_state.message
+    problem = planning.sweep_problem(state) or state.page(SweepState).message
     if problem:
         st.warning(plain(problem))
     else:
@@ -127,16 +131,16 @@ def _draw_controls(state: State) -> None:
     _sweep_button(state, "sweep")
 
 
-def _draw_range(page_state: SweepState, name: str, values: list[Any], chosen: list[Any]) -> None:
+def _draw_range(state: State, name: str, values: list[Any], chosen: list[Any]) -> None:
     def write(new: list[Any]) -> None:
-        page_state.ranges = {**page_state.ranges, name: list(new)}
+        ranges = dict(state.sweep.ranges) | {name: tuple(new)}
+        state.change_sweep(ranges=tuple(ranges.items()))
 
     # the key contains the values, so that a widget with new values gets a new state
-    key = f"range_{name}_{'_'.join(map(str, values))}"
     field(
         st.pills,
         planning.RANGE_LABELS[name],
-        key=key,
+        key=f"range_{name}_{'_'.join(map(str, values))}",
         value=chosen,
         write=write,
         options=values,
@@ -152,7 +156,6 @@ def _sweep_button(state: State, key: str) -> None:
     problem, going = planning.sweep_problem(state), state.page(SweepState).going
     n = 0 if problem else len(planning.plan_of(state))
     text = f"Try {n} settings" if n > 1 else "Try this setting" if n else "Try settings"
-    help_ = "A sweep is running." if going else problem or None
     button(
         text,
         key=key,
@@ -161,7 +164,7 @@ def _sweep_button(state: State, key: str) -> None:
         type="primary",
         width="stretch",
         disabled=bool(problem) or going,
-        help=help_,
+        help="A sweep is running." if going else problem or None,
     )
 
 
@@ -176,21 +179,21 @@ def _draw_results(state: State) -> None:
             _draw_rows(state, run, results)
         elif run.going:
             panel_title("Settings", "settings appear as soon as they are finished")
-            draw_settings(run, varied_names(run.settings), (-1, -1), lambda _: None)
+            draw_settings(_to_come(run.settings, varied(run.settings), "to come"), run.grid)
 
 
 def _draw_rows(state: State, run: SweepRun, results: Sweep) -> None:
     tried = run.settings if run.going else [row.parameters for row in results.rows]
     choice, chosen = sweep.recommended(results), state.page(SweepState).chosen
     k = choice.index if chosen is None else min(chosen, len(results.rows) - 1)
-    names, marked = varied_names(tried), (k, choice.index)
+    names, marked = varied(tried), (k, choice.index)
     best = results.rows[choice.index].parameters
     draw_caption(
         f"{describe_inputs(run.first)}; {plural(len(results.rows), 'setting')}, recommended: "
         f"{label(best, names)}; {plural(run.n_realizations, 'realization')} each, "
         f"seed {run.first.seed}"
     )
-    with st.container(horizontal=True, vertical_alignment="center", gap="medium", key="choice"):
+    with in_row("choice", gap="medium"):
         so_far = " so far" if run.going or results.stopped else ""
         title = f"<b>Recommended{so_far}: {escape(label(best, names))}</b>"
         st.html(f'<p class="facts choice">{title} {escape(choice.reason)}</p>')
@@ -209,13 +212,16 @@ def _draw_rows(state: State, run: SweepRun, results: Sweep) -> None:
         draw_large_realization(state, run, k)
     with right:
         draw_setting_numbers(state, run, k)
-    with st.container(horizontal=True, vertical_alignment="center", key="tiles_row"):
-        of_what = "one realization" if run.grid.nz is None else "a layer of one realization"
+    with in_row("tiles_row"):
+        of_what = "a layer of one realization" if run.grid.is_volume else "one realization"
         panel_title("Settings", f"{of_what} of each setting; click a setting to see it large")
         name = f"{grid_part(run.training_image, run.grid)}_seed{run.first.seed}_sweep.csv"
         content = partial(sweep_csv, results, choice.index)
         download("Table, CSV", content, name, key="sweep_csv", width="content")
-    draw_settings(run, names, marked, lambda number: choose_setting(state, number))
+    tiles = [setting_tile(run, j, names, choice.index) for j in range(len(results.rows))]
+    if run.going:
+        tiles += _to_come(run.settings[len(tiles) :], names, "to come")
+    draw_settings(tiles, run.grid, k, lambda number: choose_setting(state, number))
     if not run.going:
         draw_sweep_table(results)
 
@@ -224,11 +230,10 @@ def _draw_chart(
     state: State, run: SweepRun, results: Sweep, names: list[str], marked: tuple[int, int]
 ) -> None:
     """Draw errors against CPU time; a click on a point shows the setting large."""
-    page_state = state.page(SweepState)
     kinds = [kind for kind in ERROR_LABELS if kind != "mended" or run.first.hard_data.n]
-    kind = page_state.error if page_state.error in kinds else "patterns"
+    kind = state.sweep.error if state.sweep.error in kinds else "patterns"
     with st.container(key="panel_sweep"):
-        with st.container(horizontal=True, gap="small", key="title_sweep"):
+        with in_row("title_sweep", "top"):
             field(
                 st.selectbox,
                 "Error",
@@ -237,7 +242,7 @@ def _draw_chart(
                 format_func=lambda key: ERROR_LABELS[key][0],
                 label_visibility="collapsed",
                 width=220,
-                **bound_to(page_state, "error", value=kind),
+                **bound_to(state.sweep, "error", state.change_sweep, value=kind),
             )
             chart_menu("Time against error", "sweep")
         errors = results.errors(kind)
@@ -272,11 +277,6 @@ def _draw_outlines() -> None:
             ghost_panel(text, f"height: {SWEEP_CHART_HEIGHT}px", title)
 
 
-def varied_names(settings: Sequence[Parameters]) -> list[str]:
-    """Return the names of the parameters that differ between settings."""
-    return varied(settings) or [name for name in RANGED if name.removesuffix(ALONG_Z) in PER_AXIS]
-
-
 def choose_setting(state: State, number: int) -> None:
     """Select the setting that the page shows large."""
     page_state = state.page(SweepState)
@@ -296,21 +296,15 @@ def draw_large_realization(state: State, run: SweepRun, k: int) -> None:
     row, image = run.latest_result.rows[k], run.training_image
     n = len(row.realizations)
     r = page_state.shown = min(page_state.shown, n - 1)
-    with st.container(horizontal=True, vertical_alignment="center", gap="small", key="shown_row"):
+    with in_row("shown_row"):
         panel_title(f"Realization {r + 1} of {run.n_realizations}")
         step_buttons("swept", page_state, n, f"; only the first {n} are stored")
     alt = f"Realization {r + 1} of {label(row.parameters, RANGED)}"
     realization = row.realizations[r]
     cell_map = facies_map(indices_of(realization, image), image, run.colours, alt)
     cell_map = with_data(state, cell_map, run.first.hard_data, image, realization)
-    grid, max_height = (None, 392) if run.grid.nz is None else (run.grid, 300)
+    grid, max_height = (run.grid, 300) if run.grid.is_volume else (None, 392)
     draw_cells(cell_map, "swept", grid=grid, name="setting", max_height=max_height, body=False)
-
-
-def indices_of(realizations: NDArray[np.integer], image: TrainingImage) -> NDArray[np.uint8]:
-    """Convert facies codes to facies indices, which maps need."""
-    indices = image.codes.searchsorted(realizations)
-    return np.where(np.isnan(realizations), UNKNOWN, indices).astype(np.uint8)
 
 
 def draw_setting_numbers(state: State, run: SweepRun, k: int) -> None:
@@ -338,7 +332,7 @@ def setting_numbers(
 ) -> list[tuple[str, str, str]]:
     """Return rows (name, value ± spread between realizations, best value among all settings)."""
     image, qualities = run.training_image, [r.quality for r in rows]
-    worst = image.facies_names[image.index_of(row.quality.proportion_facies)]
+    worst = image.names_by_code[row.quality.proportion_facies]
     facies = image.facies_names[run.facies]
 
     def line(
@@ -384,37 +378,23 @@ def two(spread: float) -> str:
     return f"{spread:.2g}" if spread < 100 else f"{spread:.0f}"
 
 
-def draw_settings(
-    run: SweepRun, names: list[str], marked: tuple[int, int], choose: Callable[[int], None]
-) -> None:
-    """Draw a tile per finished setting; `marked` are the shown and the recommended number."""
-    rows = run.latest_result.rows
-    while len(run.tiles) < len(rows):
-        first = rows[len(run.tiles)].realizations[:1]
-        first = middle_layers(indices_of(first, run.training_image))
-        run.tiles.append(contact_sheet(first, run.colours, longest=2 * TILE_PIXELS)[0])
-    tiles: list[dict[str, Any]] = []
-    for k, (row, png) in enumerate(zip(rows, run.tiles, strict=False)):
-        bits, time = three_digits(row.quality.pattern_distance), duration(row.quality.cpu_seconds)
-        tile = {"label": label(row.parameters, names), "note": f"{bits} bits · {time}"}
-        tile |= {"name": f"Setting {tile['label']}", "png": b64encode(png).decode()}
-        tiles.append(tile | {"badge": "recommended" if k == marked[1] else ""})
-    if run.going:
-        tiles += _to_come(run.settings[len(rows) :], names, "to come")
-    _draw_settings(tiles, marked[0], run.grid, choose)
-
-
-def _to_come(settings: Sequence[Parameters], names: list[str], note: str) -> list[dict[str, Any]]:
+def _to_come(
+    settings: Sequence[Parameters], names: list[str], note: str = ""
+) -> list[dict[str, Any]]:
     """Return outlines for the settings that have not been tried yet."""
-    texts = [label(p, names) for p in settings]
     return [
-        {"label": text, "note": note, "name": f"Setting {text}", "disabled": True} for text in texts
+        {"label": text, "note": note, "name": f"Setting {text}", "disabled": True}
+        for text in (label(p, names) for p in settings)
     ]
 
 
-def _draw_settings(
-    tiles: list[dict[str, Any]], shown: int, grid: Grid, choose: Callable[[int], None]
+def draw_settings(
+    tiles: list[dict[str, Any]],
+    grid: Grid,
+    shown: int = -1,
+    choose: Callable[[int], None] = lambda _: None,
 ) -> None:
+    """Draw the tiles of settings; `choose` is called with the number of a clicked setting."""
     width, height = tile_size(grid.shape[-2:], TILE_PIXELS)
     draw_tiles(
         TILES,

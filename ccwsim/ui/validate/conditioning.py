@@ -3,21 +3,21 @@
 from base64 import b64encode
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from html import escape
 from math import isfinite
 from typing import TypeVar
 
 import numpy as np
 import streamlit as st
-from numpy.typing import NDArray
 
 from ccwsim import CCWSIMError, Ensemble, HardData, TrainingImage, datasets, metrics
 from ccwsim.figures import ENTROPY, calibration_chart, data_status_chart, facies_colours, ramp
 from ccwsim.jobs.statistics import Task
 from ccwsim.metrics.data_fit import MIN_PLACES, winner
-from ccwsim.model.arrays import describe_shape
+from ccwsim.model.arrays import Floats, Ints, describe_shape
 from ccwsim.model.ensemble import FORCED, WRONG
-from ccwsim.model.numbers import minus, three_digits
+from ccwsim.model.numbers import coordinate, minus, three_digits
 from ccwsim.model.watch import Fraction
 from ccwsim.report.verdicts import Verdict
 from ccwsim.ui.frontend.cells import CellMap, draw_cells, editor_points, facies_map, share_map
@@ -25,7 +25,7 @@ from ccwsim.ui.results.charts import titled_chart
 from ccwsim.ui.results.maps import draw_given, given_map, pretty, with_data
 from ccwsim.ui.session.cached import as_task
 from ccwsim.ui.session.state import State
-from ccwsim.ui.study.data_step import data_fit, numbers, verdict
+from ccwsim.ui.study.data_step import data_fit, draw_variant, numbers, variant_tasks, verdict
 from ccwsim.ui.study.image_step import image_thumbnail
 from ccwsim.ui.validate import statistics
 from ccwsim.ui.validate.slices import slice_of, wells_on
@@ -47,7 +47,7 @@ def draw_uncertainty(state: State, ensemble: Ensemble, colours: Sequence[str]) -
         _draw_reliability(state, ensemble, guide_map)
     if (secondary := ensemble.secondary) is None:
         return
-    if secondary.angle is not None and ensemble.grid.nz is None:
+    if secondary.angle is not None and not ensemble.grid.is_volume:
         task = statistics.compute_direction_error(ensemble, state.facies)
         panel(state, "directions", task, lambda off: _draw_directions(off, ensemble, state.facies))
     if secondary.zones is not None:
@@ -55,7 +55,7 @@ def draw_uncertainty(state: State, ensemble: Ensemble, colours: Sequence[str]) -
         panel(state, "zones", task, lambda fits: _draw_zones(fits, ensemble, state.facies))
 
 
-def _draw_directions(off: NDArray[np.float64], ensemble: Ensemble, facies: int) -> None:
+def _draw_directions(off: Floats, ensemble: Ensemble, facies: int) -> None:
     """Draw the differences between directions and the given angles."""
     size, name = np.abs(off), ensemble.training_image.facies_names[facies]
     if ensemble.secondary is not None and ensemble.secondary.zones is not None:
@@ -128,9 +128,8 @@ def draw_e_type_maps(
     state: State,
     ensemble: Ensemble,
     colours: Sequence[str],
-    prefix: str = "",
 ) -> None:
-    """Draw the three linked maps side by side; their keys start with `prefix`."""
+    """Draw the three linked maps side by side."""
     image, data = ensemble.training_image, ensemble.hard_data
     name, shares = image.facies_names[state.facies], e_type.probability[state.facies]
     title = f"Probability of {name}"
@@ -152,10 +151,10 @@ def draw_e_type_maps(
             cell_map = with_data(state, cell_map, data, image, wells=wells_on(state, ensemble))
             draw_cells(
                 cell_map,
-                f"{prefix}{key}",
+                key,
                 link="grid",
                 name=key,
-                scale=f"{prefix}three",
+                scale="three",
                 body=False,
                 max_height=400,
             )
@@ -179,7 +178,7 @@ def draw_data(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
             else page_text("Status of data that are not honoured exactly")
         )
     with right:
-        if ensemble.grid.nz is not None:
+        if ensemble.grid.is_volume:
             draw_data_list(ensemble)
             return
         panel_title("Data that are re-simulated locally", "squares mark the data")
@@ -188,11 +187,11 @@ def draw_data(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
         draw_cells(cell_map, "mended", link="grid", name="resimulated", max_height=360)
 
 
-def data_status_shares(ensemble: Ensemble) -> tuple[list[str], NDArray[np.float64]]:
+def data_status_shares(ensemble: Ensemble) -> tuple[list[str], Floats]:
     """Return the names of data statuses and their shares, shape (n_realizations, n_statuses)."""
     sizes = sorted({int(size) for size in np.unique(ensemble.data_status) if size > 0})
     codes = [0, *sizes, FORCED]
-    sides = "{0} × {0} cells" if ensemble.grid.nz is None else "{0} cells long"
+    sides = "{0} cells long" if ensemble.grid.is_volume else "{0} × {0} cells"
     windows = (f"re-simulated, {sides.format(size)}" for size in sizes)
     names = ["raster pass", *windows, "forced"]
     if not ensemble.parameters.exact_data:
@@ -240,18 +239,17 @@ def draw_data_list(ensemble: Ensemble) -> None:
         "Data", f"{of_all}; the first {MAX_MISSED_LISTED}" if n > MAX_MISSED_LISTED else of_all
     )
     image, data, grid = ensemble.training_image, ensemble.hard_data, ensemble.grid
-    names = dict(zip(image.codes.tolist(), image.facies_names, strict=True))
     rows = []
     for k in order[:MAX_MISSED_LISTED].tolist():
-        position = ", ".join(f"{place:g}" for place in grid.centers_of(data.cells[k : k + 1])[0])
+        position = ", ".join(map(coordinate, grid.centers_of(data.cells[k : k + 1])[0]))
         counts = (str(count) if count else "" for count in times[:, k].tolist())
-        rows.append([position, escape(names[int(data.facies[k])]), *counts])
+        rows.append([position, escape(image.names_by_code[int(data.facies[k])]), *counts])
     with st.container(height=320, border=False, key="data_list"):
         st.html(numbers_table(rows, ("x, y, z", "facies", "wrong", "forced", "re-simulated")))
     step_note(f"Counts are numbers of realizations, out of {ensemble.n}. An empty field means 0.")
 
 
-def troubled_data(ensemble: Ensemble) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def troubled_data(ensemble: Ensemble) -> tuple[Ints, Ints]:
     """Return data not honoured in the raster pass, worst first, and counts of shape (3, n_data)."""
     wrong = metrics.data_match(ensemble.realizations, ensemble.hard_data).times_wrong
     forced = (ensemble.data_status == FORCED).sum(axis=0)
@@ -374,6 +372,8 @@ def draw_data_and_image(state: State, ensemble: Ensemble, colours: Sequence[str]
             step_note(page_text("Other images"))
         else:
             panel(state, "data_fit", data_fit(image, data, ensemble.grid), _draw_fit)
+            for task in variant_tasks(image, data):
+                panel(state, "variant", task, partial(draw_variant, state, "turn_validated"))
     with middle:
         panel_title("Best image", "among the bundled images and yours")
         tip = "Nothing is simulated: each datum is predicted from its neighbours by each image."
@@ -381,7 +381,7 @@ def draw_data_and_image(state: State, ensemble: Ensemble, colours: Sequence[str]
     with right:
         panel_title("Left-out data", "are probabilities reliable?")
         tip = "Simulates five times 24 realizations without a fifth of the data."
-        task = predict_left_out(ensemble, ensemble.grid.nz is not None)
+        task = predict_left_out(ensemble, ensemble.grid.is_volume)
         _draw_on_demand(state, "Leave data out", task, _draw_left_out, tip)
 
 
@@ -436,7 +436,8 @@ def _draw_left_out(leave_out: metrics.LeaveOut) -> None:
     step_note(f"{leave_out.words}.")
     table = leave_out.reliability
     chart = calibration_chart(table.forecast, table.observed, table.count, chart_theme())
-    note = minus(f"slope {leave_out.slope:.2f}; skill {100 * leave_out.skill:.0f} %")
+    note = minus(f"slope {leave_out.slope:.2f}")
     alt = "Share of left-out data with the facies, for each predicted probability"
     titled_chart("Reliability", note, chart, "reliability", alt)
-    step_note(page_text("Skill and slope", z=minus(f"{leave_out.z:.1f}")))
+    errors = {name: minus(f"{getattr(leave_out, name):.1f}") for name in ("z", "z_smoothing")}
+    step_note(page_text("Skill and slope", **errors))

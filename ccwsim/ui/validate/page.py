@@ -2,16 +2,17 @@
 
 from collections.abc import Sequence
 from functools import partial
+from html import escape
 from typing import Any
 
 import numpy as np
 import streamlit as st
 
+from ccwsim import Ensemble
 from ccwsim.figures import Group, mds_chart, mds_title
 from ccwsim.jobs.statistics import Task
 from ccwsim.metrics import Anodi, Fit
 from ccwsim.model.bounds import MAX_REALIZATIONS
-from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.numbers import three_digits
 from ccwsim.report import verdicts
 from ccwsim.report.settings import caption_of
@@ -34,7 +35,6 @@ from ccwsim.ui.validate.conditioning import (
     draw_uncertainty,
     names_of_zones,
 )
-from ccwsim.ui.validate.large_ensemble import draw_large_ensemble
 from ccwsim.ui.validate.reproduction import (
     describe_unseen_of,
     draw_copying,
@@ -49,13 +49,13 @@ from ccwsim.ui.validate.reproduction import (
 )
 from ccwsim.ui.validate.slices import ShownSlice, draw_slice_fields, slice_of, wells_on
 from ccwsim.ui.widgets.fields import bound_to, field, options_of
-from ccwsim.ui.widgets.text import page_text, panel_title, verdict_html
+from ccwsim.ui.widgets.text import in_row, page_text, panel_title, verdict_html
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 COMPARED_MAP_HEIGHT = 392
 SLICED = {"reuse", "truth"}
 """Sections whose maps show the slice of a volume that is chosen at the top of the page."""
-STEADY = ".st-key-maps, .st-key-charts, [class*=st-key-section_]"
+STEADY = ".st-key-summary, .st-key-maps, .st-key-charts, [class*=st-key-section_]"
 """CSS selectors of page parts that keep their height while being redrawn."""
 
 
@@ -68,7 +68,9 @@ def draw_page(state: State) -> None:
         if state.ensemble is not None:
             _draw_validation(state, state.ensemble)
         else:
-            maps.draw_ghost(state)
+            with st.container(key="maps"):
+                places = maps.map_columns((0.5, 1.0, 1.0), 1, state.grid)
+            maps.draw_ghost(state, places)
     with st.container(key="work"):
         statistics.draw_work(state)
 
@@ -79,20 +81,23 @@ def _draw_validation(state: State, ensemble: Ensemble) -> None:
     statistics.begin(state)
     page_state.worker.forget()
     page_state.waiting.clear()
-    state.shown = min(state.shown, ensemble.n - 1)
-    state.facies = min(state.facies, ensemble.training_image.n_facies - 1)
+    state.fit_shown(ensemble)
     colours = maps.colours_of_ran(state)
     draw_caption(caption_of(ensemble))
-    with st.container(horizontal=True, vertical_alignment="top", key="judge_row"):
+    with in_row("judge_row", "top"):
         top = st.container(key="judgement")
         _draw_controls(state, ensemble)
+    summary = st.container(key="summary")
     _draw_first_screen(state, colours, _shown_elsewhere(state))
+    st.html('<i id="curves"></i>')
     draw_curves_row(state, ensemble)
     with top:
         first, *others = findings(state, ensemble)
         first = first._replace(words=first.words[:1].upper() + first.words[1:])
         facts = " ".join(verdict_html(verdict, "fact") for verdict in (first, *others))
         st.html(f'<p class="facts judged" role="status">{facts}</p>')
+    with summary:
+        _draw_summary(state, ensemble)
     _draw_sections(state, ensemble, colours)
     run_script("steady", "steady", parts=STEADY)
 
@@ -149,16 +154,16 @@ def _draw_first_screen(state: State, colours: Sequence[str], elsewhere: tuple) -
 
 def _shown_elsewhere(state: State) -> tuple:
     """Return the choices that are made in the maps and affect other parts of the page."""
-    seen, ensemble = state.page(statistics.Validation).seen, state.ensemble
-    shown_slice = slice_of(state, ensemble) if ensemble is not None and seen & SLICED else None
-    return state.facies, state.shown if "reuse" in seen else None, shown_slice
+    unfolded, ensemble = state.page(statistics.Validation).unfolded, state.ensemble
+    shown_slice = slice_of(state, ensemble) if ensemble is not None and unfolded & SLICED else None
+    return state.facies, state.shown if "reuse" in unfolded else None, shown_slice
 
 
 def _draw_realization(
     state: State, ensemble: Ensemble, colours: Sequence[str], shown_slice: ShownSlice
 ) -> None:
     r, wells = state.shown, wells_on(state, ensemble)
-    with st.container(horizontal=True, vertical_alignment="center", gap="small", key="shown_row"):
+    with in_row("shown_row"):
         panel_title(f"Realization {ensemble.numbers[r] + 1} of {ensemble.n}", str(shown_slice))
         maps.step_buttons("shown", state, ensemble.n)
     cell_map = maps.realization_map(
@@ -213,31 +218,53 @@ SECTIONS = (
     ("reuse", "Copying", "pieces copied from the training image", draw_copying),
     ("truth", "Reference field", "scores against a known field", draw_reference),
     ("image", "Training image", "properties of the image, and suitable parameters", draw_image),
-    ("long", "Large ensemble", "statistics of thousands of realizations", draw_large_ensemble),
 )
 """The sections of the page: anchor, title, subtitle, and drawing function of each section."""
 
 
+SECTION_OF = {
+    "proportions": "bodies",
+    "geobodies": "bodies",
+    "variogram": "curves",
+    "connectivity": "curves",
+}
+"""Anchors of the parts of the page with the figures of a check, if they differ from its kind."""
+
+
+def _draw_summary(state: State, ensemble: Ensemble) -> None:
+    """Draw a line on each check, with a link to its figures."""
+    checks = statistics.known(state, statistics.checks(ensemble)) or []
+    _, lines = verdicts.describe_checks(checks, ensemble.training_image.facies_names)
+    rows = "".join(
+        f'<li><a href="#{SECTION_OF.get(kind, kind)}" target="_self">{escape(what)}</a> '
+        f"{verdict_html(verdict)}<small>{escape(verdict.numbers)}</small></li>"
+        for kind, what, verdict in lines
+    )
+    if rows:
+        st.html(f'<ul class="checks" aria-label="Checks">{rows}</ul>')
+
+
 def _draw_sections(state: State, ensemble: Ensemble, colours: Sequence[str]) -> None:
-    """Draw links to all sections; draw each section only after it has come into view."""
+    """Draw the titles of all sections, and the content of each section that a click unfolded."""
     page_state = state.page(statistics.Validation)
-    links = "".join(f'<a href="#{name}" target="_self">{title}</a>' for name, title, *_ in SECTIONS)
-    st.html(f'<nav class="sections" aria-label="On this page">{links}</nav>')
     for name, title, text, draw in SECTIONS:
         with st.container(key=f"section_{name}"):
-            st.html(f'<h2 class="section" id="{name}">{title}<span>{text}</span></h2>')
-            if name not in page_state.seen:
-                st.html('<div class="unseen"></div>')
-                continue
-            with error_boundary():
-                draw(state, ensemble, colours)
-    unseen = [name for name, *_ in SECTIONS if name not in page_state.seen]
+            expanded = str(name in page_state.unfolded).lower()
+            link = f'<a href="#{name}" target="_self" role="button" aria-expanded="{expanded}">'
+            st.html(
+                f'<h2 class="section fold" id="{name}">{link}{title}</a><span>{text}</span></h2>'
+            )
+            if name in page_state.unfolded:
+                with error_boundary():
+                    draw(state, ensemble, colours)
 
-    def seen(names: list[str]) -> None:
-        page_state.seen |= set(names) & set(unseen)
+    def fold(told: tuple[str, bool]) -> None:
+        """Unfold the section of a link; the link in the title of an open section folds it."""
+        chosen = {told[0]} & {name for name, *_ in SECTIONS}
+        change = set.symmetric_difference if told[1] else set.union
+        page_state.unfolded = change(page_state.unfolded, chosen)
 
-    if unseen:
-        run_script("seen", "seen", seen, unseen=unseen)
+    run_script("fold", "fold", fold)
 
 
 MOMENT_SECONDS = 0.1  # maximum seconds that the line of findings waits for the proportions
@@ -257,30 +284,28 @@ def findings(state: State, ensemble: Ensemble) -> list[Verdict]:
     if not ensemble.is_of_other_images:
         tasks["checks"] = statistics.checks(ensemble)
     if is_judged(ensemble.hard_data, ensemble.grid, ensemble.secondary):
-        image, data = ensemble.training_image, ensemble.hard_data
-        tasks["data_fit"] = data_fit(image, data, ensemble.grid)
+        tasks["data_fit"] = data_fit(ensemble.training_image, ensemble.hard_data, ensemble.grid)
     for word, task in tasks.items():
         page_state.worker.ask(task)
         if page_state.worker.memo.get(task.key) is None:
             page_state.waiting[word] = task  # the finding is added when the page is drawn again
     page_state.worker.wait_for(tasks["zones" if zoned else "shares"], MOMENT_SECONDS)
     values: dict[str, Any] = {k: statistics.known(state, task) for k, task in tasks.items()}
-    agreement = values.get("data_fit")
     choices = state.ensemble_choices
     if choices is not None and (data_message := facies_by_code(choices)):
         judged.append(Verdict(f"data: {data_message}", good=False))
-    if agreement and flagged(agreement):
+    if (agreement := values.get("data_fit")) and flagged(agreement):
         judged.insert(0, Verdict(agreement.words, good=False))
     if values.get("zones") is not None:
         judged += describe_zones(values["zones"], zoned)
     if ensemble.is_of_other_images:
         judged.append(Verdict(page_text("Other images"), good=None))
-    if values.get("checks") is not None:
-        judged += verdicts.describe_checks(values["checks"], ensemble.training_image.facies_names)
+    if (checks := values.get("checks")) is not None:
+        judged.append(verdicts.describe_checks(checks, ensemble.training_image.facies_names)[0])
     if values.get("shares"):
         judged += proportion_verdicts(ensemble, values["shares"].fit)
     volume_patterns = statistics.known(state, statistics.volume_patterns(ensemble))
-    if ensemble.grid.nz is not None and volume_patterns and not zoned:
+    if ensemble.grid.is_volume and volume_patterns and not zoned:
         judged.append(Verdict(describe_unseen_of(volume_patterns), good=None))
     if values["variety"] is not None and ensemble.n > 1:
         judged.append(variety_verdict(ensemble, values["variety"]))
@@ -309,7 +334,8 @@ def proportion_verdicts(ensemble: Ensemble, fit: Fit | None) -> list[Verdict]:
         off[lost] = True
     listed = [k for k in range(1 if n == 2 else 0, n) if n <= MAX_FACIES_LISTED or off[k]]
     good = [None if fit is None else not missed for missed in off]
-    judged = [Verdict(verdicts.describe_proportion(ensemble, k), good=good[k]) for k in listed]
+    describe = partial(verdicts.describe_proportion, ensemble)
+    judged = [Verdict(describe(k, short=True), describe(k), good[k]) for k in listed]
     if n > MAX_FACIES_LISTED:
         others = "all" if not listed else "the other"
         judged.append(Verdict(f"{others} proportions within the scatter of TI crops"))

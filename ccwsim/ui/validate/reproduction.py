@@ -8,7 +8,6 @@ from itertools import product
 
 import numpy as np
 import streamlit as st
-from numpy.typing import NDArray
 
 from ccwsim import Ensemble, figures
 from ccwsim.figures import Bundle, Strip
@@ -16,7 +15,7 @@ from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.metrics import Anodi, Copying, Diagnosis, FlowFit, Measured
 from ccwsim.metrics.bands import STATISTICS, Statistic
 from ccwsim.metrics.lags import Direction, axes_of
-from ccwsim.model.arrays import describe_shape, listing
+from ccwsim.model.arrays import Floats, describe_shape, listing
 from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.numbers import three_digits
 from ccwsim.report import verdicts
@@ -31,7 +30,9 @@ from ccwsim.ui.study.study_column import set_parameters
 from ccwsim.ui.validate import statistics
 from ccwsim.ui.validate.slices import middle_slice, slice_of
 from ccwsim.ui.widgets import text
+from ccwsim.ui.widgets.facts import proportions_table
 from ccwsim.ui.widgets.fields import bound_to, download, field, options_of
+from ccwsim.ui.widgets.text import in_row
 from ccwsim.ui.widgets.theme import chart_theme
 
 CURVE_HEIGHT = 190
@@ -50,19 +51,21 @@ def draw_curves_row(state: State, ensemble: Ensemble) -> None:
     """Draw variograms and connectivity; for volumes, add proportions of layers and new patterns."""
     charts.draw_band_key(ensemble)
     pairs = product(STATISTICS, axes_of(ensemble.grid.shape))  # variograms are first
-    curves = [partial(draw_curve, state, ensemble, name, direction) for name, direction in pairs]
-    rows = [curves]
-    if ensemble.grid.nz is not None:
-        n = len(curves) // 2
-        layers, unseen = (partial(draw, state, ensemble) for draw in (_draw_layers, _draw_unseen))
-        rows = [[*curves[:n], layers], [*curves[n:], unseen]]
-    charts.draw_rows(rows)
+    drawn = [partial(draw_curve, state, ensemble, name, direction) for name, direction in pairs]
+    if ensemble.grid.is_volume:  # two rows of four
+        drawn.insert(3, partial(_draw_layers, state, ensemble))
+        drawn.append(partial(_draw_unseen, state, ensemble))
+    with st.container(key="charts"):
+        places = [place for _ in drawn[::4] for place in st.columns(4, gap="medium")]
+    for draw, place in zip(drawn, places, strict=True):
+        with place:
+            draw()
+    text.step_note(verdicts.HOW_JUDGED)
 
 
 def _draw_layers(state: State, ensemble: Ensemble) -> None:
-    k = state.facies
-    draw = partial(charts.draw_layers, ensemble, k, height=CURVE_HEIGHT)
-    statistics.panel(state, "layers", statistics.layers(ensemble, k), draw)
+    draw = partial(charts.draw_layers, ensemble, state.facies)
+    statistics.panel(state, "layers", statistics.layers(ensemble, state.facies), draw)
 
 
 def _draw_unseen(state: State, ensemble: Ensemble) -> None:
@@ -106,25 +109,23 @@ def draw_curve(
     p = float(ensemble.training_image.proportions[state.facies])
     # 1.5 × the sill is above most variograms; so charts of both directions have the same scale
     top = 1.5 * p * (1 - p) or 0.5
-    title = verdicts.curve_title(statistic, direction)
     key = f"{statistic}_{direction[0] if isinstance(direction, str) else 'azimuth'}"
 
     def draw(compared: statistics.Compared[Bundle]) -> None:
         bundle = compared.value
         highest = max(np.nan_to_num(curves).max() for curves in (bundle.each, bundle.reference))
         y_range = (0, 1.04) if statistic == "connectivity" else (0, max(top, 1.05 * float(highest)))
-        y_title = f"{verdicts.SIGNS[statistic]} of {name}"
-        chart = figures.curves_chart(
+        charts.draw_statistic(
             bundle,
-            chart_theme(),
-            y_title=y_title,
+            statistic,
+            direction,
+            name,
+            note=verdicts.describe_curve(compared.fit, statistic),
+            of_what=": training image, realizations, median and 5–95 % band",
             y_range=y_range,
             height=height,
             judged=charts.judged_curves(compared.fit),
         )
-        note = verdicts.describe_curve(compared.fit, statistic)
-        alt = f"{title} of {name}: training image, realizations, median and 5–95 % band"
-        charts.titled_chart(title, note, chart, key, alt)
 
     statistics.panel(
         state, key, statistics.curves(ensemble, statistic, state.facies, direction), draw
@@ -142,10 +143,10 @@ def draw_directions(state: State, ensemble: Ensemble, colours: Sequence[str]) ->
         **bound_to(page_state, "azimuth", min_value=0, max_value=175, step=5, width=420),
     )
     azimuth = float(page_state.azimuth)
-    for column, statistic in zip(st.columns(2, gap="medium"), verdicts.SIGNS, strict=True):
+    for column, statistic in zip(st.columns(2, gap="medium"), STATISTICS, strict=True):
         with column:
             draw_curve(state, ensemble, statistic, azimuth, height=220)
-    if ensemble.grid.nz is not None:
+    if ensemble.grid.is_volume:
         text.step_note("Directions are horizontal. Variogram maps are drawn only for maps.")
         return
     name = ensemble.training_image.facies_names[state.facies]
@@ -185,7 +186,7 @@ def draw_transitions(state: State, ensemble: Ensemble, colours: Sequence[str]) -
     page_state, names = state.page(statistics.Validation), ensemble.training_image.facies_names
     n = len(names)
     tails = list(range(n))
-    with st.container(horizontal=True, gap="medium", vertical_alignment="bottom"):
+    with in_row(align="bottom", gap="medium"):
         directions = axes_of(ensemble.grid.shape)
         page_state.along = page_state.along if page_state.along in directions else directions[0]
         field(
@@ -224,13 +225,14 @@ def draw_geobodies(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
     image, k = ensemble.training_image, state.facies
     names = image.facies_names
 
-    def draw_shares(compared: statistics.Compared[NDArray[np.float64]]) -> None:
+    def draw_shares(compared: statistics.Compared[Floats]) -> None:
         chart = figures.proportions_chart(
             names, ensemble.image_proportions, compared.value, colours, chart_theme()
         )
-        note = verdicts.describe_proportion(ensemble, k)
+        note = verdicts.describe_proportion(ensemble, k, short=True)
         alt = "Facies proportions of each realization and of the training image"
         charts.titled_chart("Facies proportions", note, chart, "proportions", alt)
+        st.html(text.scrolled(proportions_table(ensemble), "Proportions"))
 
     def draw_strips(compared: statistics.GeobodiesCompared) -> None:
         columns = st.columns(2, gap="large") + st.columns(2, gap="large")
@@ -240,10 +242,11 @@ def draw_geobodies(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
                 alt = f"{title} of {names[k]}: {strip.title}"
                 charts.titled_chart(title, f"of {names[k]}", chart, key, alt)
         text.step_note(describe_percolation(compared, names[k]))
-        for verdict in verdicts.describe_geobodies(compared.fit, names[k]):
-            st.html(f'<p class="note">{text.verdict_html(verdict)}</p>')
+        judged = verdicts.describe_geobodies(compared.fit, names[k])
+        for verdict in judged + verdicts.describe_joins(compared.joins, names[k]):
+            st.html(f'<p class="note">{text.verdict_html(verdict)}: {verdict.numbers}</p>')
 
-    is_volume, page_state = ensemble.grid.nz is not None, state.page(statistics.Validation)
+    is_volume, page_state = ensemble.grid.is_volume, state.page(statistics.Validation)
     task = statistics.geobodies(ensemble, k, page_state.neighbours if is_volume else None)
     left, right = st.columns([1.0, 2.0], gap="large")
     with left:
@@ -402,7 +405,7 @@ def draw_patterns(state: State, ensemble: Ensemble, colours: Sequence[str]) -> N
     """Draw ANODI distances and ratios by resolution; for volumes, also distances of crops."""
     draw = partial(_draw_anodi, n_axes=ensemble.grid.n_dimensions)
     statistics.panel(state, "anodi", statistics.patterns(ensemble), draw)
-    if ensemble.grid.nz is not None:
+    if ensemble.grid.is_volume:
         statistics.panel(state, "crops", statistics.volume_patterns(ensemble), _draw_distances)
 
 
@@ -448,7 +451,7 @@ def draw_copying(state: State, ensemble: Ensemble, colours: Sequence[str]) -> No
             middle_slice(ensemble.training_image.shape),
         )
         with left:
-            share = three_digits(100 * copied.seams.mean())
+            share = three_digits(100 * copied.seams.sum() / ensemble.n_active)
             text.panel_title("Seams", f"{share} % of the cells are at a seam{shown_slice.words}")
             seams = (
                 copied.seams if shown_slice.axis is None else copied.seams_within(shown_slice.axis)

@@ -4,16 +4,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import streamlit as st
-from numpy.typing import NDArray
 
-from ccwsim import Ensemble, Grid, HardData
-from ccwsim.model.arrays import CELL_AXES, readonly
+from ccwsim import Ensemble, Grid
+from ccwsim.model.arrays import CELL_AXES, Array, Shape, readonly
 from ccwsim.sharing.choices import CellsOfWells
 from ccwsim.ui.results.maps import wells_of_data
 from ccwsim.ui.session.state import State
 from ccwsim.ui.validate.statistics import Validation
 from ccwsim.ui.widgets.fields import bound_to, field, options_of
-from ccwsim.ui.widgets.text import step_note
+from ccwsim.ui.widgets.text import in_row, step_note
 
 SLICE_KINDS = {0: "Layer", 1: "Section E–W", 2: "Section N–S"}
 HOVER = ("column, row", "column, layer", "row, layer")
@@ -36,7 +35,7 @@ class ShownSlice:
         """Text that is appended to the note of a chart; empty for a map."""
         return "" if self.axis is None else f", {self}"
 
-    def of(self, array: NDArray) -> NDArray:
+    def of(self, array: Array) -> Array:
         """Return this slice of an array; the last three axes of the array are z, y and x."""
         if self.axis is None:
             return array
@@ -57,7 +56,7 @@ class ShownSlice:
         study = replace(
             ensemble.study,
             grid=Grid(rows, columns, sizes, origin),
-            hard_data=HardData(cells, data.facies[in_slice]),
+            hard_data=data.part(in_slice, cells),
             checked=False,
         )
         return replace(
@@ -79,14 +78,14 @@ class ShownSlice:
         return tuple((name, path) for name, path in wells_in_slice if path)
 
 
-def middle_slice(shape: tuple[int, ...]) -> ShownSlice:
+def middle_slice(shape: Shape) -> ShownSlice:
     """Return the middle layer of a volume; for a map, return the complete map."""
     return ShownSlice(0, shape[0] // 2) if len(shape) == len(CELL_AXES) else ShownSlice()
 
 
 def slice_of(state: State, ensemble: Ensemble) -> ShownSlice:
     """Return the chosen slice of volumes; for maps, return the complete map."""
-    if ensemble.grid.nz is None:
+    if not ensemble.grid.is_volume:
         return ShownSlice()
     page_state, shape = state.page(Validation), ensemble.grid.shape
     axis = page_state.slice_axis
@@ -112,9 +111,7 @@ def draw_slice_fields(state: State, ensemble: Ensemble) -> None:
     def move(index: int) -> None:
         page_state.slice_at[axis] = int(index)
 
-    with st.container(
-        horizontal=True, vertical_alignment="bottom", gap="medium", key="controls_slice"
-    ):
+    with in_row("controls_slice", "bottom", gap="medium"):
         field(
             st.segmented_control,
             "Maps show",

@@ -2,25 +2,25 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 import streamlit as st
-from numpy.typing import NDArray
 
 from ccwsim import CCWSIMError, Ensemble, TrainingImage, metrics
 from ccwsim.figures import Bundle
 from ccwsim.jobs.job import FIRST_RESULT_SECONDS
 from ccwsim.jobs.statistics import Failure, StatisticsWorker, Task
 from ccwsim.metrics.bands import Statistic
-from ccwsim.metrics.lags import Direction, distinct_lags, max_lag
+from ccwsim.metrics.lags import Direction, max_lag
 from ccwsim.metrics.patterns import thinnest_n_layers
 from ccwsim.metrics.reference_band import PATTERN_SIZES
 from ccwsim.metrics.stack import Stack, as_image
+from ccwsim.model.arrays import Floats, Int32s, Integers, Shape
 from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.missing import UNKNOWN
-from ccwsim.model.watch import Fraction
+from ccwsim.model.watch import Fraction, Watch
 from ccwsim.report.pictures import bundle_of, bundle_of_curves, layers_bundle
 from ccwsim.run.simulation import simulate_study
 from ccwsim.ui.results.charts import e_type_of
@@ -29,7 +29,7 @@ from ccwsim.ui.session.fragments import follow_tasks
 from ccwsim.ui.session.progress import queue_text
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.fields import button
-from ccwsim.ui.widgets.text import step_note
+from ccwsim.ui.widgets.text import in_row, step_note
 
 MAX_MAP_LAG = 50
 MAX_ANODI_REALIZATIONS = 200  # maximum number of realizations in the pairwise comparison of ANODI
@@ -44,9 +44,9 @@ Value = TypeVar("Value")
 class LagMaps:
     """Variogram maps of the training image, and mean variogram maps of the realizations."""
 
-    lags: NDArray[np.integer]
-    reference: NDArray[np.float64]
-    mean: NDArray[np.float64]
+    lags: Integers
+    reference: Floats
+    mean: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +66,7 @@ class GeobodiesCompared:
     n_cells: int
     n_cells_reference: int
     fit: metrics.Fit | None
+    joins: metrics.Fit | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,9 +78,9 @@ class PatternsCompared:
     """
 
     fit: metrics.Fit | None
-    shape: tuple[int, ...]
-    unseen: NDArray[np.float64]
-    unseen_at_data: NDArray[np.float64] | None
+    shape: Shape
+    unseen: Floats
+    unseen_at_data: Floats | None
 
 
 def facies_code(ensemble: Ensemble, facies: int) -> int:
@@ -97,27 +98,15 @@ def curves(
     progress: Fraction, ensemble: Ensemble, statistic: Statistic, facies: int, direction: Direction
 ) -> Compared[Bundle]:
     """Return a statistic of a facies along a direction, compared with crops of the image."""
-    image, code = ensemble.training_image, facies_code(ensemble, facies)
-    longest = max_lag(direction, image.shape, ensemble.grid.shape)
-    lags, distances = distinct_lags(direction, longest)
-    realizations = first(ensemble, MAX_CURVES)
-    bundle = bundle_of(
-        statistic,
-        realizations,
-        image,
-        facies=code,
-        direction=direction,
-        lags=lags,
-        progress=progress,
-    )
-    fit = metrics.fit_curve(ensemble, statistic, code, direction)
-    return Compared(replace(bundle, lags=distances), fit)
+    bundle = bundle_of(ensemble, statistic, facies, direction, progress)
+    fit = metrics.fit_curve(ensemble, statistic, facies_code(ensemble, facies), direction)
+    return Compared(bundle, fit)
 
 
 @as_task
 def lag_maps(progress: Fraction, ensemble: Ensemble, facies: int) -> LagMaps:
     """Return the variogram maps of a facies."""
-    sides = (*ensemble.training_image.shape, *ensemble.grid.shape)
+    sides = (*ensemble.training_image.shape, *ensemble.study.whole_shape)
     reach = max(1, min(MAX_MAP_LAG, min(sides) // 2))
     code = facies_code(ensemble, facies)
     each = metrics.variogram_map(first(ensemble, MAX_CURVES), code, reach, progress)
@@ -131,7 +120,7 @@ def transitions(
 ) -> dict[tuple[int, int], Bundle]:
     """Return the transiograms of all pairs of facies along a direction."""
     facies = range(ensemble.training_image.n_facies)
-    n_lags = max_lag(direction, ensemble.training_image.shape, ensemble.grid.shape)
+    n_lags = max_lag(direction, ensemble.training_image.shape, ensemble.study.whole_shape)
     sparse = range(DENSE_LAGS + STRIDE, n_lags + 1, STRIDE)
     lags = np.array([*range(min(n_lags, DENSE_LAGS) + 1), *sparse])
     realizations = first(ensemble, MAX_CURVES)
@@ -177,18 +166,17 @@ def geobodies(
     """Return geobodies of a facies; by default, cells that touch at corners are connected."""
     image, code = ensemble.training_image, facies_code(ensemble, facies)
     return GeobodiesCompared(
-        metrics.geobody_statistics(ensemble, code, neighbours, progress),
-        metrics.geobody_statistics(image, code, neighbours),
-        ensemble.grid.n_cells,
-        image.indices.size,
-        metrics.fit_geobodies(ensemble, code, neighbours),
+        each=metrics.geobody_statistics(ensemble, code, neighbours, progress),
+        reference=metrics.geobody_statistics(image, code, neighbours),
+        n_cells=ensemble.n_active,
+        n_cells_reference=int((image.indices != UNKNOWN).sum()),
+        fit=metrics.fit_geobodies(ensemble, code, neighbours),
+        joins=metrics.fit_joins(ensemble, code),
     )
 
 
 @as_task
-def compute_direction_error(
-    progress: Fraction, ensemble: Ensemble, facies: int
-) -> NDArray[np.float64]:
+def compute_direction_error(progress: Fraction, ensemble: Ensemble, facies: int) -> Floats:
     """Return the differences between directions of a facies and the given angles, in degrees."""
     return metrics.direction_error(ensemble, facies_code(ensemble, facies))
 
@@ -198,8 +186,8 @@ class ZoneFit(NamedTuple):
 
     number: int
     size: float  # share of the active cells
-    shares: NDArray[np.float64]  # share of each facies by realization, shape (n, n_facies)
-    of_image: NDArray[np.float64]  # share of each facies in the zone's image, shape (n_facies,)
+    shares: Floats  # share of each facies by realization, shape (n, n_facies)
+    of_image: Floats  # share of each facies in the zone's image, shape (n_facies,)
     far: list[float]  # mean distance of patterns by image; NaN if the zone is too small
 
 
@@ -213,9 +201,8 @@ def zones(progress: Fraction, ensemble: Ensemble) -> list[ZoneFit]:
         *(as_image(i, codes) for i in images), Stack(ensemble.indices[:1], codes)
     )
     image_histograms = [_patterns(image, codes, layers)[0] for image in images]
-    active = True if ensemble.active is None else ensemble.active
     for k, zone_image in enumerate(images):
-        if not (inside := active & (secondary.zones == k)).any():
+        if not (inside := ensemble.study.active_mask & (secondary.zones == k)).any():
             continue
         zone_indices = np.where(inside, ensemble.indices, np.uint8(UNKNOWN))
         far = np.full((1, len(images)), np.nan)
@@ -233,9 +220,9 @@ def zones(progress: Fraction, ensemble: Ensemble) -> list[ZoneFit]:
         shares, (image_shares,) = (
             metrics.proportions(k, codes) for k in (Stack(zone_indices, codes), zone_image)
         )
-        size = inside.sum() / np.sum(active | inside)
+        size = inside.sum() / ensemble.n_active
         zone_fits.append(ZoneFit(k, size, shares, image_shares, far.mean(axis=0).tolist()))
-        progress((k + 1) / len(images))
+        Watch.of_share(progress).tell((k + 1) / len(images))
     return zone_fits
 
 
@@ -257,7 +244,7 @@ def flow_fit(progress: Fraction, ensemble: Ensemble, facies: int) -> metrics.Flo
 
 
 @as_task
-def compare_proportions(progress: Fraction, ensemble: Ensemble) -> Compared[NDArray[np.float64]]:
+def compare_proportions(progress: Fraction, ensemble: Ensemble) -> Compared[Floats]:
     """Return the facies proportions of each realization."""
     return Compared(ensemble.proportions, metrics.fit_proportions(ensemble))
 
@@ -287,10 +274,10 @@ def copied(progress: Fraction, ensemble: Ensemble, r: int) -> metrics.Copying:
     """Return the pieces copied in realization r; if its sources are unknown, simulate r again."""
     sources, image = sources_of(ensemble, r), ensemble.training_image
     study_sources = np.where(sources < image.indices.size, sources, -1)  # -1: from another image
-    return metrics.copying(study_sources, image.shape)
+    return metrics.copying(study_sources, image.shape, ensemble.active)
 
 
-def sources_of(ensemble: Ensemble, r: int) -> NDArray[np.int32]:
+def sources_of(ensemble: Ensemble, r: int) -> Int32s:
     """Return the flat source index of each cell; raise an error if r was edited after the run."""
     if ensemble.sources is not None:
         return ensemble.sources[r]
@@ -314,7 +301,7 @@ class Validation:
     slice_axis: int = 0  # axis of the slice that maps of a volume show
     slice_at: dict[int, int] = field(default_factory=dict)  # index of the slice, by axis
     neighbours: int = 26  # number of neighbours that connect cells of geobodies in volumes
-    seen: set[str] = field(default_factory=set)  # sections that came into view
+    unfolded: set[str] = field(default_factory=set)  # sections whose content is drawn
     asked: set[tuple] = field(default_factory=set)  # keys of tasks that begin only on demand
     # function that drew the latest content, by panel
     drawn: dict[str, Callable[[], Any]] = field(default_factory=dict)
@@ -378,7 +365,7 @@ def _fill(worker: StatisticsWorker, waiting: dict[str, Task], n: int) -> None:
     st.html(f"<style>{bars}</style>")
     job = worker.job
     if job is not None and (job.seconds > MIN_STOPPABLE or job.position):
-        with st.container(horizontal=True, vertical_alignment="center", key="work_bar"):
+        with in_row("work_bar"):
             text = f"Computing {n} more {'figures' if n > 1 else 'figure'}"
             if position := job.position:
                 text = queue_text(position)

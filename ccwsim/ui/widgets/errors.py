@@ -7,9 +7,10 @@ from typing import Any, TypeVar
 
 import streamlit as st
 from streamlit.logger import get_logger
+from streamlit.runtime import Runtime
 from streamlit.runtime.scriptrunner import get_script_run_ctx
 
-from ccwsim.model.errors import CCWSIMError
+from ccwsim import CCWSIMError
 from ccwsim.system.log import LOG, logged
 from ccwsim.ui.widgets.text import page_text, plain
 
@@ -34,6 +35,35 @@ def catch_callback_errors(act: Callable[..., Any]) -> Callable[..., None]:
 
     acting.is_safe = True  # type: ignore[attr-defined]
     return acting
+
+
+def tells_errors(act: Callable[[], T]) -> Callable[[], T]:
+    """Return a function for another thread, whose errors are shown when the page is drawn again.
+
+    Streamlit calls the content of a download on a thread without a session, and tells the user
+    nothing of its errors.
+    """
+    context = get_script_run_ctx(suppress_warning=True)
+
+    def acting() -> T:
+        try:
+            return act()
+        except Exception as error:
+            if context is not None and Runtime.exists():
+                context.session_state[PENDING_ERROR] = user_message(error, "done")
+                _draw_again(context.session_id)
+            raise
+
+    return acting
+
+
+def _draw_again(session: str) -> None:
+    """Draw the page of a session again; called from any thread."""
+    runtime = Runtime.instance()
+    app = runtime.get_app_session(session)
+    if app is not None:
+        loop = runtime._get_async_objs().eventloop  # sessions and event loop have no public access
+        loop.call_soon_threadsafe(app.request_rerun, app._client_state)
 
 
 @contextmanager

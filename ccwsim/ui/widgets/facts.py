@@ -6,22 +6,38 @@ from html import escape
 import numpy as np
 import streamlit as st
 
+from ccwsim import Ensemble
 from ccwsim.metrics import fit_proportions
-from ccwsim.model.ensemble import Ensemble
 from ccwsim.model.numbers import duration, plural, three_digits
-from ccwsim.report.verdicts import advise_proportions, describe_proportion
+from ccwsim.report.verdicts import advise_proportions, compare_proportion, describe_proportion
+from ccwsim.ui.widgets.text import numbers_table, scrolled
 
-SMALL = 3
 
+def facts_of(ensemble: Ensemble, *, short: bool = False) -> list[str]:
+    """Return the main facts of an ensemble as short phrases with units.
 
-def facts_of(ensemble: Ensemble) -> list[str]:
-    """Return the main facts of an ensemble as short phrases with units."""
-    return [*_honoured(ensemble), _time(ensemble), *_proportions(ensemble)]
+    If `short`, a proportion is compared with one other share only.
+    """
+    return [*_honoured(ensemble), _time(ensemble), *_proportions(ensemble, short)]
 
 
 def draw_facts(ensemble: Ensemble) -> None:
-    """Write the facts about an ensemble in one line."""
-    write_facts(facts_of(ensemble))
+    """Write the facts about an ensemble in one line, and a menu with proportions and all facts.
+
+    The style cuts a long line.
+    """
+    write_facts(facts_of(ensemble, short=True))
+    with st.popover("Proportions", key="facts_table"):
+        st.html(scrolled(proportions_table(ensemble), "Proportions"))
+        write_facts(facts_of(ensemble))
+
+
+def proportions_table(ensemble: Ensemble) -> str:
+    """Return a table, as HTML, of the share of each facies and of the shares compared with it."""
+    names = ensemble.training_image.facies_names
+    rows = [compare_proportion(ensemble, k) for k in range(len(names))]
+    cells = ([escape(name), *row.values()] for name, row in zip(names, rows, strict=True))
+    return numbers_table(cells, ["facies", *rows[0]], "shares")
 
 
 def write_facts(facts: Iterable[str]) -> None:
@@ -52,16 +68,11 @@ def _time(ensemble: Ensemble) -> str:
     return f"{count} in {duration(ensemble.wall_seconds)}, {cpu_time} CPU each"
 
 
-def _proportions(ensemble: Ensemble) -> list[str]:
-    image = ensemble.training_image
-    if image.n_facies > SMALL:
-        expected = np.maximum(ensemble.expected_proportions, 1e-9)
-        errors = abs(ensemble.proportions.mean(axis=0) / expected - 1)
-        facts = [
-            f"proportion that differs most: {describe_proportion(ensemble, int(errors.argmax()))}"
-        ]
-    else:
-        first = 1 if image.n_facies == 2 else 0
-        facts = [describe_proportion(ensemble, k) for k in range(first, image.n_facies)]
+def _proportions(ensemble: Ensemble, short: bool) -> list[str]:
+    expected = np.maximum(ensemble.expected_proportions, 1e-9)
+    differences = abs(ensemble.proportions.mean(axis=0) / expected - 1).round(6)
+    k = int(np.lexsort((-expected, differences))[-1])
+    largest = "largest difference: " if len(expected) > 2 else ""
+    fact = largest + describe_proportion(ensemble, k, short=short)
     advice = advise_proportions(ensemble, fit_proportions(ensemble))
-    return [*facts, advice] if advice else facts
+    return [fact, advice] if advice else [fact]

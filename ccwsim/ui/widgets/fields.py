@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import streamlit as st
 
 from ccwsim.model.parameters import parameter_table
-from ccwsim.ui.widgets.errors import catch_callback_errors
+from ccwsim.ui.widgets.errors import catch_callback_errors, tells_errors
 
 MAX_VERSIONS = 16
 PARAMETER_ROWS = {row["name"]: row for row in parameter_table()}
@@ -30,8 +30,12 @@ def menu(label: str, key: str, draw: Callable[[], object], **options: Any) -> No
 def download(
     label: str, content: bytes | Callable[[], bytes], name: str, *, key: str, **options: Any
 ) -> None:
-    """Draw a download button; a function `content` is called when the button is pressed."""
+    """Draw a download button; a function `content` is called when the button is pressed.
+
+    The page shows why a file cannot be created.
+    """
     mime = guess_type(name)[0] or "application/octet-stream"
+    content = content if isinstance(content, bytes) else tells_errors(content)
     st.download_button(
         label, content, file_name=name, mime=mime, key=key, on_click="ignore", **options
     )

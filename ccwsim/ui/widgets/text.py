@@ -1,11 +1,9 @@
 """Text on a page: headings, notes, tables, literal text, and texts of Markdown files."""
 
 import re
-import tomllib
 from collections.abc import Iterable, Sequence
 from functools import cache
 from html import escape
-from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +11,7 @@ import streamlit as st
 from streamlit.delta_generator import DeltaGenerator
 
 import ccwsim
+from ccwsim.model.assets import read_toml
 from ccwsim.report.verdicts import Verdict
 
 TEXTS_FILE = Path(__file__).parents[1] / "texts.md"
@@ -45,6 +44,11 @@ def pair() -> list[DeltaGenerator]:
     return list(st.columns(2, gap="small", wrap=False))
 
 
+def in_row(key: str | None = None, align: Any = "center", gap: Any = "small") -> DeltaGenerator:
+    """Return a container whose elements are side by side."""
+    return st.container(horizontal=True, vertical_alignment=align, gap=gap, key=key)
+
+
 @cache
 def _texts() -> dict[str, str]:
     _, *parts = re.split(r"(?m)^## (.+)\n", TEXTS_FILE.read_text("utf-8"))
@@ -61,7 +65,7 @@ def page_text(title: str, **values: object) -> str:
 @cache
 def page_labels(table: str) -> dict[str, Any]:
     """Return the labels in a table of `labels.toml`, by name."""
-    return tomllib.loads(TEXTS_FILE.with_name("labels.toml").read_text("utf-8"))[table]
+    return read_toml("ui/labels.toml")[table]
 
 
 def step_note(text: str) -> None:
@@ -93,29 +97,12 @@ def scrolled(content: str, name: str) -> str:
     return f'<div class="wide" tabindex="0" role="group" aria-label="{label}">{content}</div>'
 
 
-def numbers_table(
-    rows: Iterable[Sequence[str]],
-    head: Sequence[str] = (),
-    kind: str = "",
-    subhead: Sequence[str] = (),
-) -> str:
-    """Return a table as HTML; cells are HTML, and the first cell of a row is the row's name.
-
-    Adjacent equal headings of several words are merged.
-    """
-    lines = [_headings(texts) for texts in (head, subhead) if texts]
+def numbers_table(rows: Iterable[Sequence[str]], head: Sequence[str] = (), kind: str = "") -> str:
+    """Return a table as HTML; cells are HTML, and the first cell of a row is the row's name."""
+    lines = ["".join(f"<th>{text}</th>" for text in head)] if head else []
     lines += [f"<th>{name}</th>" + "".join(f"<td>{c}</td>" for c in cells) for name, *cells in rows]
     body = "".join(f"<tr>{line}</tr>" for line in lines)
     return f'<table class="{f"numbers {kind}".strip()}">{body}</table>'
-
-
-def _headings(texts: Sequence[str]) -> str:
-    headings = []
-    for text, equal in groupby(texts):
-        n = len(list(equal))
-        merged = n > 1 and " " in text
-        headings += [f"<th colspan={n}>{text}</th>"] if merged else [f"<th>{text}</th>"] * n
-    return "".join(headings)
 
 
 @cache

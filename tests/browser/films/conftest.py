@@ -55,12 +55,16 @@ class Film:
             lambda wait: self.see(seen, wait),
         )
 
-    def take(self, name: str) -> None:
-        """Take the screen; no error is shown, and nothing is wider than the window."""
+    def picture(self, name: str) -> None:
+        """Take the screen, which may show an error."""
         self.page.wait_for_function(DONE, timeout=SLOW)
         at_rest(self.page)
         self.n_taken += 1
         self.page.screenshot(path=self.folder / f"{self.n_taken:02}-{name}.png")
+
+    def take(self, name: str) -> None:
+        """Take the screen; no error is shown, and nothing is wider than the window."""
+        self.picture(name)
         wide = "document.scrollingElement.scrollWidth"
 
         def calm() -> None:

@@ -142,6 +142,34 @@ WRITTEN = """async () => {
 }"""
 
 
+# Record the colours of lines on the body in the next drawing, from the top of a well to its bottom.
+STROKED = """async () => {
+  const own = CanvasRenderingContext2D.prototype.stroke, found = [];
+  CanvasRenderingContext2D.prototype.stroke = function stroke(...rest) {
+    const isBody = this.canvas.closest('[data-panel=body]');
+    if (isBody && this.lineWidth === 2.5) found.push(this.strokeStyle);
+    return own.call(this, ...rest);
+  };
+  for (let n = 0; n < 2; n++) {
+    document.querySelector('[data-do=data]').click();
+    await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+  }
+  CanvasRenderingContext2D.prototype.stroke = own;
+  return found;
+}"""
+
+
+def test_wells_have_the_colours_of_their_data(tab):
+    facies = [3, 1, 1, 2, 2, 2, 0, 0]  # from the lowest layer to the highest
+    points = [[z, 4, 9 - z, k, 0] for z, k in enumerate(facies)]
+    well = tuple((z, 4, 9 - z) for z in range(NZ))
+    show(tab, replace(VOLUME, points=points, wells=(("B-2", well),)))
+    holds(lambda: tab.evaluate(STROKED) == [COLOURS[k] for k in (0, 2, 1, 3)])
+    share = share_map(np.zeros((NZ, NY, NX)), "P =", "E-type", point_colours=COLOURS)
+    show(tab, replace(share, points=[[z, 1, 2, 3, 0] for z in range(NZ)]))
+    holds(lambda: tab.evaluate(STROKED) == [COLOURS[3]])
+
+
 def test_a_deviated_well_has_one_name_in_each_view_and_under_the_pointer(tab):
     deviated = [[z, 4, 9 - z] for z in range(NZ)]
     upright = [[z, 1, 2] for z in range(NZ)]

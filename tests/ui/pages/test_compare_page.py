@@ -52,7 +52,7 @@ FIGURES = CURVES | {"compared_times", "compared_proportions", "compared_mds"}
 def launched(choices: Choices = SMALL, n: int = 3) -> AppTest:
     """Return the page after its first comparison."""
     state = State(choices=choices)
-    state.page(ComparePageState).n = n
+    state.change_compare(n=n)
     return settled(opened("compare", state).run())
 
 
@@ -395,7 +395,7 @@ def test_the_files_have_the_figures(found):
 
 def with_beside(beside: Beside = TWO_POINT, choices: Choices = SMALL) -> AppTest:
     state = State(choices=choices)
-    state.page(ComparePageState).n, state.page(ComparePageState).beside = 3, beside
+    state.change_compare(n=3, beside=beside)
     return settled(opened("compare", state).run())
 
 

@@ -105,8 +105,7 @@ def test_settings_are_said_and_usual_ones_differ():
 def test_a_volume_has_a_two_point_simulation_or_a_second_image_beside(beside):
     choices = Choices(ImageChoice("sinuous_channels"), DataChoice(), Grid(24, 30, nz=8), OWN)
     state = State(choices=choices)
-    page_state = state.page(ComparePageState)
-    page_state.n, page_state.beside = 2, beside
+    state.change_compare(n=2, beside=beside)
     app = settled(opened("compare", state).run())
     assert not texts(app)
     assert ("two-point is not CCWSIM" in html(app)) == (beside == TWO_POINT)

@@ -10,8 +10,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import Ensemble, Grid, HardData, Parameters, TrainingImage, simulate
@@ -458,3 +457,14 @@ def test_training_image_bytes_can_be_sampled_as_a_reference():
     sample(state)
     assert not state.page(Editor).message
     assert data_of(state.choices).n_mismatched(image.array) == 0
+
+
+def test_the_table_names_the_wells_and_keeps_its_edits():
+    wells = (("A-1", ((1, 1),)), ("B", ((3, 3),)))
+    base = rows_of(HardData([[1, 1], [2, 2], [3, 3]], [0, 0, 0]), SMALL.grid, False, wells)
+    assert base["well"].tolist() == ["A-1", "", "B"]
+    frame = edited_rows(base, {"edited_rows": {"2": {"facies": 1}}, "added_rows": [{"row": 4}]})
+    assert frame.columns.tolist() == ["row", "col", "facies"]
+    assert frame["facies"].tolist()[:3] == [0, 0, 1]
+    html = painted(base, {}, {0: "#112233"}).to_html()
+    assert html.count("A-1") == 1

@@ -6,8 +6,10 @@ import re
 from base64 import b64decode
 from collections import Counter
 from dataclasses import replace
+from html import escape
 from io import BytesIO
-from urllib.parse import parse_qs, urlsplit
+from pathlib import Path
+from urllib.parse import parse_qs, parse_qsl, urlsplit
 
 import numpy as np
 import pytest
@@ -24,11 +26,12 @@ from ccwsim.model.study import Study
 from ccwsim.report.document import report_html
 from ccwsim.sharing.choices import Choices, DataChoice
 from ccwsim.sharing.link import link_of, read_link
-from ccwsim.ui.compare.settings import ComparePageState
+from ccwsim.ui.compare.settings import compared_settings
 from ccwsim.ui.examples.catalogue import (
     EXAMPLES,
     LECTURE_PARTS,
     Example,
+    example_address,
     example_named,
     lecture_sheet,
     next_example,
@@ -59,10 +62,12 @@ from ccwsim.ui.examples.quiz import (
 )
 from ccwsim.ui.session.resolve import data_of, image_of
 from ccwsim.ui.session.state import KEY, State
+from ccwsim.ui.widgets.text import page_labels
 from tests.small_images import blobs, places_of
 from tests.ui.widgets import html, named, opened
 from tests.waiting import wait_until
 
+ROOT = Path(__file__).parents[3]
 OWN = Choices(data=DataChoice(), grid=Grid(48, 64), parameters=Parameters(16, 4), seed=5)
 NAMES = [example.name for example in EXAMPLES]
 
@@ -77,9 +82,9 @@ def launched() -> AppTest:
     return quiet(opened("examples", State(choices=OWN)).run())
 
 
-def followed(query: dict[str, str]) -> AppTest:
+def followed(query: dict[str, str], page: str = "examples") -> AppTest:
     """Return the page of a user who opens a link."""
-    app = opened("examples")
+    app = opened(page)
     for name, value in query.items():
         app.query_params[name] = value
     return quiet(app.run())
@@ -281,16 +286,16 @@ def test_connected_sand_lets_water_through_about_a_hundred_times_earlier():
 def test_an_example_takes_the_place_of_a_study_that_comes_back():
     app = launched()
     state = state_of(app)
-    state.page(ComparePageState).n = 5
+    state.change_compare(n=5)
     open_example(state, example("delta"))
     assert state.choices == example("delta").choices
     assert state.job is not None
     compare_example(state, example("candidates"))
-    assert state.page(ComparePageState).others == list(example("candidates").others)
+    assert state.compare.others == example("candidates").others
     back_to_own(state)
     assert (state.choices, state.ensemble, state.job) == (OWN, None, None)
-    assert state.page(ComparePageState).others == [None, None]
-    assert state.page(ComparePageState).n == 5
+    assert state.compare.others == (None, None)
+    assert state.compare.n == 5
     back_to_own(state)  # no study is left to restore
     assert state.choices == OWN
 
@@ -323,7 +328,7 @@ def test_simulate_says_which_example_is_open():
     app = quiet(opened("simulate", state).run())
     assert "Example 11: A delta" in html(app)
     app.button(key="compare_opened").click().run()
-    assert state.page(ComparePageState).others == list(example("delta").others)
+    assert state.compare.others == example("delta").others
     quiet(app.button(key="keep_example").click().run())
     assert "Example 11" not in html(app)
     assert state_of(app).page(Examples).kept is None
@@ -450,21 +455,57 @@ def test_a_seed_stays_for_the_session_and_examples_take_it():
 
 def test_the_lecture_sheet_has_every_task_and_on_its_last_page_every_answer():
     sheet = lecture_sheet("http://lab:8501/examples?seed=5")
-    *parts, answers = sheet.sections
+    *parts, short, answers = sheet.sections
     assert [part.note for part in parts] == [f"{part.minutes} minutes" for part in LECTURE_PARTS]
-    assert [part.on_new_page for part in sheet.sections] == [False] * len(LECTURE_PARTS) + [True]
+    assert [part.on_new_page for part in (*parts, short)] == [False] * (len(LECTURE_PARTS) + 1)
+    assert answers.on_new_page
+    screens = page_labels("lecture_in_20_minutes").items()
+    for text, (title, (minutes, address, show, ask)) in zip(short.blocks, screens, strict=True):
+        assert text.words == f"{title}, {minutes} minutes: {show} {ask}"
+        assert text.link == f"http://lab:8501/{address}"
     tasks = [text for part in parts for text in part.blocks]
     for number, (e, task, answer) in enumerate(zip(EXAMPLES, tasks, answers.blocks, strict=True)):
         assert task.words == f"{number + 1}. {e.title}: {e.task}"
         assert answer.words.startswith(f"{number + 1}. {e.title}: {e.text.strip()[:4]}")
         assert not {"`", "*"} & set(task.words + answer.words)
         query = parse_qs(urlsplit(task.link).query)
-        assert task.link.startswith("http://lab:8501/simulate")
+        assert task.link.startswith(f"http://lab:8501/{'compare' if e.others else 'simulate'}")
         assert read_link(query)[0] == e.choices
+        assert not read_link(query)[2]
+    assert sheet.subtitle.endswith("The dashboard is at http://lab:8501/")
     page = report_html(sheet)
     assert "src=" not in page
     assert "<script" not in page
     assert "A4" in page
+
+
+@pytest.mark.parametrize("name", ["levels", "methods"])
+def test_the_address_of_an_example_with_several_settings_opens_them_on_compare(name):
+    address = example_address(example(name), "http://lab:8501/examples")
+    app = followed(dict(parse_qsl(urlsplit(address).query)), urlsplit(address).path[1:])
+    assert compared_settings(state_of(app)) == example(name).settings
+    assert not state_of(app).notes
+
+
+def test_a_short_lecture_has_six_screens_with_readable_addresses():
+    screens = page_labels("lecture_in_20_minutes")
+    assert len(screens) == 6
+    assert next(iter(screens)) == "The paper beside ours"
+    assert sum(minutes for minutes, *_ in screens.values()) == 20
+    how_to = (ROOT / "docs" / "how-to" / "examples.md").read_text("utf-8")
+    state = State(choices=OWN)
+    state.page(Examples).view = "short"
+    page = html(quiet(opened("examples", state).run()))
+    for title, (minutes, address, show, ask) in screens.items():
+        name, _, query = address.partition("?")
+        assert (ROOT / "pages" / f"{name}.py").is_file()
+        choices, _, notes = read_link(parse_qs(query))
+        assert not notes
+        assert bool(query) == (choices != Choices())
+        assert ask.endswith("?")
+        assert f"| {title} | `/{address}` | {minutes} | {show} | {ask} |" in how_to
+        link = f'<a href="{escape(address)}" target="_blank">{title}</a>'
+        assert f"<th>{link}</th><td>{minutes}</td><td>{show}</td><td>{ask}</td>" in page
 
 
 @pytest.mark.slow

@@ -1,18 +1,28 @@
-"""Test the guides: secondary information in the study column, runs, links and projects."""
+"""Test the guides: the page, the line in the study column, runs, links and projects."""
 
 from __future__ import annotations
 
+import ast
+import inspect
 import json
+import re
+import tomllib
 import tracemalloc
+from collections.abc import Iterator
 from dataclasses import replace
 from io import BytesIO
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from streamlit.testing.v1 import AppTest
 
-from ccwsim import CCWSIMError, Grid, Parameters
+from ccwsim import CCWSIMError, Grid, HardData, Parameters, io
+from ccwsim.engine import copies
 from ccwsim.io import write_maps
 from ccwsim.jobs import limits
+from ccwsim.model import errors, secondary
 from ccwsim.sharing.choices import (
     Choices,
     DataChoice,
@@ -27,13 +37,20 @@ from ccwsim.sharing.choices import (
 )
 from ccwsim.sharing.link import link_of, own_choices, parts_left_out, read_link
 from ccwsim.sharing.project import project_as_bytes
-from ccwsim.ui.session.resolve import same_realizations, secondary_of, study_of
+from ccwsim.ui.frontend.cells import CellMap
+from ccwsim.ui.guides.page import GUIDES_OF_TASK, GuidesPage, _with_hard_data, take_drawing
+from ccwsim.ui.session import resolve
+from ccwsim.ui.session.resolve import image_of, same_realizations, secondary_of, study_of
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.share.menu import open_project, project_of
-from ccwsim.ui.study.guides_step import problem_of_guides, take_drawing, use_guides
+from ccwsim.ui.study.guides_step import problem_of_guides, use_guides
+from ccwsim.ui.study.image_questions import image_of_file
+from ccwsim.ui.study.questions import IN_SCRIPTS
 from ccwsim.ui.study.run import collect, start_run
 from ccwsim.ui.validate.conditioning import describe_zones
 from ccwsim.ui.validate.statistics import Validation, zones
+from ccwsim.ui.widgets.text import page_labels
+from tests.fuzz.builders import png_of_remarks
 from tests.ui.widgets import html, named, opened
 from tests.waiting import wait_until
 
@@ -53,6 +70,19 @@ def grid_file(name: str = "map.gslib", grid: Grid = GRID, **maps: np.ndarray) ->
     return Upload(name, file.getvalue())
 
 
+def guides_page(state: State, task: str = "") -> AppTest:
+    """Return the page Guides with the controls of a task; by default, of the first in use."""
+    state.page(GuidesPage).task = task
+    app = opened("guides", state).run()
+    assert not app.exception
+    return app
+
+
+def to_task(app: AppTest, task: str) -> None:
+    named(app.button_group, "guides_task").set_value(task).run()
+    assert not app.exception
+
+
 def run(state: State) -> State:
     start_run(state)
     assert state.job is not None, state.message
@@ -62,11 +92,11 @@ def run(state: State) -> State:
     return state
 
 
-def test_the_step_guides_a_run_from_the_page():
-    app = opened("simulate", State(choices=STUDY)).run()
-    assert not app.exception
-    named(app.selectbox, "guides_probabilities").set_value("a gradient").run()
+def test_guides_are_chosen_on_the_page():
+    app = guides_page(State(choices=STUDY))
     named(app.selectbox, "guides_active").set_value("inside an outline").run()
+    to_task(app, "facies")
+    named(app.selectbox, "guides_probabilities").set_value("a gradient").run()
     named(app.number_input, "guides_probabilities_azimuth").set_value(0.0).run()
     assert not app.exception
     assert not app.error
@@ -127,14 +157,21 @@ def test_other_guides_are_other_realizations():
     assert same_realizations(one, replace(STUDY, guides=replace(GUIDES, facies=0)))
 
 
-def test_a_project_keeps_the_guides_exactly():
+def test_a_project_keeps_the_guides_exactly_and_those_of_a_script_as_maps():
     state = State(choices=replace(STUDY, guides=GUIDES, n_realizations=1))
-    content = project_as_bytes(project_of(state))
-    other = State()
-    open_project(other, Upload("study.ccwsim", content))
+    project, other = project_of(state), State()
+    open_project(other, Upload("study.ccwsim", project_as_bytes(project)))
+    assert other.choices == state.choices
+    of_script = project_as_bytes(replace(project, choices=None))
+    open_project(other, Upload("study.ccwsim", of_script))
     assert other.choices.guides.saved is not None
     assert same_realizations(other.choices, state.choices)
-    assert "From the project" in html(opened("simulate", State(choices=other.choices)).run())
+    saved = other.choices
+    open_project(other, Upload("study.ccwsim", project_as_bytes(project_of(other))))
+    assert other.choices.guides.saved is not None
+    assert same_realizations(other.choices, saved)
+    for page in ("simulate", "guides"):
+        assert "From the project" in html(opened(page, State(choices=other.choices)).run())
 
 
 def test_a_link_names_files_of_guides_and_a_reload_keeps_them():
@@ -142,7 +179,7 @@ def test_a_link_names_files_of_guides_and_a_reload_keeps_them():
     assert parts_left_out(choices) == ("the secondary information map.gslib",)
     back, _, notes = read_link(link_of(choices))
     assert back.guides.is_empty
-    assert "project file" in " ".join(notes)
+    assert "does not have the secondary information map.gslib" in " ".join(notes)
     back, _, notes = read_link(link_of(choices), own_choices(choices))
     assert back == choices
     assert not notes
@@ -171,22 +208,23 @@ def test_a_link_contains_shapes_that_guide(guides):
 @pytest.mark.parametrize(
     "text",
     [
-        "", "gradient", "gradient_0_1", "gradient_90_0_2", "gradient_90_0_1_1", "soft_9",
-        "facies_1.5", "facies_999", "weight_11", "along_0_90_11", "along_0_nan", "flow_400",
-        "along_0_1_2_3", "polygon_0_0_1_1", "polygon_0_0_1_1_2", "polygon_inf_0_1_1_2_2",
-        "circle_1", "stroke_2_1_1_0_0", "stroke_1_0_1_0_0",
-        "stroke_1_1_1", "stroke_1_1_1_0", "along_0_90~", "polygon" + "_1" * 5000,
-        "image_lava", "image_channels__", "zone_1_2", "line_0", "line_0_1", "line_0_1_2",
-        "share_2", "share_0_1", "layers", "layers_-1", "layers_1.5", "layers_99999",
-        "image_channels_1", "zone_nan_1_2_3_4_5",
-        "turning", "turning_1", "turning_0_90", "turning_0_90_400", "angle", "angle_0_5",
+        "", "{", "[]", "1", '{"gradient": 1}', '{"facies": 1.5}', '{"facies": 999}',
+        '{"soft_weight": 9}', '{"soft_weight": NaN}', '{"auxiliary_weight": 11}',
+        '{"auxiliary": {"image": 0, "grid": 1e999}}', '{"auxiliary": {"up": 0}}',
+        '{"flow_azimuth": 400}', '{"active": [[0, 0], [1, 1]]}', '{"active": [[0, 0, 1]]}',
+        '{"active": {"name": "a.png", "content": 0}}', '{"active": [["0", "1"]]}',
+        '{"probabilities": [{"value": 2, "radius": 1, "softness": 1, "points": [[0, 0]]}]}',
+        '{"probabilities": [{"value": 1, "radius": 1, "softness": 1, "points": []}]}',
+        '{"images": [{"bundled": 1}]}', '{"images": ["channels"]}', '{"images": {}}',
+        '{"zones": [[[0, 0], [1, 1]]]}', '{"zones": {"first": [1.5]}}', '{"angle": [[[0, 0]]]}',
+        '{"scale": 0}', '{"mirrored": 1}', '{"saved": {}}', "[" * 9000,
     ],
 )  # fmt: skip
-def test_other_words_guide_nothing_and_are_named(text):
+def test_other_texts_guide_nothing_and_are_named(text):
     back, _, notes = read_link({"guides": [text]})
     assert back.guides.is_empty
     assert len(notes) == 1
-    assert "secondary information" in notes[0]
+    assert "guides = " in notes[0]
 
 
 def test_files_become_maps():
@@ -195,7 +233,9 @@ def test_files_become_maps():
     secondary = secondary_of(replace(STUDY, guides=GuideChoice(soft)))
     assert secondary is not None
     np.testing.assert_allclose(secondary.probabilities[1], sand, atol=1e-6)
-    single = secondary_of(replace(STUDY, guides=GuideChoice(grid_file(any=sand), facies=0)))
+    single = secondary_of(
+        replace(STUDY, guides=GuideChoice(grid_file(any=sand), facies_names=(("map", 0),)))
+    )
     assert single is not None
     np.testing.assert_allclose(single.probabilities[0], sand, atol=1e-6)
     ring = json.dumps({"type": "Polygon", "coordinates": [TRIANGLE]}).encode()
@@ -206,19 +246,318 @@ def test_files_become_maps():
     assert np.array_equal(of_ring.active, of_corners.active)
 
 
+DELTA = replace(STUDY, image=ImageChoice("delta"))
+SAND = np.linspace(0.1, 0.6, GRID.n_cells).reshape(GRID.shape)
+
+
+def upload_probabilities(app: AppTest, *files: Upload) -> AppTest:
+    """Choose several files at once on the page Guides."""
+    uploads = [(file.name, file.content, "text/plain") for file in files]
+    named(app.get("file_uploader"), "guides_soft_file").set_value(uploads).run()
+    assert not app.exception
+    return app
+
+
+def test_one_file_is_enough_for_three_facies_and_the_page_says_who_shares_the_rest():
+    names, shares = (image_of(DELTA.image).facies_names, image_of(DELTA.image).proportions)
+    state = State(choices=DELTA)
+    app = upload_probabilities(
+        guides_page(state, "facies"), grid_file(f"prob_{names[2]}.gslib", v=SAND)
+    )
+    secondary = secondary_of(state.choices)
+    assert secondary is not None
+    np.testing.assert_allclose(secondary.probabilities[2], SAND, atol=1e-6)
+    others = shares[:2] / shares[:2].sum()
+    expected = others[:, None, None] * (1 - SAND)
+    np.testing.assert_allclose(secondary.probabilities[:2], expected, atol=1e-6)
+    assert named(app.selectbox, "guides_facies").options == [names[2]]
+    assert f"Given probability of {names[2]}" in html(app)
+    rest = f"{names[0]} and {names[1]} share the rest of the probabilities".capitalize()
+    assert rest in " ".join(caption.value for caption in app.caption)
+
+
+def test_several_files_are_read_at_once_and_named_by_file_or_variable():
+    names = image_of(DELTA.image).facies_names
+    state = State(choices=DELTA)
+    files = (
+        grid_file(f"{names[0]}.gslib", v=SAND),
+        grid_file("b.gslib", **{f"P_{names[1]}": SAND / 2}),
+    )
+    app = upload_probabilities(guides_page(state, "facies"), *files)
+    assert not app.error
+    assert state.choices.guides.probability_files == files
+    assert state.choices.guides.files == files
+    secondary = secondary_of(state.choices)
+    assert secondary is not None
+    np.testing.assert_allclose(secondary.probabilities[:2], [SAND, SAND / 2], atol=1e-6)
+    assert [file.split()[-1] for file in parts_left_out(state.choices)] == ["b.gslib"]
+
+
+def test_a_file_of_another_name_is_asked_for_its_facies():
+    state = State(choices=DELTA)
+    app = upload_probabilities(guides_page(state, "facies"), grid_file("seismic.gslib", v=SAND))
+    assert not app.error
+    assert "choose which facies of the image seismic is" in html(app)
+    assert "Probability of seismic in the file" in html(app)  # the map, not an empty grid
+    named(app.selectbox, "ask_soft_name_0").set_value(int(image_of(DELTA.image).codes[1])).run()
+    assert not app.exception
+    secondary = secondary_of(state.choices)
+    assert state.guides_draft is None
+    assert secondary is not None
+    np.testing.assert_allclose(secondary.probabilities[1], SAND, atol=1e-6)
+
+
+BASINS = 3.0 + 5 * (np.indices(GRID.shape)[1] // 20)  # 3, 8, 13 and 18 from west to east
+
+
+def test_active_values_of_a_mask_with_several_are_asked():
+    state = State(choices=STUDY)
+    use_guides(state, GuideChoice(active=grid_file("basins.gslib", v=BASINS)))
+    app = guides_page(state)
+    assert "the values 3, 8, 13, 18 do not say which cells are inactive" in html(app)
+    assert not app.error  # an open question is no error
+    assert state.choices.guides.is_empty
+    question = named(app.button_group, "ask_active_codes")
+    assert question.options == [f"{code} (1,200 cells)" for code in (3, 8, 13, 18)]
+    question.set_value([18.0]).run()
+    named(app.button_group, "ask_active_codes").set_value([18.0, 8.0]).run()
+    assert not app.exception
+    guides, right = state.choices.guides, np.isin(BASINS, [8, 18])
+    assert guides.active_codes == (8, 18)
+    np.testing.assert_array_equal(secondary_of(state.choices).active, right)
+    assert "2400 of 4800 cells are active" in html(app)
+    saved = project_as_bytes(project_of(run(state)))
+    again = State()
+    open_project(again, Upload("basins.ccwsim", saved))
+    np.testing.assert_array_equal(secondary_of(again.choices).active, right)
+    named(app.button_group, "ask_active_codes").set_value([]).run()
+    assert "choose which values are active" in html(app)
+    named(app.selectbox, "guides_active").set_value("inside an outline").run()
+    assert state.choices.guides.active_codes == ()
+
+
+def test_two_files_of_one_facies_are_refused():
+    name = image_of(DELTA.image).facies_names[1]
+    files = grid_file(f"{name}.gslib", v=SAND), grid_file(f"prob_{name}.gslib", v=SAND)
+    assert "two maps are of one facies" in problem_of_guides(
+        replace(DELTA, guides=GuideChoice(files))
+    )
+
+
 HALF = np.full(GRID.shape, 0.5)
+GROUND = CellMap(np.zeros(GRID.shape, np.uint8), ["#9AA9B8"], ["active"], "All cells of the grid")
+PICTURE = Upload("a.png", png_of_remarks())
+POINT = GuideChoice(angle=(((3.0, 4.0), (3.0, 4.0)),))
+TWO = GuideChoice(images=(WALL,))
+GAP = np.where(np.arange(256) == 3, np.nan, np.ones((256, 1)))
+GAPS = grid_file(grid=Grid(256, 256), a=GAP)
 BROKEN = {
     "another shape": (GuideChoice(grid_file(grid=Grid(30, 80), P_1=HALF[:30])), "80 × 60"),
     "percent": (GuideChoice(grid_file(P_1=100 * HALF)), "not between 0 and 1"),
     "sums": (GuideChoice(grid_file(P_0=HALF, P_1=0.4 * HALF)), "sum to 0.7"),
-    "names": (GuideChoice(grid_file(a=HALF, b=HALF)), "none with the name of a facies"),
-    "facies": (GuideChoice(grid_file(P_0=HALF, P_lava=HALF)), "lava"),
     "nothing": (GuideChoice(grid_file(P_1=np.nan * HALF)), "no cell has a value"),
+    "a picture": (GuideChoice(PICTURE), "9 × 9 cells, but 80 × 60 are needed"),
     "no active cell": (GuideChoice(active=grid_file(a=0 * HALF)), "no cell of the grid is active"),
     "far polygon": (GuideChoice(active=((900.0, 0.0), (999.0, 0.0), (999.0, 9.0))), "no centre"),
     "not GeoJSON": (GuideChoice(active=Upload("a.geojson", b'{"type": 1')), "GeoJSON"),
-    "one map": (GuideChoice(auxiliary=(None, grid_file(a=HALF))), "of the training image yet"),
+    "two masks": (GuideChoice(active=grid_file(a=HALF, b=HALF)), "give one variable"),
+    "gaps": (
+        GuideChoice(auxiliary=(grid_file(grid=Grid(256, 256), a=GAP), grid_file(a=HALF))),
+        "fill the gaps",
+    ),
+    "no grid": (GuideChoice(auxiliary=(grid_file(a=HALF), None)), "are needed"),
+    "turns": (GuideChoice(angle=grid_file(a=1e9 * HALF)), "is not between"),
+    "a point": (POINT, "a line between two different points"),
+    "zone 2": (replace(TWO, zones=grid_file(a=4 * HALF)), "2 is not the number of an image"),
+    "half a zone": (replace(TWO, zones=grid_file(a=HALF)), "0.5 is not the number of an image"),
+    "layers of a map": (replace(TWO, zones=ZoneLayers((3,))), "need a volume"),
+    "other facies": (GuideChoice(images=(ImageChoice("delta"),)), "rename or merge its facies"),
+    "a volume": (GuideChoice(images=(ImageChoice("sinuous_channels"),)), "give images of one kind"),
 }
+UPLOADERS = {
+    "probabilities": "guides_soft_file",
+    "active": "guides_mask_file",
+    "images": "guides_other_file",
+    "auxiliary": "guides_grid_file",
+    "angle": "guides_angle_file",
+    "zones": "guides_zones_file",
+}
+"""The last uploader of each guide; messages about the guide are below it."""
+IDENTIFIER = re.compile(r"`|\b(?!P_)\w+_\w+|\w=")
+"""Pattern of words that only a programmer understands; variables of files have names like P_1."""
+
+
+def guide_of(guides: GuideChoice) -> str:
+    """Return the first guide that a choice has; zones are a guide of images."""
+    names = ("auxiliary", "zones", "images", "probabilities", "active", "angle")
+    return next(name for name in names if getattr(guides, name) not in (None, ()))
+
+
+def elements(block: Any) -> Iterator[Any]:
+    """Yield the elements of a page in the order on screen."""
+    for child in block.children.values():
+        yield from elements(child) if hasattr(child, "children") else [child]
+
+
+def place_of_error(app: AppTest) -> str:
+    """Return the key of the last uploader above the only error of a page."""
+    shown = list(elements(app.main))
+    (place,) = [k for k, element in enumerate(shown) if element.type == "error"]
+    above = [element.key for element in shown[:place] if element.type == "file_uploader"]
+    return re.sub(r"_\d$", "", above[-1]) if above else ""
+
+
+@pytest.mark.parametrize("what", BROKEN)
+def test_a_wrong_guide_says_so_below_its_control(what):
+    guides, said = BROKEN[what]
+    guide = guide_of(guides)
+    task = next(task for task, names in GUIDES_OF_TASK.items() if guide in names)
+    state = State(choices=STUDY)
+    use_guides(state, guides)
+    app = guides_page(state, task)
+    (error,) = app.error
+    assert said in error.value.replace("\\", "")
+    assert place_of_error(app) == UPLOADERS[guide]
+    assert not IDENTIFIER.search(error.value.replace("\\", ""))
+    other = "active" if task != "active" else "facies"
+    to_task(app, other)
+    assert app.error[0].value.startswith(page_labels("tasks_of_guides")[task][0])
+    assert not place_of_error(app).startswith("guides")
+
+
+def test_an_auxiliary_variable_without_its_second_file_is_no_error():
+    state = State(choices=STUDY)
+    use_guides(state, GuideChoice(auxiliary=(None, grid_file(a=HALF))))
+    for page in ("guides", "simulate"):
+        app = opened(page, state).run()
+        assert not app.error
+        text = "There is no auxiliary map of the training image yet; choose a file."
+        assert html(app).count(text) == 1
+        assert named(app.button, "guides_keep")
+
+
+def test_hard_data_are_on_the_map_and_those_of_a_volume_are_seen_from_above():
+    data = DataChoice("placed", placed=HardData([[3, 70], [50, 8]], [0, 1]))
+    drawn = _with_hard_data(State(choices=replace(STUDY, data=data)), GROUND)
+    assert drawn.points == [[3, 70, 0, 0], [50, 8, 1, 0]]
+    wells = (("A", ((0, 3, 70), (1, 3, 70))),)
+    column = HardData([[0, 3, 70], [1, 3, 70]], [0, 1])
+    volume = Choices(
+        image=ImageChoice("sinuous_channels"),
+        data=DataChoice("placed", placed=column, wells=wells),
+        grid=Grid(60, 80, nz=48),
+    )
+    drawn = _with_hard_data(State(choices=volume), GROUND)
+    assert drawn.points == [[3, 70, 0, 0], [3, 70, 1, 0]]
+    assert drawn.wells == (("A", ((3, 70), (3, 70))),)
+    broken = replace(STUDY, data=replace(data, placed=HardData([[900, 0]], [0])))
+    assert _with_hard_data(State(choices=broken), GROUND) is GROUND
+
+
+def test_questions_about_the_files_of_further_images_are_asked_one_by_one():
+    values = np.random.default_rng(0).random((80, 80))
+    file = BytesIO()
+    np.save(file, values)
+    uploads = [Upload(f"{name}.npy", file.getvalue()) for name in "ab"]
+    state = State(choices=STUDY)
+    use_guides(state, GuideChoice(images=tuple(map(image_of_file, uploads))))
+    app = guides_page(state, "images")
+    assert named(app.button_group, "ask_image1_values").value == "threshold"
+    named(app.button_group, "ask_image2_values").set_value("classes").run()
+    assert not app.exception
+    state = app.session_state[KEY]
+    first, second = (state.guides_draft or state.choices.guides).images
+    assert "threshold" in dict(first.answers)
+    assert dict(second.answers)["classes"] == 2
+    assert named(app.number_input, "ask_image2_classes").value == 2
+
+
+@pytest.mark.parametrize(
+    ("before", "guide"), [(TWO, "auxiliary"), (GuideChoice(auxiliary=Directions()), "images")]
+)
+def test_guides_that_exclude_each_other_say_so_below_the_latest(before, guide):
+    task = "facies" if guide == "auxiliary" else guide
+    app = guides_page(State(choices=replace(STUDY, guides=before)), task)
+    assert not app.error
+    key, chosen = {
+        "auxiliary": ("guides_auxiliary", "position along a direction"),
+        "images": ("guides_other", "stone_wall"),
+    }[guide]
+    named(app.selectbox, key).set_value(chosen).run()
+    (error,) = app.error
+    assert "known only in the training image" in error.value
+    assert place_of_error(app) == UPLOADERS[guide]
+    assert app.session_state[KEY].choices.guides == before
+    named(app.button, "guides_keep").click().run()
+    assert not app.error
+
+
+def test_the_page_begins_with_the_first_guide_and_undo_takes_a_change_back():
+    app = guides_page(State(choices=replace(STUDY, guides=GUIDES)))
+    assert named(app.button_group, "guides_task").value == "active"  # the first in use
+    named(app.selectbox, "guides_active").set_value("none").run()
+    state = app.session_state[KEY]
+    assert state.choices.guides == replace(GUIDES, active=None)
+    state.undo()
+    app.run()
+    assert not app.exception
+    assert app.session_state[KEY].choices.guides == GUIDES
+
+
+def test_a_change_of_guides_shows_realizations_beside_the_map():
+    state = run(State(choices=STUDY, live=False))
+    app = guides_page(state, "direction")
+    named(app.selectbox, "guides_angle").set_value("one angle").run()
+    state = app.session_state[KEY]
+    wait_until(lambda: state.job is None or state.job.finished, "the run", every=0.1)
+    app.run()
+    assert state.ensemble_choices.guides.angle == 45.0
+    assert "Realization 1 of 4" in html(app)
+    assert "E-type" in html(app)
+
+
+SHORT_LINE = b'{"type": "LineString", "coordinates": [[0]]}'
+
+
+@pytest.mark.parametrize(
+    ("task", "guide", "name", "content", "said"),
+    [
+        ("images", "images", "a.png", b"no picture", "contains no numbers"),
+        ("images", "images", "a.dat", b"100000 100000 9\n1\nfacies\n0\n", "a.dat"),
+        ("direction", "angle", "a.geojson", SHORT_LINE, "at least 2 points"),
+        ("direction", "angle", "b.geojson", b"{nothing", "is not valid GeoJSON"),
+    ],
+)
+def test_a_refused_file_says_so_below_its_control(task, guide, name, content, said):
+    app = guides_page(State(choices=STUDY), task)
+    key = next(up.key for up in app.get("file_uploader") if up.key.startswith(UPLOADERS[guide]))
+    named(app.get("file_uploader"), key).upload(name, content).run()
+    (error,) = app.error
+    assert said in error.value.replace("\\", "")
+    assert "The file is not used." in error.value
+    assert place_of_error(app) == UPLOADERS[guide]
+    assert not IDENTIFIER.search(error.value.replace("\\", ""))
+    assert app.session_state[KEY].choices == STUDY
+    named(app.selectbox, "guides_" + ("other" if guide == "images" else guide)).set_value(
+        "stone_wall" if guide == "images" else "one angle"
+    ).run()
+    assert not app.error
+
+
+def messages(module: Any) -> Iterator[str]:
+    """Yield the messages of the errors that a module raises, without the inserted values."""
+    table = tomllib.loads(Path(errors.__file__).with_suffix(".toml").read_text("utf-8"))
+    for call in ast.walk(ast.parse(inspect.getsource(module))):
+        name = ast.unparse(call.func) if isinstance(call, ast.Call) else ""
+        if name in ("refused", "CCWSIMError"):
+            text = table[call.args[0].value] if name == "refused" else ast.unparse(call.args[0])
+            yield re.sub(r"\{[^}]*\}", "…", IN_SCRIPTS.sub("", text))
+
+
+@pytest.mark.parametrize("module", [secondary, io.secondary, copies, resolve])
+def test_messages_about_guides_have_no_names_of_arguments(module):
+    assert list(messages(module))
+    assert [text for text in messages(module) if IDENTIFIER.search(text)] == []
 
 
 @pytest.mark.parametrize("what", BROKEN)
@@ -231,11 +570,13 @@ def test_unusable_guides_are_refused_in_one_sentence(what):
     problem = problem_of_guides(replace(STUDY, guides=guides))
     assert said in problem
     assert "\n" not in problem
-    app = opened("simulate", state).run()
-    assert any(said.split()[0] in error.value for error in app.error)
-    named(app.button, "guides_keep").click().run()
-    assert not app.error
-    assert study_of(app.session_state[KEY].choices).secondary is None
+    for page in ("simulate", "guides"):
+        use_guides(state, guides)
+        app = opened(page, state).run()
+        assert any(said.split()[0] in error.value for error in app.error)
+        named(app.button, "guides_keep").click().run()
+        assert not app.error
+        assert study_of(app.session_state[KEY].choices).secondary is None
 
 
 def test_simulate_shows_the_given_map_beside_the_e_type():
@@ -249,7 +590,7 @@ def test_simulate_shows_the_given_map_beside_the_e_type():
 
 def test_validate_shows_the_given_map_and_its_reliability():
     state = run(State(choices=replace(STUDY, guides=GUIDES)))
-    state.page(Validation).seen = {"uncertainty"}
+    state.page(Validation).unfolded = {"uncertainty"}
     app = opened("validate", state).run()
     assert not app.exception
     assert "Given probability of" in html(app)
@@ -286,7 +627,7 @@ def test_a_turned_image_is_in_links_and_projects(guides):
 
 def test_an_image_is_turned_from_the_page_by_a_number_or_a_map():
     state = State(choices=STUDY)
-    app = opened("simulate", state).run()
+    app = guides_page(state, "direction")
     named(app.selectbox, "guides_angle").set_value("one angle").run()
     assert app.session_state[KEY].choices.guides.angle == 45.0
     named(app.number_input, "guides_one_angle").set_value(30.0).run()
@@ -304,7 +645,7 @@ def test_an_image_is_turned_from_the_page_by_a_number_or_a_map():
 
 def test_validate_measures_directions():
     state = run(State(choices=replace(STUDY, guides=GuideChoice(angle=45.0))))
-    state.page(Validation).seen = {"uncertainty"}
+    state.page(Validation).unfolded = {"uncertainty"}
     app = opened("validate", state).run()
     title = "Difference from the given angles"
     wait_until(lambda: title in html(app.run()), "the directions", every=0.1)
@@ -312,19 +653,23 @@ def test_validate_measures_directions():
 
 
 def test_images_and_zones_are_chosen_on_the_page():
-    app = opened("simulate", State(choices=STUDY)).run()
+    app = guides_page(State(choices=STUDY), "images")
     named(app.selectbox, "guides_other").set_value("stone_wall").run()
     assert not app.exception
     assert not app.error
     assert "1 stone wall" in html(app)
     assert "0 channels" in html(app)
+    assert app.session_state[KEY].choices.guides.zones is None
+    to_task(app, "zones")
     named(app.selectbox, "guides_zones").set_value("inside outlines").run()
     guides = app.session_state[KEY].choices.guides
     assert guides.images == (WALL,)
     (((west, _), (east, _), *_),) = guides.zones
     assert 42 < west < 46
     assert 74 < east < 78
-    named(app.selectbox, "guides_zones").set_value("a share of patches").run()
+    to_task(app, "images")
+    assert named(app.selectbox, "guides_use").value == "each in its zone"
+    named(app.selectbox, "guides_use").set_value("a share of patches").run()
     named(app.slider, "guides_share").set_value(0.2).run()
     own = secondary_of(app.session_state[KEY].choices)
     assert own.weights == pytest.approx((0.8, 0.2))
@@ -343,7 +688,7 @@ def test_zones_of_a_volume_are_chosen_by_layer():
         STUDY, image=ImageChoice("sinuous_channels"), data=DataChoice(), grid=Grid(24, 20, nz=12),
         parameters=Parameters((4, 8, 8), (1, 2, 2), (0, 1, 1)),
     )  # fmt: skip
-    app = opened("simulate", State(choices=volume)).run()
+    app = guides_page(State(choices=volume), "zones")
     for _ in range(2):
         named(app.selectbox, "guides_other").set_value("sinuous_channels").run()
     assert not app.error
@@ -369,7 +714,7 @@ def test_zones_by_layer_are_refused_for_a_map():
 def test_an_image_of_the_user_is_added_and_named_in_the_link():
     cells = np.indices((60, 60)).sum(0) // 6 % 2
     file = grid_file("diagonals.gslib", Grid(60, 60), facies=cells)
-    app = opened("simulate", State(choices=STUDY)).run()
+    app = guides_page(State(choices=STUDY), "images")
     uploader = named(app.get("file_uploader"), "guides_other_file_0")
     uploader.upload(file.name, file.content).run()
     assert not app.exception
@@ -381,7 +726,7 @@ def test_an_image_of_the_user_is_added_and_named_in_the_link():
 
 
 def test_an_image_with_other_facies_is_refused_calmly():
-    app = opened("simulate", State(choices=STUDY)).run()
+    app = guides_page(State(choices=STUDY), "images")
     named(app.selectbox, "guides_other").set_value("delta").run()
     assert not app.exception
     assert "rename or merge its facies" in app.error[0].value
@@ -392,7 +737,7 @@ def test_an_image_with_other_facies_is_refused_calmly():
 
 def test_images_that_are_removed_take_their_outlines_with_them():
     two = replace(ZONED, images=(WALL, ImageChoice("channels")), zones=(EAST, TRIANGLE))
-    app = opened("simulate", State(choices=replace(STUDY, guides=two))).run()
+    app = guides_page(State(choices=replace(STUDY, guides=two)), "zones")
     named(app.button, "guides_drop_1").click().run()
     assert app.session_state[KEY].choices.guides.zones == (TRIANGLE,)
     named(app.selectbox, "guides_other").set_value("stone_wall").run()
@@ -425,10 +770,9 @@ def test_lines_turn_the_image_and_are_drawn_by_hand_or_read_from_a_file():
     assert state.choices.guides.angle == FLOW
     angle = secondary_of(state.choices).angle
     assert abs(angle[15, 70] - 270) < 4  # the east of the image is turned to the north
-    app = opened("simulate", state).run()
-    assert not app.exception
+    app = guides_page(state)
     assert any("azimuth 90° of the image" in note.value for note in app.caption)
-    named(app.number_input, "guides_angle_azimuth").set_value(0.0).run()
+    named(app.number_input, "guides_one_flow_azimuth").set_value(0.0).run()
     assert app.session_state[KEY].choices.guides.flow_azimuth == 0.0
     geometry = {"type": "MultiLineString", "coordinates": lines}
     named(app.get("file_uploader"), "guides_angle_file").upload(
@@ -442,7 +786,7 @@ def test_chosen_lines_begin_with_the_direction_of_the_bodies():
     file = BytesIO()
     write_maps(file, {"facies": rows.astype(float)}, Grid(72, 72), format="gslib")
     image = ImageChoice(upload=Upload("rows.gslib", file.getvalue()))
-    app = opened("simulate", State(choices=replace(STUDY, image=image))).run()
+    app = guides_page(State(choices=replace(STUDY, image=image)), "direction")
     named(app.selectbox, "guides_angle").set_value("along drawn lines").run()
     assert not app.exception
     guides = app.session_state[KEY].choices.guides
@@ -455,8 +799,7 @@ def test_a_project_keeps_images_zones_and_lines():
     content = project_as_bytes(project_of(State(choices=choices)))
     open_project(other, Upload("study.ccwsim", content))
     assert same_realizations(other.choices, choices)
-    app = opened("simulate", State(choices=other.choices)).run()
-    assert not app.exception
+    app = guides_page(State(choices=other.choices))
     assert "2 training images by zone, angle" in html(app)
     assert not [button for button in app.button if "guides_drop" in (button.key or "")]
 
@@ -476,25 +819,27 @@ def test_turned_realizations_are_not_judged_by_the_image_as_it_was_read():
     grid, data = Grid(512, 512), DataChoice("bundled", "channels_60_wells")
     choices = replace(STUDY, grid=grid, data=data, guides=GuideChoice(angle=90.0))
     state = run(State(choices=choices))
-    state.page(Validation).seen = {"bodies", "fit"}
+    state.page(Validation).unfolded = {"bodies", "fit"}
     app = opened("validate", state).run()
     wait_until(lambda: "realizations differ in" in html(app.run()), "the variety", every=0.1)
     assert not app.exception
     assert html(app).count("the first image as it was read") == 2  # one for the data
-    assert "checks" not in html(app)
+    assert 'class="checks"' not in html(app)
+    assert not re.search("checks? (fit|differ)", html(app))
     assert "Your data" not in html(app)
 
 
 def test_validate_compares_each_zone_with_its_own_image():
     state = run(State(choices=replace(STUDY, guides=ZONED)))
-    state.page(Validation).seen = {"uncertainty"}
+    state.page(Validation).unfolded = {"uncertainty"}
     app = opened("validate", state).run()
     wait_until(lambda: "nearest other" in html(app.run()), "the zones", every=0.1)
+    headline = "zone 0: patterns are nearer to stone wall"
+    wait_until(lambda: headline in html(app.run()), "the headline", every=0.1)
     assert not app.exception
     table = html(app).split("nearest other")[1].split("</table>")[0]
     assert "0 channels" in table
     assert "1 stone wall" in table
-    assert "zone 0: patterns are nearer to stone wall" in html(app)
     assert "the first image as it was read" in html(app)
     assert "checks fit" not in html(app)
     found = zones(state.ensemble).work(lambda share: None)

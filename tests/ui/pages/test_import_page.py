@@ -72,7 +72,7 @@ def test_every_file_becomes_an_image_with_one_answer_at_most(name):
     app = opened("import", state).run()
     assert not app.exception
     assert texts(app) == ""
-    if asked - {"up"}:
+    if asked - {"up", "gaps"}:
         assert state.choices.image.upload is None  # the user has not confirmed the image yet
         named(app.button, "image_take").click().run()
     state = app.session_state[KEY]
@@ -235,4 +235,4 @@ def test_a_draft_of_another_file_replaces_one_that_waits():
     import_image(state, Upload("codes.sgems", FILES["codes.sgems"][0]))
     assert state.image_draft is None
     assert state.choices.image.upload == Upload("codes.sgems", FILES["codes.sgems"][0])
-    assert replace(state.choices, image=ImageChoice()) == STUDY
+    assert replace(state.choices, image=ImageChoice(), grid=STUDY.grid) == STUDY

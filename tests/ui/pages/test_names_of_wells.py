@@ -17,9 +17,11 @@ from ccwsim.ui.results.maps import wells_of_data
 from ccwsim.ui.session.resolve import data_of, wells_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.validate.statistics import Validation
-from tests.ui.pages import test_compare_page as compare
-from tests.ui.pages import test_how_page as how_it_works
-from tests.ui.pages import test_sweep_page as sweep
+from tests.ui.pages import (
+    test_compare_page as compare,
+    test_how_page as how_it_works,
+    test_sweep_page as sweep,
+)
 from tests.ui.pages.test_data_of_volumes import run
 from tests.ui.widgets import opened
 

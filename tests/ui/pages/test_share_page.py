@@ -13,10 +13,12 @@ from ccwsim.io import training_image_as_bytes
 from ccwsim.model.errors import CCWSIMError
 from ccwsim.model.study import Study
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload
+from ccwsim.sharing.link import own_choices
 from ccwsim.sharing.project import Project, project_as_bytes
 from ccwsim.ui.page import OFF_MENU, PAGES
+from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import KEY, State
-from ccwsim.ui.share.menu import file_name, open_project, project_of, report_of
+from ccwsim.ui.share.menu import choices_of, file_name, open_project, project_of, report_of
 from ccwsim.ui.study.run import collect, start_run
 from ccwsim.ui.widgets.text import plain
 from tests.ui.test_pages import ROOT, SMALL, launched, settled, texts
@@ -80,12 +82,39 @@ def test_parts_that_do_not_go_together_are_corrected_in_words():
     assert state.choices.data == DataChoice()
 
 
-@pytest.mark.slow
-def test_an_address_says_what_it_cannot_carry_and_the_next_reader_is_told():
-    image = Upload("<own>.npy", training_image_as_bytes(TrainingImage(np.eye(40)), "npy"))
-    app = launched(replace(SMALL, image=ImageChoice(upload=image)))
-    assert app.query_params["ti"].startswith("own-")
-    assert "Open the project file" in texts(addressed(ti=app.query_params["ti"]))
+def test_a_link_waits_for_the_files_of_its_sender_and_then_runs():
+    image = ImageChoice(
+        upload=Upload("<own>.npy", training_image_as_bytes(TrainingImage(np.eye(40)), "npy"))
+    )
+    (name,) = own_choices(replace(SMALL, image=image))
+    app = addressed(ti=name)
+    state = app.session_state[KEY]
+    assert (state.job, state.ensemble) == (None, None)
+    assert "choose again: " in texts(app)
+    assert texts(app).count(plain("<own>.npy")) == 2
+    assert app.query_params["ti"] == name
+    named(app.number_input, "seed").set_value(8).run()
+    assert (state.job, state.ensemble) == (None, None)
+    assert app.query_params["ti"] == name  # a reload asks again
+    state.change(image=image)
+    settled(app.run())
+    assert app.session_state[KEY].ensemble.training_image.name == "<own>"
+    assert "choose again: " not in texts(app)
+
+
+def test_a_link_runs_without_the_files_of_its_sender_if_the_user_wants_to():
+    app = addressed(ti="own-1a-wall.tif")
+    named(app.button, "run").click()
+    settled(app.run())
+    assert app.session_state[KEY].ensemble.training_image.name == "channels"
+    assert "ti" not in app.query_params
+
+
+def test_a_project_of_a_script_keeps_names_with_slashes():
+    image = TrainingImage(np.eye(40), name="aquifer/upper v1.2", facies_names=["a/b", "c"])
+    project = Project(Study(image, Grid(20, 20), PARAMETERS))
+    again = image_of(choices_of(project)[0].image)
+    assert (again.name, again.facies_names) == (image.name, image.facies_names)
 
 
 def test_a_note_is_shown_as_it_is():

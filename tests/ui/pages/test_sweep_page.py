@@ -10,7 +10,8 @@ import pytest
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, HardData, Parameters, TrainingImage
-from ccwsim.experiments.plan import plan_sweep
+from ccwsim.datasets import load
+from ccwsim.experiments.plan import plan_sweep, suggested_ranges
 from ccwsim.experiments.sweep import recommended
 from ccwsim.model.parameters import METHODS
 from ccwsim.sharing.choices import Choices, DataChoice, GuideChoice, ImageChoice
@@ -27,12 +28,10 @@ from ccwsim.ui.sweep.planning import (
     MAX_SWEPT,
     SweepState,
     describe_plan,
-    pace,
     plan_of,
     ranges_of,
     seconds_of,
     start_sweep,
-    suited_ranges,
     sweep_problem,
     use_swept_setting,
     values_on_offer,
@@ -44,12 +43,13 @@ from tests.waiting import wait_until
 PLACED = HardData([[5, 7], [20, 40], [40, 11]], [1, 0, 1])
 OWN = Parameters(template_size=16, overlap_size=4)
 SMALL = Choices(data=DataChoice("placed", placed=PLACED), grid=Grid(48, 64), parameters=OWN)
-FEW = {"template_size": [16, 24], "wavelet_level": [1, 2]}
+FEW = {"template_size": [16, 24], "overlap_size": [4], "wavelet_level": [1, 2]}
 
 
 def state_of(choices: Choices = SMALL, ranges=FEW) -> State:
     state = State(choices=choices)
-    state.page(SweepState).ranges, state.page(SweepState).n_realizations = dict(ranges), 2
+    chosen = tuple((name, tuple(values)) for name, values in ranges.items())
+    state.change_sweep(ranges=chosen, n_realizations=2)
     return state
 
 
@@ -97,13 +97,13 @@ def test_it_opens_cold_and_says_what_it_will_show():
 
 def test_ranges_are_those_that_suit_the_study_until_they_are_changed():
     state = State(choices=SMALL)
-    suited, offered = suited_ranges(SMALL), values_on_offer(SMALL)
+    suited, offered = suggested_ranges(OWN, load("channels")), values_on_offer(SMALL)
     assert ranges_of(state) == {name: suited[name] for name in suited if name in offered}
     assert len(plan_of(state)) > 1
     state.change(parameters=Parameters(template_size=64, overlap_size=8, n_candidates=7))
     assert 64 in ranges_of(state)["template_size"]
     assert ranges_of(state)["n_candidates"] == [7]
-    state.page(SweepState).ranges = {"template_size": [24, 32]}
+    state.change_sweep(ranges=(("template_size", (24, 32)),))
     assert ranges_of(state)["template_size"] == [24, 32]
 
 
@@ -122,21 +122,33 @@ def test_a_pill_changes_the_plan():
     group: Any = next(b for b in pills(app) if b.key.startswith("range_n_candidates"))
     group.set_value([1, 20]).run()
     state = app.session_state[KEY]
-    assert sorted(state.page(SweepState).ranges["n_candidates"]) == [1, 20]
+    assert sorted(dict(state.sweep.ranges)["n_candidates"]) == [1, 20]
     assert len(plan_of(state)) == 8
-    state.page(SweepState).ranges["n_candidates"] = [20, 1]
+    ranges = dict(state.sweep.ranges) | {"n_candidates": (20, 1)}
+    state.change_sweep(ranges=tuple(ranges.items()))
     assert [p.n_candidates for p in plan_of(state)][:2] == [1, 20]
     assert "Try 8 settings" in named(app.button, "sweep").label
     named(app.button, "ranges_back").click().run()
-    assert not app.session_state[KEY].page(SweepState).ranges
+    assert not app.session_state[KEY].sweep.ranges
 
 
-def test_what_does_not_fit_is_left_out_and_said():
+def test_sizes_are_rounded_to_each_level_and_repetitions_are_said():
     state = state_of(ranges={**FEW, "wavelet_level": [1, 3], "overlap_size": [4, 8]})
     said = describe_plan(state, plan_of(state))
-    assert "2 omitted: Overlap 4 must be a multiple of 8 at level 3" in said
+    assert "2 omitted: rounded to their level, they equal others" in said
     state = state_of(ranges={**FEW, "method": ["ccsim"]})
-    assert "2 omitted because CCSIM has no level" in describe_plan(state, plan_of(state))
+    assert "2 omitted" in describe_plan(state, plan_of(state))
+
+
+def test_the_values_of_the_study_are_in_the_ranges_whatever_they_are():
+    advised = replace(SMALL, parameters=Parameters(30, 10, 1, n_candidates=7))
+    state = State(choices=advised)
+    offered = values_on_offer(advised)
+    assert 30 in offered["template_size"]
+    assert 10 in offered["overlap_size"]
+    assert advised.parameters in plan_of(state).fitting
+    assert len(plan_of(state)) >= 9
+    assert len({p.overlap_size for p in plan_of(state)}) > 1
 
 
 MANY = {
@@ -151,7 +163,6 @@ MANY = {
     [
         (MANY, f"at most {MAX_SWEPT}"),
         ({"template_size": []}, "Template has no value to try"),
-        ({"wavelet_level": [6], "template_size": [16]}, "No combination of the values is valid"),
     ],
 )
 def test_too_many_or_no_settings_are_said_and_nothing_starts(ranges, words):
@@ -203,7 +214,7 @@ def test_the_large_setting_is_the_recommended_one_until_one_is_chosen(done):
 def test_it_is_drawn_for_any_training_image_without_data(name):
     choices = replace(SMALL, image=ImageChoice(bundled=name), data=DataChoice())
     state = swept(choices=choices, ranges={**FEW, "method": list(METHODS), "wavelet_level": [1]})
-    state.page(SweepState).error = "mended"  # this error belongs to a sweep with data
+    state.change_sweep(error="mended")  # this error belongs to a sweep with data
     app = launched(state)
     said = html(app)
     assert "Recommended: " in said
@@ -280,7 +291,7 @@ def test_the_table_has_every_row_and_number(done):
 
 def test_a_stopped_sweep_keeps_what_is_finished():
     state = state_of(ranges={**FEW, "n_candidates": [1, 20, 100]})
-    state.page(SweepState).n_realizations = 1
+    state.change_sweep(n_realizations=1)
     start_sweep(state)
     run = run_of(state)
     wait_until(lambda: run.rows, "the first setting", every=0.005)
@@ -326,9 +337,8 @@ def test_progress_says_settings_and_time(done):
 def test_the_estimate_follows_the_pace_of_the_latest_run(done):
     plan = plan_sweep(SMALL.parameters, FEW)
     one = seconds_of(done, plan)
-    done.page(SweepState).n_realizations *= 3
+    done.change_sweep(n_realizations=3 * done.sweep.n_realizations)
     assert seconds_of(done, plan) == pytest.approx(3 * one)
-    assert pace(None) == 1
 
 
 def test_kept_realizations_are_read_only_and_few(done):

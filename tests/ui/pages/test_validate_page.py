@@ -16,7 +16,6 @@ from ccwsim.jobs.statistics import StatisticsWorker
 from ccwsim.metrics import (
     Check,
     Fit,
-    RunningStatistics,
     connectivity,
     copying,
     etype,
@@ -24,7 +23,6 @@ from ccwsim.metrics import (
     variogram,
 )
 from ccwsim.metrics.lags import distinct_lags, lag_offsets
-from ccwsim.model.study import Study
 from ccwsim.report.verdicts import (
     LAYERS_NOT_JUDGED,
     NOT_JUDGED,
@@ -42,7 +40,6 @@ from ccwsim.ui.validate.conditioning import (
     wrong_map,
     wrong_points,
 )
-from ccwsim.ui.validate.large_ensemble import LargeEnsembleRun, LargeEnsembleState
 from ccwsim.ui.validate.page import (
     SECTIONS,
     data_verdict,
@@ -63,7 +60,7 @@ from ccwsim.ui.validate.statistics import (
     sources_of,
     transitions,
 )
-from ccwsim.ui.widgets.facts import facts_of
+from ccwsim.ui.widgets.facts import facts_of, proportions_table
 from tests.small_images import facies_at_edges
 from tests.ui.widgets import charts, html, named, opened, texts
 from tests.waiting import PATIENCE, wait_until
@@ -83,7 +80,7 @@ def nothing(share: float) -> None:
 def launched(choices: Choices = SMALL, seen=ALL, **changes) -> AppTest:
     """Return the page after all of its computations."""
     state = State(choices=choices, **changes)
-    state.page(Validation).seen |= seen
+    state.page(Validation).unfolded |= seen
     return settled(opened("validate", state).run())
 
 
@@ -123,19 +120,34 @@ def test_it_opens_cold_and_shows_every_figure():
     assert {"variogram_azimuth", "connectivity_azimuth", "repetition", "quarters"} <= charts(app)
 
 
-def test_only_what_came_into_view_is_worked_out():
+def test_every_check_has_a_line_and_a_link_to_its_figures():
+    said = html(launched(seen=frozenset()))
+    (checks,) = re.findall(r'<ul class="checks".*?</ul>', said)
+    lines = re.findall(r"<li>(.*?)</li>", checks)
+    n = re.search(r"(?:all|\d+ of) (\d+) checks", said)
+    assert n is not None
+    assert len(lines) == int(n[1]) > 1
+    for line in lines:
+        anchor = re.search(r'href="#(\w+)"', line)
+        assert anchor is not None
+        assert f'id="{anchor[1]}"' in said
+        assert re.search(r"<small>.*\d.* in (TI crops of|the TI)", line)
+
+
+def test_only_unfolded_sections_are_worked_out():
     app = launched(seen=frozenset())
     assert charts(app) == CURVES | {"mds"}
     assert re.search(r"MDS plot: stress 0\.\d\d", html(app))
     kept = app.session_state[KEY].page(Validation).drawn
     assert not {"geobodies", "lag_maps", "transitions", "diagnosis"} & set(kept)
+    assert html(app).count('aria-expanded="false"') == len(SECTIONS)
 
 
 def test_the_summary_says_what_was_found():
     said = html(launched(seen=frozenset()))
     assert "No hard data" in said
-    assert "(TI 27.0 %; " in said
-    assert re.search(r"✓ all \d+ checks fit|⚑ \d+ of \d+ checks differ", said)
+    assert re.search(r"title=\"sand [\d.]+ % \(TI 27.0 %; .*?>. sand [\d.]+ % \(TI 27.0 %\)<", said)
+    assert re.search(r"✓ (all \d+|\d+ of \d+) checks fit|⚑ \d+ of \d+ checks differ", said)
     assert re.search(r"about \d+ % of good ensembles", said)
     assert "two realizations differ in" in said
     assert "as much as from the image" not in said
@@ -362,7 +374,10 @@ def band(found: list[float], tolerance: float = 0.2) -> Fit:
 
 
 def test_a_curve_outside_the_band_says_where_how_much_and_which_way():
-    inside = "inside the band of TI crops: 128 × 100, up to 3 cells"
+    inside = (
+        "inside the band of TI crops: τ(1) 1.00 in pieces, 0.90 ± 0.20 in TI crops of 128 × 100, "
+        "up to 3 cells"
+    )
     assert str(describe_curve(band([1.0, 0.8, 0.8]), "connectivity")) == inside
     assert str(describe_curve(band([0.9, 0.6, 0.35]), "connectivity")) == (
         "too little connected beyond 1 cell: τ(3) 0.35 in pieces, 0.90 in TI crops of 128 × 100"
@@ -388,14 +403,16 @@ def test_findings_go_by_direction_and_call_failure_failure():
         Check("variogram", 1, "E-W", band([0.9, 0.9])),
     ]
     names = ["mud", "channel"]
-    headline, less, more = describe_checks(several, names)
-    assert (headline.good, less.good, more.good) == (False, False, False)
-    assert headline.words == "2 of 3 checks differ from the TI"
-    assert less.words == "channel, E–W: too little connected beyond 1 cell"
-    assert more.words == "channel, N–S: too much connected beyond 1 cell"
-    assert more.numbers.startswith("τ(2) 1.30 in pieces, 0.90 in TI crops")
-    (fine,) = describe_checks(several[2:], names)
-    assert (fine.words, fine.good) == ("all 1 checks fit the training image", True)
+    headline, (less, more, fine) = describe_checks(several, names)
+    assert [each.verdict.good for each in (less, more, fine)] == [False, False, True]
+    assert (headline.words, headline.good) == ("2 of 3 checks differ from the TI", False)
+    assert less.what == "Connectivity of channel, E–W"
+    assert less.verdict.words == "too little connected beyond 1 cell"
+    assert more.verdict.words == "too much connected beyond 1 cell"
+    assert more.verdict.numbers.startswith("τ(2) 1.30 in pieces, 0.90 in TI crops")
+    assert fine.verdict.words == "as in TI crops"
+    assert fine.verdict.numbers.startswith("γ(1) 0.900 in pieces, 0.900 ± 0.200 in TI crops")
+    assert describe_checks(several[2:], names)[0].words == "the only check fits the training image"
     assert describe_checks([], names)[0].good is None
 
 
@@ -404,8 +421,9 @@ def test_every_verdict_has_eight_words_or_fewer():
     kinds = ("connectivity", "variogram", "geobodies", "patterns")
     ways = ("E-W", "N-S", None, None)
     each = [Check(kind, 1, way, three) for kind, way in zip(kinds, ways, strict=True)]
-    said = describe_checks(each, ["mud", "sand"])
-    assert len(said) >= 5
+    headline, lines = describe_checks(each, ["mud", "sand"])
+    said = headline, *(line.verdict for line in lines)
+    assert len(said) == 5
     for verdict in (*said, NOT_JUDGED, LAYERS_NOT_JUDGED, *describe_patterns(three)):
         assert 1 < len(verdict.words.split()) <= 8
 
@@ -423,6 +441,12 @@ def test_a_facies_lost_at_the_edges_is_marked_although_crops_vary_as_much():
     assert advice.words.startswith("facies 0 is at the edges of the TI: half the template")
 
 
+def drawn_facts(ensemble) -> None:
+    from ccwsim.ui.widgets.facts import draw_facts
+
+    draw_facts(ensemble)
+
+
 def test_proportions_have_a_sign_and_the_data_beside_them():
     data = HardData([[0, 0], [0, 1], [0, 2], [0, 3]], [0, 0, 0, 1])
     image = TrainingImage(np.tile([0, 0, 0, 1], (64, 16)), facies_names=["mud", "sand"])
@@ -431,10 +455,16 @@ def test_proportions_have_a_sign_and_the_data_beside_them():
     few[:, :4] = 1
     bad = replace(some, indices=few)
     said, advice = proportion_verdicts(bad, fit_proportions(bad))
-    assert said.words == "sand 10.0 % (TI 25.0 %, data 25.0 %; −60 %)"
+    assert said.words == "sand 10.0 % (TI 25.0 %)"
+    assert said.numbers == "sand 10.0 % (TI 25.0 %, data 25.0 %; −60 %)"
     assert not said.good
     assert advice.words == "“Match proportions” is off and would bring sand nearer to the TI"
-    assert facts_of(bad)[-2:] == [said.words, advice.words]
+    assert facts_of(bad)[-2:] == [said.numbers, advice.words]
+    assert facts_of(bad, short=True)[-2:] == [said.words, advice.words]
+    app = AppTest.from_function(drawn_facts, args=(bad,)).run()
+    assert not app.exception
+    *_, line_in_menu = (e.proto.body for e in app.get("html"))  # the style cuts the line above
+    assert all(f'<span class="fact">{fact}</span>' in line_in_menu for fact in facts_of(bad))
     mud = replace(bad, study=replace(bad.study, hard_data=HardData(data.cells, [0, 0, 0, 0])))
     assert len(proportion_verdicts(mud, fit_proportions(mud))) == 1  # no advice against the data
     matched = replace(
@@ -446,7 +476,28 @@ def test_proportions_have_a_sign_and_the_data_beside_them():
     fine = replace(some, indices=good)
     (said,) = proportion_verdicts(fine, fit_proportions(fine))
     assert said.good
-    assert said.words == "sand 25.0 % (TI 25.0 %, data 25.0 %; ±0 %)"
+    assert said.numbers == "sand 25.0 % (TI 25.0 %, data 25.0 %; ±0 %)"
+    assert facts_of(fine)[-1] == said.numbers
+
+
+def test_a_table_has_the_shares_of_all_facies():
+    image = TrainingImage(np.tile([0, 1, 1, 2], (64, 16)), facies_names=["<b>", "silt", "sand"])
+    data = HardData([[0, 0], [0, 1]], [0, 2])
+    some = simulate(image, (40, 40), OWN, data, 2)
+    shares = np.zeros_like(some.indices)
+    shares[:, :20], shares[:, :4] = 1, 2
+    table = proportions_table(replace(some, indices=shares))
+    head = ("facies", "simulated", "TI", "data", "relative difference")
+    assert "".join(f"<th>{name}</th>" for name in head) in table
+    for name, *cells in (
+        ("&lt;b&gt;", "50.0 %", "25.0 %", "50.0 %", "+100 %"),
+        ("silt", "40.0 %", "50.0 %", "0.0 %", "−20 %"),
+        ("sand", "10.0 %", "25.0 %", "50.0 %", "−60 %"),
+    ):
+        assert f"<th>{name}</th>" + "".join(f"<td>{cell}</td>" for cell in cells) in table
+    assert facts_of(replace(some, indices=shares), short=True)[2] == (
+        "largest difference: <b> 50.0 % (TI 25.0 %)"
+    )
 
 
 def test_variety_is_the_share_of_differing_cells(ensemble):
@@ -475,65 +526,11 @@ def test_more_variety_for_less_distance_is_a_larger_ratio(ensemble):
     assert float(found.mean_ratio[0]) == pytest.approx(by_hand)
 
 
-def large_run(n: int) -> LargeEnsembleRun:
-    data = HardData([[5, 7]], [1])
-    return LargeEnsembleRun(Study(datasets.load("channels"), Grid(48, 64), OWN, data, 3), n, 1)
-
-
-def test_a_large_ensemble_says_what_all_its_realizations_say():
-    run = large_run(21).start()
-    assert run.job is not None
-    assert run.job.wait(120)
-    assert run.job.error is None
-    all_of_them = simulate(
-        run.study.training_image, (48, 64), OWN, run.study.hard_data, n_realizations=21, seed=3
-    )
-    own = RunningStatistics((48, 64), [0, 1], [1], max_lag=24)
-    for realization in all_of_them.indices:
-        own.add(realization)
-    assert run.summary.n == 21
-    assert np.array_equal(run.summary.etype.probability, etype(all_of_them).probability)
-    assert run.nbytes == own.nbytes
-    assert run.n_wrong == 0
-    assert run.numbers[-1] == 21
-    p = run.summary.etype.probability[1]
-    assert run.errors[-1] == pytest.approx(100 * np.sqrt(p * (1 - p) / 21).mean())
-
-
-def test_a_large_ensemble_takes_no_more_memory_for_more_realizations():
-    few, many = large_run(5).start(), large_run(40).start()
-    assert few.job.wait(120)
-    assert many.job.wait(120)
-    assert few.nbytes == many.nbytes
-
-
-def test_a_large_ensemble_can_be_stopped_and_keeps_what_it_has():
-    run = large_run(100_000).start()
-    wait_until(lambda: run.summary is not None, "the first realizations")
-    run.job.cancel()
-    assert run.job.wait(60)
-    assert run.job.error is None
-    assert 0 < run.summary.n < 100_000
-    assert run.summary.n == run.numbers[-1]
-
-
-@pytest.mark.slow
-def test_a_large_ensemble_is_shown_on_the_page():
-    app = launched(seen=frozenset({"long"}))
-    app.number_input(key="n_long").set_value(12).run()
-    app.button(key="long_start").click().run()
-    run = app.session_state[KEY].page(LargeEnsembleState).run
-    assert run.job.wait(120)
-    settled(app.run())
-    assert {"convergence", "long_variogram_E", "long_variogram_N"} <= charts(app)
-    assert "After 12 realizations" in html(app)
-
-
 @pytest.mark.slow
 def test_a_redraw_leaves_alone_what_is_being_typed():
     app = launched()
     app.run()
-    boxes = [app.number_input(key=key) for key in ("n_realizations", "n_long")]
+    boxes = [app.number_input(key=key) for key in ("n_realizations",)]
     assert not any(box.proto.set_value for box in [*boxes, app.slider(key="azimuth")])
     app.session_state[KEY].change(n_realizations=7)
     app.run()

@@ -25,7 +25,6 @@ from ccwsim.model.arrays import describe_shape
 from ccwsim.model.ensemble import FORCED, Ensemble
 from ccwsim.model.numbers import three_digits
 from ccwsim.model.parameters import fitted
-from ccwsim.model.study import Study
 from ccwsim.report.verdicts import (
     describe_curve,
     describe_patterns,
@@ -35,7 +34,6 @@ from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.session.cached import shared_values
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.validate.conditioning import data_status_shares, scoring_problem, troubled_data
-from ccwsim.ui.validate.large_ensemble import LargeEnsembleRun, LargeEnsembleState, bundle_of_band
 from ccwsim.ui.validate.page import SECTIONS
 from ccwsim.ui.validate.reproduction import (
     describe_percolation,
@@ -276,21 +274,6 @@ def test_a_reference_volume_is_scored(ensemble, image):
     assert f"of {scores.n_cells:,} cells without data predicted" in html(app)
     assert "calibration" in charts(app)
     assert "24 × 20 × 10" in scoring_problem(TrainingImage(truth[:5]), ensemble)
-
-
-def test_a_large_ensemble_of_volumes_has_all_axes(image, ensemble):
-    run = LargeEnsembleRun(Study(image, GRID, P, HardData(), 3), 10, 1).start()
-    assert run.job is not None
-    assert run.job.wait(120)
-    assert run.job.error is None
-    assert run.summary is not None
-    assert len(bundle_of_band(run, run.summary, "variogram", "vertical").median) == 6
-    assert len(bundle_of_band(run, run.summary, "variogram", "E-W").median) == 11
-    app = launched(ensemble=ensemble, seen=frozenset({"long"}))
-    app.session_state[KEY].page(LargeEnsembleState).run = run
-    settled(app.run())
-    assert {"long_variogram_v", "long_variogram_E", "convergence"} <= charts(app)
-    assert "After 10 realizations" in html(app)
 
 
 def test_a_grid_of_other_layers_is_judged_but_by_layer(image):

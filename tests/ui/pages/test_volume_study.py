@@ -24,7 +24,7 @@ from ccwsim.sharing.project import project_as_bytes
 from ccwsim.sharing.recipe import reproduction_recipe
 from ccwsim.sharing.study_report import study_report
 from ccwsim.ui.page import OFF_MENU, PAGES
-from ccwsim.ui.session.resolve import data_of, grid_for_data, image_of, study_of
+from ccwsim.ui.session.resolve import data_of, grids_for_data, image_of, study_of
 from ccwsim.ui.session.state import KEY, State
 from ccwsim.ui.share.menu import open_project, project_of
 from ccwsim.ui.simulate.results import download_groups, go_back
@@ -32,8 +32,7 @@ from ccwsim.ui.study.data_step import problem_of_data, use_data
 from ccwsim.ui.study.image_step import image_thumbnail, import_image, use_image
 from ccwsim.ui.study.run import collect, demand_of_run, estimated_seconds, start_run, study_problem
 from tests.some import some
-from tests.ui.widgets import PAGES as FOLDER
-from tests.ui.widgets import html, named, open_menus, opened, texts
+from tests.ui.widgets import PAGES as FOLDER, html, named, open_menus, opened, texts
 
 SIZES = Parameters((8, 16, 16), (2, 4, 4), (1, 1, 1))
 VOLUME = Choices(
@@ -186,7 +185,7 @@ def test_wells_outside_the_volume_are_listed_and_a_grid_that_holds_them_is_offer
     table = b"x,y,z,facies\n3.5,4.5,1.5,1\n3.5,4.5,19.5,0\n"
     draft = DataChoice("file", upload=Upload("wells.csv", table))
     state = State(choices=VOLUME, data_draft=draft, ensemble_choices=VOLUME, last_attempt=VOLUME)
-    fitting = grid_for_data(replace(VOLUME, data=draft))
+    fitting = grids_for_data(replace(VOLUME, data=draft)).get("fit")
     assert fitting is not None
     assert data_of(replace(VOLUME, data=draft, grid=fitting)).n == 2
     for page in ("simulate", "import"):
@@ -333,6 +332,21 @@ def test_arrays_are_asked_which_layer_is_the_bottom() -> None:
     assert not app.exception
     assert named(app.selectbox, "ask_z_up")
     assert (image_of(top_first).array == array[::-1]).all()
+
+
+def test_a_file_whose_layers_count_from_the_top_asks_if_this_is_right() -> None:
+    array = datasets.load("sinuous_channels").array[:20, :40, :50]
+    content = training_image_as_bytes(TrainingImage(array), "grdecl")
+    upload = Upload("volume.grdecl", content)
+    state = State(
+        choices=VOLUME, image_draft=ImageChoice(upload=upload, answers=(("volume", True),))
+    )
+    app = opened("import", state).run()
+    question = named(app.selectbox, "ask_z_up")
+    assert question.value is False  # the first layer of the file is the top
+    question.set_value(True).run()
+    assert not app.exception
+    assert (image_of(app.session_state[KEY].image_draft).array == array[::-1]).all()
 
 
 @pytest.mark.slow

@@ -13,7 +13,7 @@ from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload
 from ccwsim.ui.session.resolve import data_of
 from ccwsim.ui.session.state import KEY, State
 from tests.io import sample_files as sample
-from tests.ui.widgets import named, opened, texts
+from tests.ui.widgets import html, named, opened, texts
 
 NAMED = replace(Choices(), image=ImageChoice(names=("clay", "Sand")), data=DataChoice())
 
@@ -45,7 +45,7 @@ def keys(app: AppTest) -> set[str]:
 def test_a_german_spreadsheet_in_utm_needs_two_answers():
     app = launched(sample.in_utm())
     assert not app.error
-    assert "3 of 3 data outside the grid" in texts(app)
+    assert "outside the grid" not in texts(app)
     assert state_of(app).data_draft is not None
     assert [named(app.selectbox, f"ask_column_{role}").value for role in ("x", "y", "facies")] == [
         "Rechtswert", "Hochwert", "Fazies",
@@ -55,9 +55,9 @@ def test_a_german_spreadsheet_in_utm_needs_two_answers():
     assert frame.iloc[0].tolist()[1] == "436120.5"
     assert named(app.selectbox, "ask_name_1").value is None  # Ton
     assert named(app.selectbox, "ask_name_0").value == 1  # Sand
-    assert "512 × 512 cells of 10 from (435400, 4504600)" in captions(app)
-    named(app.button, "ask_fit").click().run()
-    assert state_of(app).choices.grid == Grid(512, 512, (10, 10), (435400, 4504600))
+    before = state_of(app).fitted
+    assert before is not None
+    assert state_of(app).choices.grid == before[1]
     assert "does not fit yet: 1 of 3 data of facies that the image does not have" in texts(app)
     assert "outside" not in texts(app)
     assert "facies_names" not in texts(app)
@@ -76,10 +76,10 @@ def test_forty_wells_five_kilometres_wide_are_one_click_away():
     places = rng.uniform((436000, 4505000), (441000, 4509000), (40, 2)).round(1)
     rows = "".join(f"W{k},{x},{y},{k % 2}\n" for k, (x, y) in enumerate(places.tolist()))
     app = launched("Well,Easting,Northing,facies\n" + rows)
-    assert "40 of 40 data outside the grid" in named(app.selectbox, "ask_on_outside").label
-    named(app.button, "ask_fit").click().run()
-    assert state_of(app).data_draft is None
-    assert data_of(state_of(app).choices).n == 40
+    state = state_of(app)
+    assert state.data_draft is None
+    assert data_of(state.choices).n == 40
+    assert state.fitted == ("The grid follows wells.csv.", state.choices.grid, Grid(512, 512))
 
 
 def test_what_fits_is_taken_without_a_question():
@@ -137,8 +137,7 @@ def test_a_grid_with_gaps_brings_its_own_grid():
     grid = np.full((60, 80), -999)
     grid[3, 4] = 1
     app = launched(sample.sgems(grid, b"80 60 1 5.0 5.0 1.0 100 200 0"), name="hd.sgems")
-    assert "80 × 60 cells of 5 from (100, 200)" in captions(app)
-    named(app.button, "ask_fit").click().run()
+    assert "80 × 60 cells of 5 × 5 from (100, 200)" in html(app)
     assert state_of(app).data_draft is None
     assert state_of(app).choices.grid == Grid(60, 80, (5, 5), (100, 200))
 

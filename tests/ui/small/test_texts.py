@@ -16,7 +16,6 @@ from ccwsim.sharing.choices import DataChoice, ImageChoice, Upload
 from ccwsim.ui.examples.opened import as_html
 from ccwsim.ui.examples.page import cut
 from ccwsim.ui.how_it_works.words import format_count
-from ccwsim.ui.imports.page import rotated
 from ccwsim.ui.results import maps
 from ccwsim.ui.session.file_names import grid_part, image_part
 from ccwsim.ui.session.progress import ordinal
@@ -47,7 +46,7 @@ UTM = Grid(512, 256, cell_size=(10.0, 10.0), origin=(436000.0, 4505000.0))
         (format_count(1, "cell"), "1 cell"),
         (format_count(3, "cell"), "3 cells"),
         (format_count(2, "datum", "data"), "2 data"),
-        (rotated(rotated(ImageChoice())), ImageChoice(flip_ew=True, flip_ns=True)),
+        (ImageChoice().rotated.rotated, ImageChoice(flip_ew=True, flip_ns=True)),
         (maps.is_wide(Grid(100, 300)), True),
         (maps.is_wide(Grid(512, 512)), False),
         (maps.middle_cells(np.arange(12).reshape(3, 2, 2)).tolist(), [[4, 5], [6, 7]]),
@@ -75,7 +74,7 @@ UTM = Grid(512, 256, cell_size=(10.0, 10.0), origin=(436000.0, 4505000.0))
         ),
         (questions.role_of("survey_dip"), "dip"),
         (questions.role_of("depth_to"), "depth to"),
-        (questions.described(UTM), "256 × 512 cells of 10 from (436000, 4505000)"),
+        (UTM.describe(), "256 × 512 cells of 10 × 10 from (436000, 4505000)"),
         (str(slices.middle_slice((48, 160, 160))), "layer 24"),
         (str(slices.middle_slice((160, 160))), ""),
         (

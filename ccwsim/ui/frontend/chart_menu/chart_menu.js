@@ -1,6 +1,8 @@
-// Saves the chart below the menu: plotly writes PNG and SVG; CSV is written from the chart's numbers.
+// Saves the chart below the menu: Plotly writes PNG and SVG of its charts; other charts are SVG. CSV is written
+// from the chart's numbers.
 const LETTER = 5.2;  // mean width of a letter of a caption in pixels
 const LINE = 15;
+const SCALE = 3; // pixels of a PNG in each pixel on the screen
 
 export default inOrder(({ data, parentElement }) => {
   const open = parentElement.querySelector('.open');
@@ -14,7 +16,7 @@ export default inOrder(({ data, parentElement }) => {
   choices.onclick = (event) => {
     const kind = event.target.dataset.kind;
     if (!kind) return;
-    const charts = [...document.querySelectorAll(`.st-key-${data.chart} .js-plotly-plot`)];
+    const charts = [...document.querySelectorAll(`.st-key-${data.chart} :is(.js-plotly-plot, .chart)`)];
     if (charts.length) save(charts, kind, data);
     show(false);
   };
@@ -28,34 +30,55 @@ function save(charts, kind, { name, title }) {
   if (kind === 'csv') return saveText(name + '.csv', charts.map(table).join('\n'));
   const caption = document.querySelector('.chart-caption')?.textContent ?? '';
   for (const chart of charts) {
-    const shown = chart.layout;
-    chart.layout = captioned(chart, title, caption);  // plotly copies it at the click
-    const { width, height } = chart.layout;
-    chart._context.toImageButtonOptions = {
-      format: kind, filename: name, scale: kind === 'png' ? 3 : 1, width, height,
-    };
-    chart.querySelector('.modebar-btn').click();
-    chart.layout = shown;
+    if (chart.figure) saveDrawn(chart, title, caption, kind, name);
+    else savePlotly(chart, title, caption, kind, name);
   }
 }
 
-// Return the layout of a chart with its title and the caption above, in lines as wide as the chart.
-function captioned({ layout, _fullLayout: full }, title, caption) {
+// Return the lines of a caption above a chart.
+function linesOf(caption, width) {
   const lines = [];
   for (const word of caption.split(' ').filter(Boolean)) {
     const longer = lines.length ? `${lines.at(-1)} ${word}` : word;
-    if (lines.length && longer.length * LETTER < full.width - 16) lines[lines.length - 1] = longer;
+    if (lines.length && longer.length * LETTER < width - 16) lines[lines.length - 1] = longer;
     else lines.push(word);
   }
+  return lines;
+}
+
+function savePlotly(chart, title, caption, format, filename) {
+  const { layout, _fullLayout: { width, height: high } } = chart, lines = linesOf(caption, width);
   const small = lines.map((line) => `<span style="font-size: 10px">${written(line)}</span>`);
-  const room = LINE * (lines.length + 2);
-  return {
-    ...layout, width: full.width, height: full.height + room,
-    margin: { ...layout.margin, t: (layout.margin?.t ?? 0) + room },
+  const room = LINE * (lines.length + 2), height = high + room;
+  chart.layout = {
+    ...layout, width, height, margin: { ...layout.margin, t: (layout.margin?.t ?? 0) + room },
     title: {
       text: [`<b>${written(title)}</b>`, ...small].join('<br>'), font: { size: 13 },
-      x: 8 / full.width, xanchor: 'left', y: 1, yanchor: 'top', yref: 'container', pad: { t: 14 },
+      x: 8 / width, xanchor: 'left', y: 1, yanchor: 'top', yref: 'container', pad: { t: 14 },
     },
+  };
+  const scale = format === 'png' ? SCALE : 1;
+  chart._context.toImageButtonOptions = { format, filename, scale, width, height };
+  chart.querySelector('.modebar-btn').click(); // copies the layout
+  chart.layout = layout;
+}
+
+// Save an SVG with a title and a caption above as a file, or as the PNG of its picture.
+function saveDrawn({ figure, firstElementChild: svg }, title, caption, kind, name) {
+  const copy = svg.cloneNode(true), width = svg.clientWidth, lines = linesOf(caption, width);
+  const room = LINE * (lines.length + 2), height = svg.clientHeight + room;
+  const parts = [title, ...lines].map((line, k) => `<tspan x="8" y="${LINE * (k + 1.2) - room}" font-size="${k ? 10 : 13}"
+    font-weight="${k ? 400 : 700}">${written(line)}</tspan>`);
+  copy.insertAdjacentHTML('afterbegin', `<text fill="${figure.layout.font.color}">${parts.join('')}</text>`);
+  copy.setAttribute('height', height);
+  copy.setAttribute('viewBox', `0 ${-room} ${width} ${height}`);
+  const text = new XMLSerializer().serializeToString(copy);
+  if (kind === 'svg') return saveText(`${name}.svg`, text, 'image/svg+xml');
+  const picture = element('img', { src: `data:image/svg+xml,${encodeURIComponent(text)}` });
+  picture.onload = () => {
+    const canvas = element('canvas', { width: SCALE * width, height: SCALE * height });
+    canvas.getContext('2d').drawImage(picture, 0, 0, canvas.width, canvas.height);
+    download(`${name}.png`, canvas.toDataURL());
   };
 }
 
@@ -64,11 +87,11 @@ function written(text) { return text.replaceAll('&', '&amp;').replaceAll('<', '&
 // Return a CSV line for each point, with the name of its series and the number of its curve. Gaps separate the
 // curves of a series.
 function table(chart) {
-  const layout = chart._fullLayout;
+  const { layout, data } = chart.figure ?? { layout: chart._fullLayout, data: chart._fullData };
   const titles = [text(layout.xaxis) || 'x', text(layout.yaxis) || 'y'];
-  const maps = chart._fullData.some((trace) => trace.z);
+  const maps = data.some((trace) => trace.z);
   const lines = [['series', 'curve', ...titles, ...(maps ? ['value'] : [])]];
-  for (const trace of chart._fullData) (trace.z ? grid : curves)(trace, lines);
+  for (const trace of data) (trace.z ? grid : curves)(trace, lines);
   return lines.map((line) => line.map(cell).join(',')).join('\n') + '\n';
 }
 
@@ -99,8 +122,8 @@ function cell(value) {
   return /[",\r\n]/.test(content) ? `"${content.replace(/"/g, '""')}"` : content;
 }
 
-function saveText(name, content) {
-  const address = URL.createObjectURL(new Blob([content], { type: 'text/csv' }));
+function saveText(name, content, type = 'text/csv') {
+  const address = URL.createObjectURL(new Blob([content], { type }));
   download(name, address);
   setTimeout(() => URL.revokeObjectURL(address), 1000);
 }

@@ -5,6 +5,7 @@ const HANDLE = 5, GRIP = 10, FINGER_GRIP = 18; // radius of a corner, and distan
 const MAX_POINTS = 200; // maximum number of corners of an outline, and of points of a stroke
 const ARROW = 0.36; // half of the length of an arrow, as a share of the distance between arrows
 const LINE = '#D55E00'; // colour of drawn lines
+const LEAST_HEIGHT = 320, AROUND = 250, SLIDERS = 80; // minimum height of the map; pixels of the rest of the page
 const BRUSH = { value: 0.8, width: 0.16, softness: 0.5 };
 
 class GuideBoard extends ToolMap {
@@ -20,8 +21,8 @@ class GuideBoard extends ToolMap {
     this.outbox.taken(applied);
     if (!this.outbox.sent) this.drawn = applied;
     const before = this.tools || [];
-    this.tools = ['pan', ...(data.strokes ? ['brush'] : []), ...(data.flow ? ['line'] : []),
-      ...Object.keys(data.outlines)];
+    const possible = [...(data.strokes ? ['brush'] : []), ...(data.flow ? ['line'] : []), ...Object.keys(data.outlines)];
+    this.tools = ['pan', ...possible.filter((tool) => tool.startsWith(data.tool))];
     if (this.tools.length === 1) this.tools = [];
     for (const tool of this.tools)
       if (!this.root.querySelector(`[data-tool="${tool}"]`)) this.addZone(tool);
@@ -30,6 +31,13 @@ class GuideBoard extends ToolMap {
     if (!this.tools.includes(this.tool)) this.tool = 'pan';
     super.show(data);
     if (!this.tools.length) this.canvas.setAttribute('role', 'img');
+  }
+
+  // The map is as high as the window allows.
+  layout() {
+    const around = AROUND + (this.tools.includes('brush') ? SLIDERS : 0);
+    this.data.max_height = Math.max(LEAST_HEIGHT, window.innerHeight - around);
+    super.layout();
   }
 
   // Add the button of a zone, a copy of the button of the outline of the active cells.
@@ -55,26 +63,26 @@ class GuideBoard extends ToolMap {
   }
 
   step(what) {
-    const { strokes, flow } = this.drawn;
-    if (what === 'clear') return this.push({ strokes: strokes && [], flow: flow && [] });
+    if (what === 'clear') return this.push(this.tools.includes('brush') ? { strokes: [] } : { flow: [] });
     const [from, to] = what === 'undo' ? [this.past, this.future] : [this.future, this.past];
     to.push(this.drawn);
     return this.push(from.pop(), false);
   }
 
-  canStep(what) {
+  canStep(what) { return { undo: this.past, redo: this.future, clear: this.clearable }[what]?.length > 0; }
+
+  // Return the strokes or the lines of the task, or null if the tool draws neither.
+  get clearable() {
     const { strokes, flow } = this.drawn;
-    const changes = { undo: this.past, redo: this.future, clear: [...strokes || [], ...flow || []] };
-    return changes[what].length > 0;
+    return this.tools.includes('brush') ? strokes : this.tools.includes('line') ? flow : null;
   }
 
   bars() {
     super.bars();
-    const { strokes, flow } = this.drawn;
     for (const button of this.root.querySelectorAll('[data-tool]'))
       button.hidden = !this.tools.includes(button.dataset.tool);
     for (const button of this.root.querySelectorAll('[data-step]')) button.hidden = !this.tools.length;
-    if (!strokes && !flow) this.root.querySelector('[data-step="clear"]').hidden = true;
+    if (!this.clearable) this.root.querySelector('[data-step="clear"]').hidden = true;
     this.root.querySelector('.sliders').hidden = this.tool !== 'brush';
     for (const input of this.root.querySelectorAll('.sliders input')) {
       input.value = this.brush[input.dataset.of];

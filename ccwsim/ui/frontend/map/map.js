@@ -2,6 +2,8 @@
 // [row from the south, column]; their values are indices into `lut` and `labels`.
 const LINK = 'ccwsim-map';
 const HIGHEST_MAP = 620; // maximum height of a map in pixels, by default
+const ABOVE_FULL = 88, FULL_MARGIN = 48; // height of the line below a map in full screen, and its margins, in pixels
+const SCALE_BARS = [1, 2, 5], SCALE_BAR = 0.25; // leading digits, and maximum length as a share of the width of a map
 const NARROW = 280; // minimum width in pixels of the line below a map
 const POINTED = ['pointerdown', 'pointermove', 'pointerup', 'pointercancel', 'pointerleave', 'dblclick'];
 const ZOOMED = 8; // number of cells along an edge of a strongly zoomed map
@@ -63,9 +65,11 @@ class CellMap extends View {
   get pictured() { return (this.held && this.before) || this.shown; }
 
   layout() {
-    const { nx, ny, axes, cell_size: [, size], origin: [, south], max_height: most = HIGHEST_MAP } = this.data;
+    const { nx, ny, axes, cell_size: [, size], origin: [, south], max_height: usual = HIGHEST_MAP } = this.data;
+    const most = this.isFull ? window.innerHeight - ABOVE_FULL : usual;
     const north = south + ny * size;
-    const wide = Math.floor(this.root.getBoundingClientRect().width);  // clientWidth may round up
+    const margin = this.isFull ? FULL_MARGIN : 0;
+    const wide = Math.floor(this.root.getBoundingClientRect().width) - margin;  // clientWidth may round up
     if (!wide) return;
     // the numbers of zoomed maps have more decimals
     const room = roomForNumbers(this.canvas, this.root, [[south, north], [north - ZOOMED * size, north]]);
@@ -79,11 +83,13 @@ class CellMap extends View {
   // Return all maps with the same scale.
   get peers() { return [...groups.get(this.data.scale) ?? []]; }
 
-  get leads() { return this.room && this.data.leads !== false; }
+  get leads() { return this.room && this.data.leads !== false && !this.isFull; }
+
+  get isFull() { return this.root.matches(':fullscreen'); }
 
   // Use the largest cells with which each leading map fits; draw the map if their size has changed or if `always`.
   fit(always = false) {
-    const cell = Math.min(this.room, ...this.peers.filter((map) => map.leads).map((map) => map.room));
+    const cell = this.isFull ? this.room : Math.min(this.room, ...this.peers.filter((map) => map.leads).map((map) => map.room));
     if (always || (this.room && Math.abs(cell - this.cell) > 1e-6)) this.size(cell);
   }
 
@@ -97,7 +103,7 @@ class CellMap extends View {
     // below a map with coordinates, the cells begin at the same pixel
     const west = (map) => map.root.getBoundingClientRect().left;
     const above = this.peers.find((map) => map.data.axes && west(map) === west(this));
-    const margin = above && !this.data.axes ? above.left - this.left : 0;
+    const margin = above && this.leads && !this.data.axes ? above.left - this.left : 0;
     this.canvas.style.marginLeft = `${margin}px`;
     this.below.style.maxWidth = `${Math.max(wide + margin, NARROW)}px`;
     this.draw();
@@ -138,6 +144,7 @@ class CellMap extends View {
     this.drawMarks(pen);
     if (this.shows.data) this.drawPoints(pen);
     this.drawCross(pen);
+    if (this.isFull || this.view.zoom > 1) this.drawScaleBar(pen);
     if (this.held && this.before) drawName(pen, `before: ${this.before.alt}`, this.left + this.wide / 2, 0);
   }
 
@@ -257,6 +264,23 @@ class CellMap extends View {
     return nearest;
   }
 
+  // Draw a line of a round length in coordinates, at the lower left.
+  drawScaleBar(pen) {
+    const { cell_size: [size] } = this.data, pixels = this.pixels / size;
+    const most = SCALE_BAR * this.wide / pixels, power = 10 ** Math.floor(Math.log10(most));
+    const length = power * SCALE_BARS.findLast((digit) => digit * power <= 1.001 * most); // log10 is rounded
+    const [x, y] = [this.left + 12, this.top + this.high - 10];
+    strokeIn(pen, [[PAPER, 5], [INK, 2]], () => { pen.moveTo(x, y); pen.lineTo(x + length * pixels, y); });
+    pen.font = fontOf(this.root);
+    drawName(pen, this.isWorld ? `${+length.toPrecision(3)}` : `${length} cells`, x + length * pixels / 2, y + 2);
+  }
+
+  // Whether coordinates are not only numbers of cells.
+  get isWorld() {
+    const { cell_size: size, origin } = this.data;
+    return size.some((side) => side !== 1) || origin.some(Boolean);
+  }
+
   drawCross(pen) {
     if (!this.hover) return;
     drawCrossAt(pen, ...this.toCanvas(this.hover[1] + 0.5, this.hover[0] + 0.5));
@@ -289,8 +313,15 @@ class CellMap extends View {
     const { hover: cell } = this;
     const label = this.at(cell);
     const mark = label ? this.marked(cell) : '';
-    this.readout.textContent = label ? `(${cell[1]}, ${cell[0]}) ${label}${mark && ' · ' + mark}` : '';
+    this.readout.textContent = label ? `${this.placeOf(cell)} ${label}${mark && ' · ' + mark}` : '';
     this.readout.classList.toggle('long', Boolean(mark));
+  }
+
+  // Return the column and row of a cell or, in world coordinates, also the coordinates of its centre.
+  placeOf([row, column]) {
+    const { cell_size: size, origin } = this.data;
+    const centre = [column, row].map((k, axis) => +(origin[axis] + (k + 0.5) * size[axis]).toPrecision(9));
+    return this.isWorld ? `(${centre.join(', ')}) row ${row}, column ${column}:` : `(${column}, ${row})`;
   }
 
   look(view, tell = true) {
@@ -320,6 +351,7 @@ class CellMap extends View {
   }
 
   act(what) {
+    if (what === 'full') toggleFullScreen(this.root);
     if (what === 'in') this.zoomBy(1.6);
     if (what === 'out') this.zoomBy(1 / 1.6);
     if (what === 'fit') this.look({ zoom: 1, x: 0, y: 0 });

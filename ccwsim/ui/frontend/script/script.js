@@ -1,10 +1,9 @@
 // Small scripts that act on the whole page and draw nothing. A script may return a function that ends it.
-const SCRIPTS = { arrows, cookie, seen, steady, theme, undo };
+const SCRIPTS = { arrows, column, cookie, fold, steady, theme, undo };
 // elements that use arrow keys
 const OWN = 'input, textarea, select, [role=slider], [role=listbox], [role=tab], [contenteditable]';
-const NEAR = 240; // distance in pixels from the window at which a section is almost in view
-const EVERY = 250, AGAIN = 3000; // milliseconds between looks, and between reports of the same sections
-const WORKING = '.working, .unseen';
+const WORKING = '.working';
+const PHONE = 768; // greatest width in pixels of a window in which the study column covers the page
 const REST = 2000; // milliseconds without changes after which a page counts as complete
 
 export default inOrder((component) => SCRIPTS[component.data.script](component));
@@ -20,6 +19,14 @@ function arrows({ setTriggerValue }) {
   } });
 }
 
+// Open the column at the left once, because a column that was closed on another page has other controls.
+function column({ parentElement }) {
+  const { dataset } = parentElement.querySelector('i');
+  if (dataset.opened || window.innerWidth <= PHONE) return;
+  dataset.opened = true;
+  document.querySelector('[data-testid=stExpandSidebarButton] button, button[data-testid=stExpandSidebarButton]')?.click();
+}
+
 // Store each cookie that the browser lacks, such as the name of the browser, which survives a reload of the page.
 function cookie({ data: { cookies } }) {
   const secure = location.protocol === 'https:' ? '; Secure' : '';
@@ -29,20 +36,27 @@ function cookie({ data: { cookies } }) {
   }
 }
 
-// Report the sections whose outlines are in view or almost in view.
-function seen({ data: { unseen }, setTriggerValue }) {
-  let told = '', when = 0;
-  const isNear = (name) => {
-    const box = document.querySelector(`.st-key-section_${name} .unseen`)?.getBoundingClientRect();
-    return box && box.top < window.innerHeight + NEAR && box.bottom > -NEAR;
-  };
-  const timer = setInterval(() => {
-    const names = unseen.filter(isNear), now = performance.now();
-    if (!names.length || (names.join() === told && now - when < AGAIN)) return;
-    [told, when] = [names.join(), now];
-    setTriggerValue('told', names);
-  }, EVERY);
-  return () => clearInterval(timer);
+// Report a click on a link to a section, and whether the link is the section's title. Other links scroll to the
+// section, also after its content has been drawn.
+function fold({ setTriggerValue }) {
+  const drawn = new ResizeObserver((news) => news.forEach(({ target }) => target.scrollIntoView()));
+  const stop = hear(document, {
+    click: (event) => {
+      const link = event.target.closest?.('a[href^="#"]'), name = link?.hash.slice(1);
+      const part = name && document.getElementById(name);
+      if (!part) return;
+      event.preventDefault();
+      drawn.disconnect();
+      const isTitle = part.contains(link), section = part.closest('[class*=st-key-section_]');
+      if (!isTitle) part.scrollIntoView();
+      if (!isTitle && section) drawn.observe(section);
+      setTriggerValue('told', [name, isTitle]);
+    },
+    wheel: () => drawn.disconnect(),
+    keydown: () => drawn.disconnect(),
+    pointerdown: () => drawn.disconnect(),
+  });
+  return () => { stop(); drawn.disconnect(); };
 }
 
 // While a page is being drawn, parts of the page keep their maximum height, so that elements below do not move.

@@ -1,7 +1,6 @@
 // Drawing functions for maps and volumes: data as ringed circles, axes, legend. This code precedes the modules
 // of maps and volumes.
 const MARK = 4, SMALLEST_MARK = 1.2, RING = 1.2; // radii of a datum and width of a ring, in pixels
-const LARGEST = 1e12; // minimum axis number that is written with an exponent
 const INK = '#14181d', PAPER = '#ffffff'; // colours of rings, visible on every background
 
 // Draw all rings below all data, so that a ring does not hide the datum beside it. `shape` draws a datum with some
@@ -198,18 +197,4 @@ function wellsWithData({ wells = [], points }, idOf) {
   const occupied = new Set(points.map(idOf));
   const named = wells.map(([name, cells]) => ({ name, cells: cells.filter((cell) => occupied.has(idOf(cell))) }));
   return named.filter(({ cells }) => cells.length);
-}
-
-// Return round values between two limits, with the text of each value.
-function ticks(low, high, wanted) {
-  const rough = (high - low) / Math.max(wanted, 1);
-  const power = 10 ** Math.floor(Math.log10(rough));
-  const step = power * [1, 2, 5, 10].find((k) => k * power >= rough);
-  const decimals = clamp(-Math.floor(Math.log10(step) + 1e-9), 0, 20);
-  const out = [];
-  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + step * 1e-6; k++) {
-    const text = Math.abs(k * step) < LARGEST ? (k * step).toFixed(decimals) : String(k * step);
-    out.push({ at: k * step, text });
-  }
-  return out;
 }

@@ -50,6 +50,11 @@ class View {
   }
 }
 
+function toggleFullScreen(root) {
+  if (root.matches(':fullscreen')) document.exitFullscreen();
+  else root.requestFullscreen();
+}
+
 // Return the cells of a map or volume in the order x, y, z, from the south-west corner of the bottom.
 async function unpacked(packed) {
   const bytes = Uint8Array.from(atob(packed), (letter) => letter.charCodeAt(0));

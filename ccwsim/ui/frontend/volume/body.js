@@ -458,7 +458,7 @@ class Body {
     });
   }
 
-  // Draw the paths of wells, extended above the top, so that hidden wells are visible too.
+  // Draw the paths of wells in the colours of their data, extended above the top, so that hidden wells are visible too.
   drawStems(pen, toCanvas, block, side) {
     const { view } = this;
     if (!view.shows.data) return;
@@ -471,8 +471,17 @@ class Body {
       const open = !block || (side[2] > 0 && (x - view.at[0]) * side[0] > 0 && (y - view.at[1]) * side[1] > 0);
       const [px, py] = toCanvas(x + 0.5, y + 0.5, open ? high + 1 : shape[2]);
       const [, head] = toCanvas(x + 0.5, y + 0.5, shape[2]);
-      const path = [...well.cells].sort((one, other) => other[0] - one[0]).map(([layer, row, column]) => toCanvas(column + 0.5, row + 0.5, layer + 0.5));
-      strokeIn(pen, [[PAPER, 3, 0.5], [INK, 1, 0.8]], () => path.forEach((spot) => pen.lineTo(...spot)));
+      const cells = [...well.cells].sort((one, other) => other[0] - one[0]);
+      const path = cells.map(([layer, row, column]) => toCanvas(column + 0.5, row + 0.5, layer + 0.5));
+      const middle = (k) => path[k].map((place, axis) => (place + (path[k - 1] ?? path[k])[axis]) / 2);
+      strokeIn(pen, [[PAPER, 5, 0.5], [INK, 3.5, 0.8]], () => path.forEach((spot) => pen.lineTo(...spot)));
+      for (let first = 0, k = 1; k <= path.length; k++) { // cells of equal facies at once
+        if (k < path.length && view.colourOf(cells[k]) === view.colourOf(cells[first])) continue;
+        const end = k < path.length ? middle(k) : path.at(-1);
+        strokeIn(pen, [[view.colourOf(cells[first]), 2.5]], () => (
+          [middle(first), ...path.slice(first, k), end].forEach((spot) => pen.lineTo(...spot))));
+        first = k;
+      }
       strokeIn(pen, [[colour, 1.25]], () => {
         pen.moveTo(px, py);
         pen.lineTo(px, head - stem);

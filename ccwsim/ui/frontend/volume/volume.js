@@ -6,7 +6,8 @@ const BESIDE = 420, BESIDE_GAP = 16, SHARE = 8 / 13; // minimum width, gap and s
 const ABOVE = 220; // pixels of a full screen that titles, sliders and legend take
 const STEPS_UP = [1, 2, 3, 5, 10, 20, 50, 100, 200]; // choices of the vertical exaggeration
 const LOWEST = 0.2, HIGHEST = 1.5; // limits of a section's height, as shares of the longer horizontal side
-const USUAL = { link: '', name: 'volume', body: true, max_height: 480, picks: false }; // options of a volume, by default
+const USUAL = { link: '', name: 'volume', body: true, max_height: 480, picks: false, fits: false }; // options, by default
+const LINES = 28, LINES_GAP = 4, SMALLEST_CELL = 0.25; // in pixels: title with slider of a slice, gap between slices, cell
 const CACHED = 8; // number of unpacked volumes in memory
 // State of several or of removed components, stored in the window because each component has a copy of this
 // module.
@@ -40,7 +41,6 @@ class VolumeView extends View {
     this.palette = paletteOf(data.lut);
     this.findWells();
     this.body.show();
-    this.body.panel.hidden = !data.body;
     this.legendOf();
     this.layout();
   }
@@ -53,6 +53,7 @@ class VolumeView extends View {
   // Find the named wells, which may deviate, and the columns of cells with several data outside these wells.
   findWells() {
     const { points, shape } = this.data;
+    this.facies = new Map(points.map((point) => [this.idOf(point), point[3]]));
     const named = wellsWithData(this.data, (cell) => this.idOf(cell));
     const taken = new Set(named.flatMap(({ cells }) => cells.map((cell) => this.idOf(cell))));
     const columns = new Map();
@@ -71,6 +72,9 @@ class VolumeView extends View {
 
   idOf([layer, row, column]) { return (layer * this.data.shape[1] + row) * this.data.shape[0] + column; }
 
+  // Return the colour of the datum in a cell.
+  colourOf(cell) { return (this.data.point_lut || this.data.lut)[this.facies.get(this.idOf(cell))]; }
+
   wellAt(cell) { return this.wellOf.get(this.idOf(cell)); }
 
   // Offer the vertical exaggerations at which sections are readable and not too high.
@@ -85,11 +89,27 @@ class VolumeView extends View {
     list.value = this.exaggeration;
   }
 
+  // The height that the page leaves for slices, or 0 if the height of a volume follows from its width.
+  get room() { return (this.data.fits && parseFloat(getComputedStyle(this.root).scrollMarginTop)) || 0; }
+
+  // Show the body, the slices, or both, which a volume with a given height cannot.
+  choosePanels() {
+    const { data, root, shared, slices, body } = this, either = this.room > 0;
+    root.classList.toggle('row', either);
+    body.panel.hidden = !data.body || (either && !shared.body);
+    for (const slice of slices) slice.panel.hidden = either && Boolean(shared.body);
+    const tool = root.querySelector('[data-do="body"]');
+    tool.hidden = !either || !data.body;
+    tool.setAttribute('aria-pressed', Boolean(shared.body));
+  }
+
   layout() {
     const { data, root } = this;
     this.offerExaggerations();
+    this.choosePanels();
     const whole = Math.floor(root.getBoundingClientRect().width);
     if (!whole) return;
+    if (this.room) return this.layoutRow(whole);
     const columns = data.body ? (whole >= TWO_COLUMNS ? 2 : 1) : whole >= THREE_COLUMNS ? 3 : 1;
     const beside = data.body && columns === 1 && whole >= BESIDE;
     for (const [name, is] of Object.entries({ two: columns === 2, three: columns === 3, beside })) {
@@ -98,9 +118,7 @@ class VolumeView extends View {
     const inRow = Math.floor((whole - GAP * (columns - 1)) / columns);
     const wide = beside ? Math.floor((whole - BESIDE_GAP) * (1 - SHARE)) : inRow;
     const most = root.matches(':fullscreen') ? Math.max(data.max_height, window.innerHeight - ABOVE) / (columns === 2 ? 2 : 1) : data.max_height;
-    const dots = window.devicePixelRatio || 1;
-    const left = data.axes ? roomForNumbers(this.slices[0].canvas, root, [this.extent(1), this.extent(2)]) : 1;
-    const bottom = data.axes ? 20 : 1;
+    const { left, bottom, dots } = this.margins();
     const [x, y, z] = data.shape.map((n, axis) => n * data.cell_size[axis]);
     const pixels = Math.min((wide - left - 1) / Math.max(x, y), most / y, most / z);
     this.scale = data.cell_size.map((size, axis) => size * pixels * (axis === 2 ? this.exaggeration : 1));
@@ -110,6 +128,28 @@ class VolumeView extends View {
     const high = columns === 2 ? Math.max(map, Math.min(0.62 * wide, most)) : (beside ? 1.1 : 0.75) * bodyWide;
     this.body.layout(bodyWide, Math.min(high, Math.max(most, map)), dots);
     this.ask('all');
+  }
+
+  // Lay out the map beside two sections below each other, or the body, in a given height.
+  layoutRow(whole) {
+    const { data, room, slices } = this;
+    for (const name of ['two', 'three', 'beside']) this.root.classList.remove(name);
+    const { left, bottom, dots } = this.margins();
+    const [x, y, z] = data.shape.map((n, axis) => n * data.cell_size[axis]);
+    const wide = (whole - BESIDE_GAP) / (x + Math.max(x, y)), margin = 2 * (left + 1) / (x + Math.max(x, y));
+    const high = [(room - LINES - bottom - 1) / y, ((room - LINES_GAP) / 2 - LINES - bottom - 1) / (z * this.exaggeration)];
+    const pixels = Math.max(Math.min(wide - margin, ...high), SMALLEST_CELL);
+    this.scale = data.cell_size.map((size, axis) => size * pixels * (axis === 2 ? this.exaggeration : 1));
+    for (const slice of slices) slice.layout(left, bottom, dots);
+    this.body.layout(whole, room - 2 * LINES, dots);
+    this.ask('all');
+  }
+
+  // Return the margins of slices for coordinates, and the number of dots in a pixel.
+  margins() {
+    const { data, root } = this;
+    const left = data.axes ? roomForNumbers(this.slices[0].canvas, root, [this.extent(1), this.extent(2)]) : 1;
+    return { left, bottom: data.axes ? 20 : 1, dots: window.devicePixelRatio || 1 };
   }
 
   // Return the coordinates of the two ends of an axis.
@@ -130,9 +170,9 @@ class VolumeView extends View {
       const { slices, body, moving: moves } = this.wanted;
       this.frame = this.wanted = null;
       const began = performance.now();
-      if (slices) this.slices.forEach((slice) => slice.draw());
+      if (slices && !this.slices[0].panel.hidden) this.slices.forEach((slice) => slice.draw());
       if (slices) this.took = performance.now() - began;
-      if (body && this.data.body) this.body.draw(moves);
+      if (body && !this.body.panel.hidden) this.body.draw(moves);
       this.root.dataset.took = `${this.took?.toFixed(1)} ${this.body.took?.toFixed(1) ?? ''}`;
     });
   }
@@ -208,8 +248,10 @@ class VolumeView extends View {
   }
 
   act(what) {
-    if (what === 'full' && this.root.matches(':fullscreen')) document.exitFullscreen();
-    else if (what === 'full') this.root.requestFullscreen();
+    if (what === 'body') {
+      this.shared.body = !this.shared.body;
+      this.tell('size');
+    } else if (what === 'full') toggleFullScreen(this.root);
     else super.act(what);
   }
 
@@ -227,7 +269,13 @@ class VolumeView extends View {
     else if (what !== 'size') this.ask(isCut ? 'all' : 'slices', true);
   }
 
-  heardByWindow() { return { [LINK]: ({ detail }) => this.follow(detail), keydown: (event) => this.typedStep(event) }; }
+  heardByWindow() {
+    return {
+      [LINK]: ({ detail }) => this.follow(detail),
+      keydown: (event) => this.typedStep(event),
+      resize: () => this.data?.fits && this.layout(),
+    };
+  }
 }
 
 function stateOf(states, key) {

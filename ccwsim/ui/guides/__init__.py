@@ -1,0 +1,1 @@
+"""The page Guides: probabilities, active cells, directions, zones and further images."""
