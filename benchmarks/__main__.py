@@ -14,8 +14,15 @@ from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
 
-from benchmarks.cases import CASES, N_REALIZATIONS, N_REFERENCE, Row, compile_kernels, load_study
-from benchmarks.cases import measure as measure_case
+from benchmarks.cases import (
+    CASES,
+    N_REALIZATIONS,
+    N_REFERENCE,
+    Row,
+    compile_kernels,
+    load_study,
+    measure as measure_case,
+)
 from benchmarks.table import load, machine, save, table, warnings
 
 

@@ -15,7 +15,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ccwsim import HardData, TrainingImage, datasets
-from ccwsim.metrics import fit_data, rank_images
+from ccwsim.metrics import DataFit, fit_data, rank_images
 from ccwsim.metrics.data_fit import winner
 from tools.datasets import generate, generate_volume
 
@@ -58,9 +58,14 @@ def rejected(name: str, other: str, side: int, n: int, first: int, n_truths: int
     """Return for each reference field of a generator whether its data contradict another image."""
     candidate = image(other)
     return [
-        fit_data(candidate, data, (side, side)).contradicts
+        is_flagged(fit_data(candidate, data, (side, side)))
         for data in samples(name, side, n, first, n_truths)
     ]
+
+
+def is_flagged(fit: DataFit) -> bool:
+    """Return whether data contradict an image, or prefer one of its facies."""
+    return fit.contradicts or bool(fit.preferred)
 
 
 def wells(name: str, n: int, seed: int) -> HardData:

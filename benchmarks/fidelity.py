@@ -49,6 +49,16 @@ variants, of other images from the generator of a bundled image and, if CCWSIM_D
 realizations of published codes. E is the effective conductivity divided by the arithmetic mean,
 with a contrast of 10⁴; cells connect through sides only. Spanning is the share of realizations in
 which the facies connects the sides.
+
+``--joins`` instead prints how geobodies of the second most frequent facies join in maps: unions,
+loops and ends per 100 squares of 28 cells (see `metrics.fit_joins`) and Γ, each in crops of the
+image and in pieces of 24 realizations, and the breaks per 100 patches. A strand breaks if the
+patch, or what it overlaps, continues the strand nowhere in the overlap; an image has no breaks.
+
+``--reach`` instead prints how far geobodies of this facies reach in images from four generators,
+and in realizations of 256 × 256 cells with templates of 32, 48 and 64 cells: share of maps that the
+facies spans W-E and S-N through sides, Γ, JS, dead ends, flow efficiencies along x and y, and the
+least CPU time of a realization.
 """
 
 from __future__ import annotations
@@ -66,13 +76,15 @@ from scipy import ndimage
 from scipy.spatial.distance import jensenshannon
 
 from benchmarks.rare_facies import rare_images
-from benchmarks.volumes import image_of
-from benchmarks.volumes import published as published_volumes
-from ccwsim import Ensemble, HardData, Parameters, TrainingImage, datasets, metrics, simulate
+from benchmarks.volumes import image_of, published as published_volumes
+from ccwsim import Ensemble, Grid, HardData, Parameters, TrainingImage, datasets, metrics, simulate
 from ccwsim.datasets.sampling import sample_random
 from ccwsim.engine import raster
+from ccwsim.engine.stages.path import inside_overlap
+from ccwsim.engine.trace.trace import Trace
 from ccwsim.flow import flow_efficiency
 from ccwsim.metrics import copying, pattern_distance, unseen_patterns
+from ccwsim.model.study import Study
 from ccwsim.paper.experiment import PAPER_IMAGES, inputs_in
 from tools.datasets import generate
 
@@ -94,6 +106,9 @@ RATIOS = ("JS", "pooled", "far", "tau", "variety", "CPU")
 """Columns that are averaged as ratios to the published variant."""
 GEOMETRIC = ("ends", "bodies", "extent")
 N, N_LATTICE, N_VOLUMES, N_DATA, N_FLOW, N_OTHERS = 40, 300, 6, 24, 12, 30
+REACH_SIDE, N_SOLVED = 256, 6
+N_TRACED, MIN_STRAND = 4, 4
+"""Number of traced realizations, and minimum number of cells of a strand in an overlap."""
 OF_DATA = ("ends", "JS", "Brier", "variety", "wrong", "forced")
 """Columns of studies with hard data."""
 DENSE = (1000, 4000)
@@ -444,6 +459,110 @@ def print_flow(only: str) -> None:
                 flow_row(name, file.partition("_")[0], found == image.codes[rare])
 
 
+def breaks_per_patch(image: TrainingImage, facies: int, n: int = N_TRACED) -> float:
+    """Return the number of strands that break at the border of a patch, per patch."""
+    breaks = n_patches = 0
+    for number in range(n):
+        trace = Trace(Study(image, Grid(*image.shape), Parameters(), seed=1), number)
+        for step in map(trace.at, range(1, len(trace.patches))):
+            box, inner = step.box, inside_overlap(step.box)
+            overlap = np.ones((box.ny, box.nx), bool)
+            overlap[inner.low_y : inner.high_y, inner.low_x : inner.high_x] = False
+            before = step.before[box.y0 : box.y0 + box.ny, box.x0 : box.x0 + box.nx] == facies
+            after = step.cells == facies
+            for strands, others in ((before & overlap, after), (after, before & overlap)):
+                labels, n_strands = ndimage.label(strands)
+                sizes = np.bincount(labels[overlap], minlength=n_strands + 1)
+                continued = np.isin(np.arange(n_strands + 1), labels[others])
+                breaks += np.count_nonzero(~continued[1:] & (sizes[1:] >= MIN_STRAND))
+            n_patches += 1
+    return breaks / n_patches
+
+
+def joins_row(image: TrainingImage) -> list[float]:
+    """Return unions, loops, ends and Γ, each in crops and in realizations, and the breaks."""
+    facies = int(np.argsort(-image.proportions, kind="stable")[1])
+    e = simulate(image, image.shape, None, None, N_DATA, seed=1)
+    joins = metrics.fit_joins(e, int(image.codes[facies]))
+    gamma = metrics.fit_geobodies(e, int(image.codes[facies]))
+    assert joins is not None
+    assert gamma is not None
+    pairs = [*zip(joins.reference, joins.found, strict=True), (gamma.reference[0], gamma.found[0])]
+    return [*np.ravel(pairs).tolist(), 100 * breaks_per_patch(image, facies)]
+
+
+def print_joins(only: str) -> None:
+    """Print the table of joins."""
+    groups = ("unions", "loops", "ends", "Γ")
+    head = " | ".join(f"{name}: crops | {name}: realizations" for name in groups)
+    print(f"| image | {head} | breaks: realizations |\n|---" + "|--:" * 9 + "|")
+    for name, image in images():
+        if image.n_dimensions == 2 and only in name:
+            *counts, crops, pieces, breaks = joins_row(image)
+            values = [*(f"{v:.1f}" for v in counts), f"{crops:.2f}", f"{pieces:.2f}"]
+            print(f"| {name} | {' | '.join(values)} | {breaks:.1f} |", flush=True)
+
+
+def reach(maps: NDArray[np.bool_], n_solved: int) -> dict[str, float]:
+    """Return how far the bodies of a facies reach in maps, with dead ends per 1000 cells."""
+    row = {
+        "span W–E": np.mean([spans(each, 1, False) for each in maps]),
+        "span S–N": np.mean([spans(each, 0, False) for each in maps]),
+        "Γ": metrics.geobody_statistics(maps, 1).gamma.mean(),
+        "dead ends": 1000 * dead_ends(maps[:10].astype(np.uint8), 1),
+        "flow W–E": np.mean([flow_efficiency(each, 1) for each in maps[:n_solved]]),
+        "flow S–N": np.mean([flow_efficiency(each, 0) for each in maps[:n_solved]]),
+    }
+    return {key: float(value) for key, value in row.items()}
+
+
+def reach_of_realizations(image: TrainingImage, p: Parameters) -> dict[str, float]:
+    """Return the reach of the second most frequent facies in realizations, JS and CPU time."""
+    facies = int(np.argsort(-image.proportions)[1])
+    e = simulate(image, (REACH_SIDE, REACH_SIDE), p, None, N_DATA, seed=77, n_workers=1)
+    js = 1000 * pattern_distance(e, image, factors=(1,)).mean()
+    return {
+        **reach(e.indices == facies, N_SOLVED),
+        "JS": js,
+        "CPU": 1000 * float(e.cpu_seconds.min()),
+    }
+
+
+def reach_of_image(image: TrainingImage) -> dict[str, float]:
+    """Return the reach of the second most frequent facies in pieces of an image."""
+    inside = image.indices == int(np.argsort(-image.proportions)[1])
+    starts = (
+        np.linspace(0, n - REACH_SIDE, 3 if n > REACH_SIDE else 1).astype(int).tolist()
+        for n in inside.shape
+    )
+    pieces = [inside[y : y + REACH_SIDE, x : x + REACH_SIDE] for y, x in product(*starts)]
+    return reach(np.array(pieces), len(pieces))
+
+
+def reach_images(group: str) -> list[TrainingImage]:
+    """Return the images of a group."""
+    if group == "channels":
+        return [generate(group, seed=seed) for seed in range(101, 106)]
+    return [datasets.load(group), *(generate(group, seed=seed) for seed in (101, 102))]
+
+
+def print_reach(only: str) -> None:
+    """Print the table of reach, as means over the images of each group."""
+    columns = ("span W–E", "span S–N", "Γ", "JS", "dead ends", "flow W–E", "flow S–N", "CPU")
+    print(f"| images | template | {' | '.join(columns)} |\n|---|---" + "|--:" * 8 + "|")
+    for group in ("channels", "fractures", "levees", "bend"):
+        images_of_group = reach_images(group) if only in group else []
+        for size in (0, 32, 48, 64) if images_of_group else ():
+            rows = [
+                reach_of_realizations(each, Parameters(size)) if size else reach_of_image(each)
+                for each in images_of_group
+            ]
+            means = (
+                f"{np.mean([row[c] for row in rows]):.3g}" if c in rows[0] else "" for c in columns
+            )
+            print(f"| {group} | {size or 'image'} | {' | '.join(means)} |", flush=True)
+
+
 def times(image: TrainingImage, ways: dict[str, Parameters]) -> dict[str, float]:
     """Return the CPU seconds of a realization for each variant, measured alternately."""
     shape = (48, 100, 100) if len(image.shape) == 3 else (512, 512)
@@ -465,7 +584,13 @@ def main() -> None:
     parser.add_argument("--drawn", type=int, default=0, metavar="N", help="maps of each generator")
     parser.add_argument("--rare", type=int, default=0, metavar="N", help="images of each kind")
     parser.add_argument("--flow", action="store_true", help="measure the flow efficiency of maps")
+    parser.add_argument("--reach", action="store_true", help="measure how far geobodies reach")
+    parser.add_argument("--joins", action="store_true", help="measure how geobodies join in maps")
     options = parser.parse_args()
+    if options.reach:
+        return print_reach(options.only)
+    if options.joins:
+        return print_joins(options.only)
     if options.flow:
         return print_flow(options.only)
     if options.trend:

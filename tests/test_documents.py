@@ -135,8 +135,8 @@ def test_the_worked_examples_of_extending_run(tmp_path, monkeypatch):
     cells = np.tile(image.array, (1, 8, 8))
     comparison = measures.measure(simulate(TrainingImage(cells), (8, 6, 6), p, seed=0), 1)
     assert entries in comparison.measures
-    with pytest.raises(CCWSIMError, match=r"a\.grd states 2 rows of 3, but 5 values"):
-        names["read_surfer"](names["surfer"][:-2], "a.grd")
+    with pytest.raises(CCWSIMError, match=r"a\.pgm states 2 rows of 3, but 5 values"):
+        names["read_pgm"](names["pgm"][:-2], "a.pgm")
 
 
 def test_the_picture_of_the_layers_has_all_folders_in_their_order():

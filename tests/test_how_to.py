@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+import tomllib
 from functools import cache
 from html import unescape
 from io import BytesIO
@@ -79,6 +80,7 @@ def texts_of(start: Path, folder: str) -> frozenset[str]:
         if path == start or path.is_relative_to(ROOT / folder):
             texts += literals(path)
     texts += re.findall(r'"([^"]+)"', (ROOT / "ccwsim/ui/labels.toml").read_text("utf-8"))
+    texts += tomllib.loads((ROOT / "ccwsim/model/errors.toml").read_text("utf-8")).values()
     for path in (ROOT / "ccwsim/ui/frontend").glob("*/*.html"):
         texts += re.findall(r">([^<>]+)<", path.read_text("utf-8"))
     cleaned = (re.sub(r"<[^>]*>", " ", unescape(text)) for text in texts)

@@ -19,8 +19,17 @@ import numpy as np
 import pytest
 
 import ccwsim
-from ccwsim import CCWSIMError, Grid, HardData, Parameters, Project, TrainingImage, figures, io
-from ccwsim import metrics as m
+from ccwsim import (
+    CCWSIMError,
+    Grid,
+    HardData,
+    Parameters,
+    Project,
+    TrainingImage,
+    figures,
+    io,
+    metrics as m,
+)
 from ccwsim.datasets.sampling import sample_grid, sample_random, sample_wells
 from ccwsim.io.realizations import _MEMBERS
 from ccwsim.model.arrays import MAX_INT, MIN_INT, as_integers
@@ -154,13 +163,11 @@ IMAGES: dict[str, Act] = {
     "pattern_distance.images": lambda of: m.pattern_distance(some(of), SQUARES),
     "pattern_distance.training_image": lambda of: m.pattern_distance(SQUARES, some(of)),
     "pattern_histogram.image": lambda of: m.pattern_histogram(some(of)),
-    "proportion_quantiles.images": lambda of: m.proportion_quantiles(some(of)),
     "proportions.images": lambda of: m.proportions(some(of)),
     "pyramid_histograms.images": lambda of: m.pyramid_histograms(some(of)),
     "score_reference.truth": lambda of: m.score_reference(SHARES, of(8, 8), 2),
     "stationarity.image": lambda of: m.stationarity(some(of)),
     "transiograms.images": lambda of: m.transiograms(some(of)),
-    "transition_map.images": lambda of: m.transition_map(some(of), 1, 1, 2),
     "unseen_patterns.images": lambda of: m.unseen_patterns(some(of), SQUARES),
     "unseen_patterns.training_image": lambda of: m.unseen_patterns(SQUARES, some(of)),
     "variogram.images": lambda of: m.variogram(some(of), 1),
@@ -176,6 +183,7 @@ IMAGES: dict[str, Act] = {
 """Arguments with facies codes, which may be negative."""
 OTHERS: dict[str, Act] = {
     "HardData.__init__.cells": lambda of: HardData(of(1, 2), [0]).check(STUDY.grid),
+    "HardData.part.cells": lambda of: HardData([[1, 2]], [0]).part(..., of(1, 2)).check(STUDY.grid),
     "HardData.__init__.facies": lambda of: HardData([[0, 0]], of(1)).check(STUDY.grid, IMAGE),
     "simulate.hard_data": lambda of: ccwsim.simulate(IMAGE, (16, 16), P, (of(1, 2), [0])),
     "simulate.grid_shape": lambda of: ccwsim.simulate(IMAGE, of(2), P),
@@ -198,7 +206,6 @@ OTHERS: dict[str, Act] = {
             "feature_spacing": lambda codes: m.feature_spacing(SQUARES, codes),
             "pattern_distance": lambda codes: m.pattern_distance(SQUARES, SQUARES, codes),
             "pattern_histogram": lambda codes: m.pattern_histogram(SQUARES, codes),
-            "proportion_quantiles": lambda codes: m.proportion_quantiles(SQUARES, codes=codes),
             "proportions": lambda codes: m.proportions(SQUARES, codes),
             "pyramid_histograms": lambda codes: m.pyramid_histograms(SQUARES, codes),
             "score_reference": lambda codes: m.score_reference(
@@ -241,11 +248,7 @@ OTHERS: dict[str, Act] = {
         np.zeros((1, 2), int), of(1), (9, 9), COLOURS, longest=9
     ),
     "map_png.indices": lambda of: figures.map_png(of(9, 9), COLOURS),
-    "slices_of.at": lambda of: figures.slices_of(np.zeros((3, 3, 3), np.uint8), of(3)),
-    "slices_png.at": lambda of: figures.slices_png(
-        np.zeros((3, 3, 3), np.uint8), COLOURS, at=of(3)
-    ),
-    "slices_png.indices": lambda of: figures.slices_png(of(3, 3, 3), COLOURS, at=(0, 0, 0)),
+    "slices_png.indices": lambda of: figures.slices_png(of(1, 1, 1), COLOURS),
     **{
         f"npz of realizations, {name}": npz(name)
         for name in ("numbers", "hard_cells", "hard_facies", "realizations", "seed")
@@ -266,6 +269,7 @@ FREE: dict[str, Act] = {
     ),
     "placement_svg.cells": lambda of: figures.placement_svg(of(1, 2), [None], (9, 9)),
     "angles_along.lines": lambda of: io.angles_along([of(2, 2)], STUDY.grid),
+    "Grid.enlarged.cells": lambda of: Grid(4, 4).enlarged(of(1, 2)),
     "copying.positions": lambda of: m.copying(of(3, 3), (3, 3)),
     "etype_of_counts.codes": lambda of: m.etype_of_counts(np.ones((2, 3, 3), int), of(2) + SECOND),
     "connectivity.direction": lambda of: m.connectivity(SQUARES, 1, tuple(of(2)), 2),
@@ -280,12 +284,12 @@ FREE: dict[str, Act] = {
 """Arguments in which −1 is allowed."""
 NO_INTEGERS = re.compile(
     r"Grid\.(cells_of|fit\.places)|\.plot\.|HardData\.n_mismatched|entropy|\.probability|band\.curves"
-    r"|class_edges|classify|\.maps$|\.grid_shape$|\.grid$|\.which$|RunningCurves|share_in|compare\."
-    r"|_chart\.|sparkline|tile_size|slices_of\.indices|fit_data\.shape|_png\.shape|_svg\.(shape|wells)"
+    r"|class_edges|classify|__init__\.values|\.maps$|\.grid_shape$|\.grid$|\.which$|RunningCurves|share_in|compare\."
+    r"|_chart\.|sparkline|tile_size|slices_of\.indices|fit_data\.shape|_png\.shape|can_write\.shape|_svg\.(shape|wells)"
 )
 """Arguments of real numbers, of NumPy indices, of numbers in a chart, and of `Grid.of`."""
 INTEGERS = re.compile(
-    r"Images|Codes|Lags|Direction\b|ArrayLike|Shape|Ints\b|Bytes\b|NDArray\[np\.u?int"
+    r"Images|Codes|Lags|Direction\b|ArrayLike|Shape|Ints\b|Bytes\b|Integers\b|Int\d+s\b|NDArray\[np\.u?int"
     r"|Sequence\[int\]|tuple\[int"
 )
 CLASSES = (TrainingImage, HardData, Grid, Parameters, m.RunningStatistics, m.RunningCurves)

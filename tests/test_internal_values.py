@@ -17,8 +17,8 @@ from ccwsim.io import Conversion, preview_wells
 from ccwsim.model.arrays import check_choice, check_number
 from ccwsim.model.facies_property import values_by_facies
 from ccwsim.model.parameters import fitted
+from ccwsim.ui.guides.page import frame
 from ccwsim.ui.session.resolve import position_along, taken_by_code
-from ccwsim.ui.study.guides_step import frame
 from ccwsim.ui.widgets.fields import bound_to
 from ccwsim.ui.widgets.text import plain
 

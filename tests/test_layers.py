@@ -40,7 +40,7 @@ LAYERS = (
     {"ui/study"},
     {"ui/flow"},
     {"ui/simulate", "ui/hard_data", "ui/validate", "ui/compare", "ui/sweep", "ui/imports"},
-    {"ui/benchmark", "ui/how_it_works", "ui/paper", "ui/examples"},
+    {"ui/guides", "ui/benchmark", "ui/how_it_works", "ui/paper", "ui/examples"},
     {"ui/share"},
     {"ui/page"},
 )

@@ -10,13 +10,23 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ccwsim import Grid, HardData, Parameters, Project, TrainingImage, figures, io, revise, simulate
-from ccwsim import metrics as m
+from ccwsim import (
+    Grid,
+    HardData,
+    Parameters,
+    Project,
+    TrainingImage,
+    figures,
+    io,
+    metrics as m,
+    revise,
+    simulate,
+)
 from ccwsim.engine.trace import Trace
 from ccwsim.experiments.comparison import compare
 from ccwsim.experiments.plan import plan_sweep
 from ccwsim.experiments.sweep import sweep
-from ccwsim.experiments.timing import grid_trials, time_trial, time_trials
+from ccwsim.experiments.timing import data_trials, time_trial, time_trials
 from ccwsim.experiments.trials import Trial
 from ccwsim.model.study import Study
 from ccwsim.sharing.project import project_as_bytes, read_project
@@ -75,7 +85,6 @@ def curves(i: Whole) -> Any:
         m.variogram(IMAGE, i(1), step, i(9)),
         m.connectivity(IMAGE, i(1), "N-S", i(9), i(4)),
         m.variogram_map(IMAGE, i(1), i(9)).gamma,
-        m.transition_map(IMAGE, i(0), i(1), i(9)),
         m.transiograms(IMAGE, [i(0), i(1)], "E-W", [i(1), i(5)]),
         m.geobody_statistics(IMAGE, i(1), i(8)),
         m.granulometry(IMAGE, i(1), i(5)),
@@ -115,7 +124,7 @@ def experiments(i: Whole) -> Any:
     both = {"a": P, "b": tried[1]}
     found = compare(IMAGE, (i(40), i(50)), both, None, i(2), i(3), facies=i(0))
     timed = time_trial(Trial.of(IMAGE, (i(40), i(50)), P, seed=i(3)), i(1))
-    trials = grid_trials(IMAGE, [(i(20), i(20)), (i(40), i(40))], [P], i(3))
+    trials = data_trials(IMAGE, (i(20), i(40)), [i(0), i(5)], [P], i(3))
     sizes = [t.trial.grid.shape for t in time_trials(trials, i(1))]
     return (
         [row.realizations for row in swept.rows],
@@ -137,7 +146,6 @@ def pictures(i: Whole) -> Any:
         figures.data_map_png(*figures.steps_of(SHARES), longest=i(100)),
         figures.contact_sheet(indices[None], figures.FACIES, longest=i(100))[0],
         figures.data_png(np.array([[0, 1]]), indices[0, :1], (9, 9), figures.FACIES, longest=i(90)),
-        figures.proportions_height(i(20)),
         figures.figure_json(
             figures.curves_chart(bundle, figures.LIGHT, y_title="γ", height=i(200))
         ),

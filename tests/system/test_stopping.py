@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ccwsim import Cancelled, Grid, HardData, Parameters, TrainingImage, datasets
-from ccwsim.engine import raster as raster_of_tiles
-from ccwsim.engine import realization
+from ccwsim import Cancelled, Grid, HardData, datasets
+from ccwsim.engine import raster as raster_of_tiles, realization
 from ccwsim.engine.corrections import resimulation
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.realization import random_numbers
@@ -17,7 +16,6 @@ from ccwsim.metrics import RunningStatistics, connectivity, pattern_codes, stack
 from ccwsim.metrics.patterns import pattern_histogram
 from ccwsim.model.study import Study
 from ccwsim.model.watch import Watch
-from ccwsim.ui.validate.large_ensemble import LargeEnsembleRun
 
 CHANNELS = datasets.load("channels")
 RNG = np.random.default_rng(0)
@@ -121,16 +119,3 @@ def test_a_job_stops_in_the_midst_of_a_statistic(small_pieces):
     job.cancel()
     assert job.wait(60)
     assert isinstance(job.error, Cancelled)
-
-
-def test_a_large_ensemble_that_is_stopped_shows_what_it_has():
-    stripes = TrainingImage(np.tile([[0], [0], [1], [1]], (16, 64)))
-    study = Study(stripes, Grid(40, 50), Parameters(16, 4, 1))
-    run = LargeEnsembleRun(study, 10**6, 1).start()
-    assert run.job is not None
-    while run.summary is None:
-        assert not run.job.wait(0.01)
-    run.job.cancel()
-    assert run.job.wait(60)
-    assert run.job.error is None
-    assert run.summary.n >= 1
