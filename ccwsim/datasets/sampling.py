@@ -1,12 +1,22 @@
 """Sample hard data from a reference field at random, along wells or on a regular grid."""
 
+from collections.abc import Mapping
 from math import prod
 
 import numpy as np
 from numpy.random import RandomState
 
 from ccwsim import HardData
-from ccwsim.model.arrays import Array, Integers, Ints, as_array, as_integers, as_seed, check_int
+from ccwsim.model.arrays import (
+    Array,
+    Floats,
+    Integers,
+    Ints,
+    as_array,
+    as_integers,
+    as_seed,
+    check_int,
+)
 from ccwsim.model.errors import CCWSIMError, refused, shown
 
 DIRECTIONS = ("N-S", "E-W")
@@ -68,6 +78,13 @@ def sample_grid(field: Integers, every: int) -> HardData:
 def _read(field: Integers, cells: tuple[Array, ...]) -> HardData:
     """Return the facies of a field in cells, given by (layers,) rows and columns."""
     return HardData(np.column_stack(cells), np.asarray(field)[cells])
+
+
+def read_values(data: HardData, values: Mapping[str, Floats]) -> HardData:
+    """Return data with the values of fields, by name, in their cells."""
+    cells = tuple(data.cells.T)
+    measured = {name: field[cells] for name, field in values.items()}
+    return HardData(data.cells, data.facies, values=measured)
 
 
 def _distinct(random: RandomState, n_cells: int, n: int) -> Ints:

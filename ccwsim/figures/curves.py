@@ -67,6 +67,7 @@ def curves_chart(
     y_title: str,
     y_range: tuple[float, float] | None = None,
     x_title: str = "lag (cells)",
+    x_range: tuple[float, float] | None = None,
     height: int = 196,
     judged: tuple[Floats, ...] | None = None,
 ) -> go.Figure:
@@ -74,8 +75,8 @@ def curves_chart(
 
     The chart of one ensemble has grey realizations, a grey band and a dark median. The chart of up
     to four named settings has a band and a median for each setting. Charts to be compared need the
-    same `y_range`. `judged` contains lags, and means of crops and of pieces, which a verdict
-    compares; both means are dotted.
+    same `y_range`. The default of `x_range` is from 0 to the last lag. `judged` contains lags, and
+    means of crops and of pieces, which a verdict compares; both means are dotted.
     """
     if isinstance(bundles, Bundle):
         first = bundles
@@ -108,7 +109,7 @@ def curves_chart(
         traces=traces,
         x_title=x_title,
         y_title=y_title,
-        x={"range": [0, max(float(first.lags[-1]), 1.0)]},
+        x={"range": list(x_range or (0, max(float(first.lags[-1]), 1.0)))},
         y={"range": y_range and list(y_range)},
         hovermode=UNIFIED,
     )

@@ -6,6 +6,7 @@ shape of the grid, and `longest` is the length in pixels of the longer side of a
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from html import escape
 from io import BytesIO
 from typing import Any, NamedTuple
@@ -29,9 +30,11 @@ from ccwsim.model.missing import UNKNOWN
 
 MAX_SHEET_SIDE = 8192
 WRONG_COLOUR = "#C8321F"
-N_SHARE_COLOURS = 101  # number of colours in a map of shares, one for each percent from 0 to 100
+N_STEPS = 200
+"""Number of colour steps of a map of numbers; shares of 200 realizations are not rounded."""
 SLICE_GAP, LABEL_HEIGHT, LETTER_SIZE = 12, 22, 13
 """Gap between two slices, height of the labels above slices, and size of letters, in pixels."""
+_ramp = cache(ramp)
 LABEL_GREY = "#6B737C"  # colour of the labels, legible in both themes
 INK = "#1B1F24"
 
@@ -178,12 +181,18 @@ def data_map(indices: Bytes, colours: Sequence[str], dots: Dots, scale: int) -> 
     return picture
 
 
-def steps_of(shares: Floats) -> tuple[Bytes, list[str]]:
-    """Convert shares from 0 to 1, or NaN, to indices of cividis colours; return both."""
-    steps = np.where(
-        np.isnan(shares), UNKNOWN, np.rint(np.clip(shares, 0, 1) * (N_SHARE_COLOURS - 1))
-    )
-    return steps.astype(np.uint8), ramp(CIVIDIS, N_SHARE_COLOURS)
+def steps_of(
+    numbers: Floats,
+    limits: tuple[float, float] = (0.0, 1.0),
+    colours: tuple[str, ...] = CIVIDIS,
+) -> tuple[Bytes, list[str]]:
+    """Convert numbers between limits, or NaN, to indices of the colours of a ramp; return both."""
+    low, high = limits
+    valid = ~np.isnan(numbers)  # inactive cells have no colour
+    shares = np.clip((numbers[valid] - low) / ((high - low) or 1.0), 0.0, 1.0)
+    steps = np.full(numbers.shape, UNKNOWN, np.uint8)
+    steps[valid] = np.rint(shares * N_STEPS)
+    return steps, _ramp(colours, N_STEPS + 1)
 
 
 def _ring(pen: ImageDraw.ImageDraw, x: float, y: float, radius: float, colour: str) -> None:

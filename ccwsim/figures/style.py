@@ -32,6 +32,8 @@ LOG_STEPS = [
 ]
 HEX = re.compile(r"#[0-9a-fA-F]{6}")
 CIVIDIS = tuple(plotly.colors.sequential.Cividis)  # the cividis ramp, used for probabilities
+N_OF_SCALE = 201  # number of colours of a scale
+VALUES = tuple(plotly.colors.sequential.Viridis)  # for values of a continuous variable
 ENTROPY = ("#F3EEF8", "#C9B4DE", "#8E6BB5", "#5B3788", "#33145C")
 """Colours of the one-hue ramp for entropy; cells without uncertainty are pale."""
 FONT = '"Source Sans", "Source Sans 3", "Source Sans Pro", "Segoe UI", sans-serif'
@@ -71,15 +73,20 @@ LIGHT, DARK = (
 def facies_colours(
     training_image: TrainingImage, chosen: Mapping[int, str] | None = None
 ) -> list[str]:
-    """Return the colour of each facies, in the order of the codes.
+    """Return the colour of each facies, or of each class of values, in the order of the codes.
 
     `chosen` maps facies codes to the user's colours. Raises `CCWSIMError` for a colour that is not
     written as "#rrggbb".
     """
     chosen = chosen or {}
-    colours = [
-        chosen.get(int(code), default_colour(k)) for k, code in enumerate(training_image.codes)
-    ]
+    codes = training_image.codes.tolist()
+    usual = [default_colour(k) for k in range(len(codes))]
+    if training_image.values:  # the colour of the median of a class on the scale of values
+        values, low = training_image.class_medians, training_image.sorted_values[0]
+        span = training_image.sorted_values[-1] - low or 1.0
+        scale = ramp(VALUES, N_OF_SCALE)
+        usual = [scale[round((value - low) / span * (N_OF_SCALE - 1))] for value in values]
+    colours = [chosen.get(code, colour) for code, colour in zip(codes, usual, strict=True)]
     for colour in colours:
         if not HEX.fullmatch(colour):
             raise CCWSIMError(f'colour "{colour}" must be written as #rrggbb, like #173F6B')

@@ -30,6 +30,8 @@ from ccwsim.model.errors import CCWSIMError, refused, shown, warn
 
 IMAGE_FORMATS = ("npy", "sgems", "gslib", "dat", "grdecl", "png")  # named by file ending
 
+NAMES_OF_FORMATS = ("array", "band 1", "grid", "matrix")
+"""Names that readers give to the only variable of a file without names."""
 PREFERRED_VARIABLES = ("ti", "training_image")  # variables that are preferred if a file has several
 
 
@@ -52,6 +54,7 @@ def read_training_image(
     z_up: bool | None = None,
     numbering: str | None = None,
     continuous: bool = False,
+    units: str = "",
 ) -> TrainingImage:
     """Read a training image from a file of any supported format.
 
@@ -99,7 +102,10 @@ def read_training_image(
         What the codes are, as in `TrainingImage`; the default is "values" for a threshold or
         classes, "colours" for pictures and palettes without names, and "codes" for other files.
     continuous : bool
-        Keep the values as those of a continuous variable with the name of the file's variable.
+        Keep the values as those of a continuous variable with the name of the file's variable or,
+        if the file has no such name, with the name of the file.
+    units : str
+        Units of a continuous variable.
 
     Examples
     --------
@@ -123,7 +129,8 @@ def read_training_image(
             classes=classes,
             name=name,
             continuous=True,
-            variable=key,
+            variable=Path(file.name).stem if key in NAMES_OF_FORMATS else key,
+            units=units,
         )
     as_codes = threshold is None and asks_for_codes(classes)
     if isinstance(file, pictures.PictureFile):
@@ -311,7 +318,7 @@ QUESTIONS = {
     "slice": ("volume", "slice_index", "z_up"),
     "up": ("up",),
     "gaps": ("crop",),
-    "values": ("threshold", "classes", "merge"),
+    "values": ("threshold", "classes", "merge", "continuous", "units"),
 }
 """Arguments of `read_training_image` that answer each question; later ones depend on earlier."""
 

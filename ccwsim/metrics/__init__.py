@@ -148,4 +148,5 @@ from ccwsim.metrics.variograms import (
     transiograms as transiograms,
     variogram as variogram,
     variogram_map as variogram_map,
+    variogram_of_values as variogram_of_values,
 )

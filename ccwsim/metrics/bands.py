@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Literal
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from ccwsim.metrics.connectivity import connectivity
 from ccwsim.metrics.etype import EType, add_counts, etype_of_counts, proportions
 from ccwsim.metrics.lags import Direction, DirectionName, Lags, axes_of, lags_that_fit
 from ccwsim.metrics.stack import Codes, Fraction, Images, as_image, checked_codes, index_of
-from ccwsim.metrics.variograms import variogram
+from ccwsim.metrics.variograms import variogram, variogram_of_values
 from ccwsim.model.arrays import (
     ArrayLike,
     Floats,
@@ -24,8 +24,9 @@ from ccwsim.model.arrays import (
 )
 from ccwsim.model.errors import CCWSIMError, refused, shown
 
-Statistic = Literal["variogram", "connectivity"]
-STATISTICS: tuple[Statistic, ...] = get_args(Statistic)
+Statistic = Literal["variogram", "connectivity", "values"]
+STATISTICS: tuple[Statistic, ...] = ("variogram", "connectivity")
+"""The statistics of a facies; "values" is the variogram of a continuous variable."""
 
 
 def curves_of(
@@ -36,7 +37,9 @@ def curves_of(
     lags: Lags,
     progress: Fraction | None = None,
 ) -> Floats:
-    """Return γ(h) or τ(h) of a facies along a direction, with one row for each image."""
+    """Return γ(h) or τ(h) of a facies, or γ(h) of values, with one row for each image."""
+    if statistic == "values":
+        return variogram_of_values(images, direction, lags, progress).gamma
     if statistic == "variogram":
         return variogram(images, facies, direction, lags, progress).gamma
     return connectivity(images, facies, direction, lags, progress=progress).tau

@@ -377,7 +377,8 @@ class Diagnosis:
 def diagnose(training_image: TrainingImage | ArrayLike) -> Diagnosis:
     """Analyse a training image and advise template size, overlap and wavelet level.
 
-    Raises `CCWSIMError` for an image of fewer than 8 rows or columns.
+    Values of a continuous variable are analysed as two facies, below and above the median. Raises
+    `CCWSIMError` for an image of fewer than 8 rows or columns.
 
     Examples
     --------
@@ -386,7 +387,7 @@ def diagnose(training_image: TrainingImage | ArrayLike) -> Diagnosis:
     >>> [(a.parameter, a.value) for a in diagnose(rivers).advice]
     [('wavelet_level', 2), ('template_size', 24), ('overlap_size', 8)]
     """
-    training_image = TrainingImage.of(training_image)
+    training_image = TrainingImage.of(training_image).two_facies
     image, names = as_image(training_image), training_image.facies_names
     quarters = stationarity(image)
     thickness = _thickness(image)

@@ -13,13 +13,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from math import isqrt, prod
+from typing import get_args
 
 import numpy as np
 from scipy.special import ndtri, stdtrit
 
 from ccwsim import Ensemble, Grid, TrainingImage
 from ccwsim.jobs.memo import Memo
-from ccwsim.metrics.bands import STATISTICS, Statistic, curves_of
+from ccwsim.metrics.bands import Statistic, curves_of
 from ccwsim.metrics.connectivity import geobody_statistics
 from ccwsim.metrics.etype import proportions
 from ccwsim.metrics.lags import Direction, distinct_lags, max_lag
@@ -28,8 +29,8 @@ from ccwsim.metrics.patterns import PatternHistogram, js_divergence
 from ccwsim.metrics.stack import N_AXES, Stack, as_volume
 from ccwsim.model.active_cells import active_windows, even_corners, windows_at
 from ccwsim.model.arrays import (
+    Array,
     ArrayLike,
-    Bytes,
     Floats,
     Integers,
     Mask,
@@ -54,6 +55,7 @@ MAX_PIECES = 32  # more pieces would not help, because the crops limit the preci
 ERROR_LIMITS = {
     "proportions": (3.0, 3.0),
     "variogram": (4.0, 4.0),
+    "values": (4.0, 4.0),
     "connectivity": (4.0, 4.0),
     "geobodies": (3.0, 2.5),
     "patterns": (3.0, 3.0),
@@ -62,6 +64,7 @@ ERROR_LIMITS = {
 USEFUL_TOLERANCES = {
     "proportions": (0.3, True),
     "variogram": (0.5, True),
+    "values": (0.5, True),
     "connectivity": (0.3, False),
     "geobodies": (0.5, False),
     "patterns": (1.0, True),
@@ -271,7 +274,7 @@ def largest_crop(image_shape: Shape, grid_shape: Shape) -> Shape:
     return (*layers, min(rows, longest), min(columns, longest))
 
 
-def crops_of(image: Bytes, shape: Shape) -> Bytes:
+def crops_of(image: Array, shape: Shape) -> Array:
     """Return evenly spaced crops, shape (n, *shape): at most 4 × 4, or 2 × 4 × 4 of a volume."""
     most = (MAX_CROPS_ABOVE, MAX_CROPS_ALONG, MAX_CROPS_ALONG)[-len(shape) :]
     needed = (1 + -(-2 * (n - side) // side) for n, side in zip(image.shape, shape, strict=True))
@@ -286,8 +289,13 @@ def pieces_of(ensemble: Ensemble, shape: Shape) -> Stack:
     chosen = np.linspace(0, total - 1, min(total, MAX_PIECES)).astype(int)
     numbers, which = np.divmod(chosen, len(windows))
     pairs = zip(numbers, which, strict=True)
-    pieces = [realizations[number][windows[window]] for number, window in pairs]
-    return Stack(np.array(pieces), ensemble.training_image.codes)
+    pieces = [(number, *windows[window]) for number, window in pairs]
+    values = [array[piece] for array in ensemble.values.values() for piece in pieces]
+    return Stack(
+        np.array([realizations[piece] for piece in pieces]),
+        ensemble.training_image.codes,
+        values=np.array(values) if values else None,
+    )
 
 
 def fit_curve(
@@ -295,7 +303,8 @@ def fit_curve(
 ) -> Fit | None:
     """Compare a curve of realizations with the curves of crops of their training image.
 
-    `statistic` is "variogram" or "connectivity". Lags extend to half of a crop: one training image
+    `statistic` is "variogram", "connectivity", or "values" for the variogram of a continuous
+    variable, which is that of all facies. Lags extend to half of a crop: one training image
     cannot tell whether longer connections fit. The result is None if the training image or the grid
     is too small.
 
@@ -308,7 +317,7 @@ def fit_curve(
     """
     image = ensemble.training_image
     facies, index = image.code_of(facies), image.index_of(facies)
-    check_choice("statistic", statistic, STATISTICS)
+    check_choice("statistic", statistic, get_args(Statistic))
     shape = shape_of_crops(ensemble)
     if shape is None or not max_lag(direction, shape):  # there is no lag along a single layer
         return None
@@ -318,7 +327,9 @@ def fit_curve(
         return curves_of(statistic, images, facies, direction, lags[1:])
 
     gap, spread = MIN_GAP, MIN_CONNECTED_SPREAD
-    if statistic == "variogram":
+    if statistic == "values":
+        gap, spread = MIN_GAP * float(image.sorted_values.var()), 0.0
+    elif statistic == "variogram":
         p = float(image.proportions[index])
         gap, spread = MIN_GAP * (p * (1 - p)), 0.0
     name = statistic, index, str(direction)  # a direction may be a list or an array
@@ -477,10 +488,11 @@ def band_of_crops(
     """Return the band of an image's crops, which is computed once for each name and crop shape."""
 
     def computed() -> ReferenceBand:
+        of_values = crops_of(image.values[image.variable], shape) if image.values else None
         allowed = ERROR_LIMITS[name[0]][image.n_dimensions - 2] if n_errors is None else n_errors
         return ReferenceBand(
             at=positions,
-            values=values(Stack(crops_of(image.indices, shape), image.codes)),
+            values=values(Stack(crops_of(image.indices, shape), image.codes, values=of_values)),
             n_independent=np.count_nonzero(image.indices < image.n_facies) / prod(shape),
             n_errors=allowed,
             min_gap=min_gap,

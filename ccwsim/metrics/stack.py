@@ -8,7 +8,16 @@ import numpy as np
 
 from ccwsim.jobs.workers import check_stop, run_all
 from ccwsim.model.active_cells import smallest_box
-from ccwsim.model.arrays import Array, ArrayLike, Bytes, Integers, as_array, as_integers, codes_of
+from ccwsim.model.arrays import (
+    Array,
+    ArrayLike,
+    Bytes,
+    Floats,
+    Integers,
+    as_array,
+    as_integers,
+    codes_of,
+)
 from ccwsim.model.bounds import MAX_FACIES
 from ccwsim.model.ensemble import Ensemble, codes_with_nan
 from ccwsim.model.errors import CCWSIMError, refused, shown
@@ -31,6 +40,7 @@ class Stack:
     indices: Bytes
     codes: Integers  # shape (n_facies,): sorted
     names: tuple[str, ...] = ()  # of the facies of an ensemble or training image
+    values: Floats | None = None  # of a continuous variable, in the shape of `indices`
 
     def __len__(self) -> int:
         return len(self.indices)
@@ -70,10 +80,11 @@ def as_stack(images: Images, codes: Codes | None = None, n_axes: int = 2) -> Sta
     if isinstance(images, Stack):
         stack = images
     elif isinstance(images, Ensemble):
-        image = images.training_image
-        stack = Stack(np.asarray(images.indices), image.codes, image.facies_names)
+        image, values = images.training_image, next(iter(images.values.values()), None)
+        stack = Stack(np.asarray(images.indices), image.codes, image.facies_names, values)
     elif isinstance(images, TrainingImage):
-        stack = Stack(images.indices[None], images.codes, images.facies_names)
+        values = images.values[images.variable][None] if images.values else None
+        stack = Stack(images.indices[None], images.codes, images.facies_names, values)
     else:
         values, valid = as_values(images, n_axes), None
         if values.dtype.kind == "f":

@@ -7,7 +7,16 @@ from scipy import fft
 
 from ccwsim.engine.kernels import allocating_kernel
 from ccwsim.metrics.lags import Direction, Lags, count_pairs, lags_within
-from ccwsim.metrics.stack import N_AXES, Codes, Fraction, Images, as_stack, in_pieces, map_parallel
+from ccwsim.metrics.stack import (
+    N_AXES,
+    Codes,
+    Fraction,
+    Images,
+    as_stack,
+    as_volume,
+    in_pieces,
+    map_parallel,
+)
 from ccwsim.model.arrays import Array, Bytes, Floats, Ints, Shape, check_int, ratio
 from ccwsim.model.bounds import MAX_LAG
 from ccwsim.model.errors import refused
@@ -69,6 +78,58 @@ def variogram(
     n_inside, n_known = np.array(counts).T
     shares = ratio(n_inside, n_known)
     return Variogram(steps, gamma, shares * (1 - shares))
+
+
+def variogram_of_values(
+    images: Images,
+    direction: Direction = "E-W",
+    lags: Lags | None = None,
+    progress: Fraction | None = None,
+) -> Variogram:
+    """Return γ(h) = ½ E[(Z(x) − Z(x + h))²] of a continuous variable Z, in its units squared.
+
+    The pairs are those of cells with values, and the sill is the variance. Raises `CCWSIMError`
+    for images of facies.
+
+    Examples
+    --------
+    >>> from ccwsim import TrainingImage
+    >>> ramp = TrainingImage.from_array([[0.0, 1.0, 2.0, 3.0]], continuous=True)
+    >>> variogram_of_values(ramp, lags=2).gamma
+    array([[0. , 0.5, 2. ]])
+    """
+    stack = as_stack(images)
+    values = stack.values
+    if values is None:
+        raise refused("no_values", name="values", there="only facies")
+    steps, offsets = lags_within(stack.shape, direction, lags)
+
+    def one(k: int) -> Floats:
+        return _mean_squares(as_volume(values[k]), offsets) / 2
+
+    gamma = np.array(map_parallel(one, len(stack), progress), np.float64)
+    return Variogram(steps, gamma, np.nanvar(values.reshape(len(stack), -1), axis=1))
+
+
+@allocating_kernel
+def _mean_squares(values, offsets):
+    """Return for each lag the mean squared difference over pairs of cells that are not NaN."""
+    nz, ny, nx = values.shape
+    means = np.full(len(offsets), np.nan)
+    for lag in range(len(offsets)):
+        dz, dy, dx = offsets[lag]
+        first, last = max(0, -dx), nx - max(0, dx)
+        total, n = 0.0, 0
+        for k in range(max(0, -dz), nz - max(0, dz)):
+            for i in range(max(0, -dy), ny - max(0, dy)):
+                for j in range(first, last):
+                    difference = values[k + dz, i + dy, j + dx] - values[k, i, j]
+                    if not np.isnan(difference):
+                        total += difference * difference
+                        n += 1
+        if n:
+            means[lag] = total / n
+    return means
 
 
 def variogram_map(

@@ -35,11 +35,12 @@ from ccwsim.model.extras import is_installed, needs
 from ccwsim.model.facies_property import FaciesProperty, FaciesValues, values_by_facies
 from ccwsim.model.grid import Grid
 from ccwsim.model.hard_data import HardData
+from ccwsim.model.missing import UNKNOWN
 from ccwsim.model.numbers import plural
 from ccwsim.model.parameters import Parameters
 from ccwsim.model.secondary import Secondary
 from ccwsim.model.study import Study
-from ccwsim.model.training_image import TrainingImage
+from ccwsim.model.training_image import TrainingImage, above
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
@@ -309,6 +310,31 @@ class Ensemble:
         """Return the share of realizations whose value exceeds a threshold in each cell."""
         shares = (self.values_of(name) > threshold).mean(axis=0)
         return np.where(self.study.active_mask, shares, np.nan)
+
+    def indicator(self, threshold: float) -> Ensemble:
+        """Return the ensemble of two facies: values at or below a threshold, and values above it.
+
+        All metrics of facies apply to it, such as the connectivity of values above the threshold.
+        Raises `CCWSIMError` if the threshold does not divide the values of the training image.
+
+        Examples
+        --------
+        >>> from ccwsim import simulate
+        >>> hills = np.add.outer(np.sin(np.arange(60) / 5), np.cos(np.arange(80) / 7))
+        >>> image = TrainingImage.from_array(hills, continuous=True, variable="elevation")
+        >>> e = simulate(image, (40, 50), Parameters(16, 4, 1))
+        >>> e.indicator(0.5).training_image.facies_names
+        ('elevation ≤ 0.5', 'elevation > 0.5')
+        """
+        indicated, data = above(self.values_of(), threshold), self.hard_data
+        study = replace(
+            self.study,
+            training_image=self.training_image.indicator(threshold),
+            hard_data=HardData(data.cells, above(np.asarray(data.measured, float), threshold)),
+            checked=False,
+        )
+        indices = readonly(np.nan_to_num(indicated, nan=UNKNOWN).astype(np.uint8))
+        return replace(self, study=study, indices=indices, values={})
 
     def property(self, values: FaciesValues, unit: str = "m/s") -> FaciesProperty:
         """Return a property, such as hydraulic conductivity, from the value of each facies.

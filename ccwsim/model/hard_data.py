@@ -163,6 +163,13 @@ class HardData(ReadOnly):
         cells = np.argwhere(has_datum)
         return _with_facies(cells, values[has_datum], training_image, facies)
 
+    @classmethod
+    def measured_as(cls, image: TrainingImage, cells: ArrayLike, measured: ArrayLike) -> HardData:
+        """Return data of an image: values of its continuous variable, or else facies codes."""
+        if image.values:
+            return cls(cells, values={image.variable: measured}).of_image(image)
+        return cls(cells, measured)
+
     def of_image(self, image: TrainingImage) -> HardData:
         """Return data with the classes of an image of a continuous variable.
 
@@ -204,10 +211,16 @@ class HardData(ReadOnly):
         cells = self.cells if self.n else np.empty((0, 2), np.int64)
         return digest(cells, self.facies, *measured)
 
+    @property
+    def measured(self) -> Array:
+        """Value of each datum or, without values, its facies, shape (n,)."""
+        return next(iter(self.values.values()), self.facies)
+
     @cached_property
-    def triples(self) -> tuple[tuple[int, ...], ...]:
-        """Data as tuples ((layer,) row, column, facies), for comparisons."""
-        return tuple(map(tuple, np.column_stack([self.cells, self.facies]).tolist()))
+    def triples(self) -> tuple[tuple[float, ...], ...]:
+        """Data as tuples ((layer,) row, column, facies or value), for comparisons."""
+        pairs = zip(self.cells.tolist(), self.measured.tolist(), strict=True)
+        return tuple((*cell, measured) for cell, measured in pairs)
 
     def check(self, grid: Grid, training_image: TrainingImage | None = None) -> None:
         """Raise `CCWSIMError` for data outside the grid, wrong dimensions or unknown facies."""
@@ -270,7 +283,7 @@ def _with_facies(
 ) -> HardData:
     """Return hard data with the codes of an image, by facies or values; other codes are kept."""
     if image is not None and image.values:
-        return HardData(cells, values={image.variable: facies}).of_image(image)
+        return HardData.measured_as(image, cells, facies)
     values = facies.tolist() if isinstance(facies, np.ndarray) else facies
     if not isinstance(values, (list, tuple)) or not any(isinstance(v, str) for v in values):
         data = HardData(cells, facies)

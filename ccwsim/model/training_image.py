@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
+from itertools import pairwise
 from os import PathLike
 from typing import TYPE_CHECKING
 
@@ -18,6 +19,7 @@ from ccwsim.model.classes import Classes, asks_for_codes, classify
 from ccwsim.model.errors import CCWSIMError, refused, shown
 from ccwsim.model.extras import is_installed
 from ccwsim.model.missing import UNKNOWN, known_values
+from ccwsim.model.numbers import minus, three_digits
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
@@ -162,7 +164,8 @@ class TrainingImage(arrays.ReadOnly):
             As in `TrainingImage`.
         continuous : bool
             Keep the values: realizations of this image have values too (`Ensemble.values`). Its
-            facies are then at most 8 classes with equal numbers of cells, for the search.
+            facies are then at most 8 classes with equal numbers of cells, for the search, named
+            after their limits.
         variable, units : str
             Name and units of a continuous variable, such as "porosity" and "%".
 
@@ -187,7 +190,9 @@ class TrainingImage(arrays.ReadOnly):
                     "continuous=True keeps all values; leave out threshold and classes"
                 )
             of_known = arrays.as_floats(of_known, "training image")
-            codes = np.searchsorted(_edges_of(of_known), of_known, side="right")
+            edges = _edges_of(of_known)
+            codes = np.searchsorted(edges, of_known, side="right")
+            facies_names = _names_of_classes(edges, units) if facies_names is None else facies_names
         else:
             codes = classify(of_known, threshold=threshold, classes=classes, what="training image")
         has_codes = threshold is None and asks_for_codes(classes) and not continuous
@@ -314,6 +319,45 @@ class TrainingImage(arrays.ReadOnly):
         values = self.values[self.variable]
         return arrays.frozen(np.sort(values[np.isfinite(values)]))
 
+    def indicator(self, threshold: float) -> TrainingImage:
+        """Return an image of two facies: values at or below a threshold, and values above it.
+
+        Raises `CCWSIMError` if the threshold does not divide the values.
+
+        Examples
+        --------
+        >>> slope = TrainingImage.from_array([[0.5, 1.5, 2.5]], continuous=True, variable="depth")
+        >>> slope.indicator(1.5).names_by_code
+        {0: 'depth ≤ 1.5', 1: 'depth > 1.5'}
+        """
+        low, high = self.sorted_values[[0, -1]].tolist()
+        arrays.check_number("threshold", threshold, low, np.nextafter(high, -np.inf))
+        limit = f"{minus(three_digits(threshold))} {self.units}".rstrip()
+        return TrainingImage(
+            above(self.values[self.variable], threshold),
+            name=self.name,
+            facies_names=[f"{self.variable} {sign} {limit}" for sign in "≤>"],
+            numbering="values",
+        )
+
+    @property
+    def median(self) -> float:
+        """Median of the continuous variable, below its largest value unless all are equal."""
+        values = self.sorted_values
+        below = values[values < values[-1]]
+        return min(float(np.median(values)), below.max(initial=values[0]))
+
+    @cached_property
+    def two_facies(self) -> TrainingImage:
+        """The indicator of the median of a continuous variable; an image of facies itself."""
+        return self.indicator(self.median) if self.values else self
+
+    @cached_property
+    def class_medians(self) -> list[float]:
+        """Median of the values in each class of the continuous variable."""
+        values = self.values[self.variable]
+        return [float(np.median(values[self.indices == k])) for k in range(self.n_facies)]
+
     def class_indices(self, values: Floats) -> Bytes:
         """Return the index in `codes` of the class of each value; 255 for NaN."""
         edges = _edges_of(self.values[self.variable])
@@ -406,6 +450,21 @@ def _edges_of(values: Floats) -> Floats:
     above = known[known > known.min()].min(initial=np.inf)
     edges = np.unique(np.maximum(np.partition(known, places)[places], above))
     return edges[np.isfinite(edges)]
+
+
+def above(values: Floats, threshold: float) -> Floats:
+    """Return 1 for values above a threshold, 0 for other values, and NaN for NaN."""
+    return np.where(np.isnan(values), np.nan, values > threshold)
+
+
+def _names_of_classes(edges: Floats, units: str) -> list[str]:
+    """Return the limits of classes between ascending edges as text."""
+    end = f" {units}" if units else ""
+    limits = [minus(three_digits(edge)) for edge in edges.tolist()]
+    if not limits:
+        return ["all values"]
+    between = [f"{low} to {high}{end}" for low, high in pairwise(limits)]
+    return [f"below {limits[0]}{end}", *between, f"{limits[-1]}{end} and more"]
 
 
 def _indices_in(codes: Ints, integers: Ints) -> Bytes:

@@ -17,6 +17,7 @@ from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.report.document import Chart, Picture
 from ccwsim.report.verdicts import SIGNS, curve_title
 
+N_BINS = 24  # bins of a histogram of values
 LEGEND = (
     ("training image", LIGHT.reference),
     ("median", LIGHT.ink),
@@ -81,7 +82,8 @@ def bundle_of(
     n_lags = max_lag(direction, image.shape, ensemble.study.whole_shape)
     lags, distances = distinct_lags(direction, n_lags)
     reference = _curve_of_image(image, statistic, code, direction, n_lags)
-    stack = Stack(ensemble.indices[:MAX_CURVES], image.codes)
+    values = ensemble.values_of()[:MAX_CURVES] if statistic == "values" else None
+    stack = Stack(ensemble.indices[:MAX_CURVES], image.codes, values=values)
     each = curves_of(statistic, stack, code, direction, lags, progress=progress)
     return bundle_of_curves(distances, reference, each)
 
@@ -106,6 +108,22 @@ def bundle_of_curves(lags: Floats, reference: Floats, each: Floats) -> Bundle:
         median=spread.median,
         high=spread.high,
     )
+
+
+def histogram_bundle(ensemble: Ensemble) -> Bundle:
+    """Return the share of cells, in %, in bins of the values of a continuous variable.
+
+    Lags are the middles of the bins, which divide the range of the training image.
+    """
+    values = ensemble.training_image.sorted_values
+    edges = np.linspace(values[0], values[-1], N_BINS + 1)
+
+    def shares(of_cells: Floats) -> Floats:
+        known = of_cells[np.isfinite(of_cells)]
+        return 100 * np.histogram(np.clip(known, *edges[[0, -1]]), edges)[0] / known.size
+
+    each = np.array([shares(one) for one in ensemble.values_of()[:MAX_CURVES]])
+    return bundle_of_curves((edges[1:] + edges[:-1]) / 2, shares(values), each)
 
 
 def layers_bundle(ensemble: Ensemble, facies: int) -> Bundle:

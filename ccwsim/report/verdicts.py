@@ -15,9 +15,9 @@ from ccwsim.metrics.lags import VERTICAL, Direction, axes_of
 from ccwsim.metrics.measures import MEASURES, Measured
 from ccwsim.metrics.reference_band import Fit
 from ccwsim.model.arrays import Floats, describe_shape
-from ccwsim.model.numbers import minus, plural
+from ccwsim.model.numbers import minus, plural, three_digits
 
-SIGNS: dict[str, str] = {"variogram": "γ", "connectivity": "τ"}
+SIGNS: dict[str, str] = {"variogram": "γ", "connectivity": "τ", "values": "γ"}
 
 
 class Verdict(NamedTuple):
@@ -35,7 +35,9 @@ class Verdict(NamedTuple):
 VERDICTS: dict[str, tuple[str, str]] = {
     "connectivity": ("too little connected", "too much connected"),
     "variogram": ("variogram too low", "variogram too high"),
+    "values": ("variogram too low", "variogram too high"),
 }
+FORMATS = {"variogram": "{:.3f}".format, "connectivity": "{:.2f}".format, "values": three_digits}
 HOW_JUDGED = (
     "Titles compare pieces of the realizations with crops of the training image (TI) of equal "
     "size, relative to the spread of the crops. Dotted lines are the means of crops and of pieces; "
@@ -77,9 +79,12 @@ def way_name(direction: Direction) -> str:
 
 def curve_title(statistic: Statistic, direction: Direction) -> str:
     """Return the title for a chart of a statistic along a direction."""
-    if direction == VERTICAL:
-        return f"Vertical {statistic}"
-    return f"{statistic.capitalize()} {way_name(direction)}"
+    name = "variogram" if statistic == "values" else statistic
+    return (
+        f"Vertical {name}"
+        if direction == VERTICAL
+        else f"{name.capitalize()} {way_name(direction)}"
+    )
 
 
 def crop_size_text(fit: Fit) -> str:
@@ -114,7 +119,7 @@ def _value(
     """Return the name of value k of a fit, and the function that writes it."""
     at = int(fit.at[k])
     if kind in SIGNS:
-        return f"{SIGNS[kind]}({at})", ("{:.3f}" if kind == "variogram" else "{:.2f}").format
+        return f"{SIGNS[kind]}({at})", FORMATS[kind]
     if kind == "geobodies":
         axis = axes_of(fit.crop_shape)[k - 1]
         way = "vertically" if axis == VERTICAL else way_name(axis)

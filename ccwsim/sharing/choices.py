@@ -26,7 +26,7 @@ from ccwsim.model.bounds import (
 DataSource = Literal["none", "bundled", "file", "sampled", "placed"]
 MIN_POROSITY = 0.01
 MAX_CORNERS = 1000  # maximum number of corners of a drawn polygon, and of points of a stroke
-EMap = Literal["probability", "most likely", "entropy"]
+EMap = Literal["probability", "most likely", "entropy", "mean", "deviation", "P10", "P50", "P90"]
 Answers = tuple[tuple[str, Any], ...]
 """The user's answers to the questions of a file reader, as sorted (argument, value) pairs."""
 FaciesAnswers = tuple[tuple[str, int], ...]  # codes of the training image, by code or name
@@ -356,6 +356,7 @@ class Shown:
     realization: int = 0  # index of the realization shown large, from 0
     facies: int | None = None  # index in curves and probability map; None if not chosen
     e_type: EMap = "probability"  # name of the selected uncertainty map
+    threshold: float | None = None  # of a continuous variable; None for the median of the image
     flow: FlowChoice = FlowChoice()
     compare: CompareChoice = CompareChoice()
     sweep: SweepChoice = SweepChoice()

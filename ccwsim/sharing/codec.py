@@ -216,7 +216,13 @@ def _read_colour(text: str) -> tuple[int, str]:
 
 
 def _write_points(data: HardData | None) -> str:
-    return "" if data is None or data.n > bounds.MAX_LINK_DATA else packed(data)
+    if data is None or data.n > bounds.MAX_LINK_DATA:
+        return ""
+    return json_text(data) if data.values else packed(data)
+
+
+def _read_points(text: str) -> HardData:
+    return from_json(text, HardData) if text.startswith("[") else unpacked(text)
 
 
 def _write_compare(choice: CompareChoice) -> str:
@@ -236,11 +242,15 @@ _TEXTS: dict[str, tuple[Callable[[Any], str], Callable[[str], Any]]] = {
     ),
     "answers": (_write_answers, lambda text: from_json(text, DataAnswers)),
     "wells": (json_text, lambda text: from_json(text, CellsOfWells)),
+    "threshold": (
+        lambda value: "" if value is None else json_text(value),
+        lambda text: from_json(text, float),
+    ),
     "flow": (json_text, lambda text: from_json(text, FlowChoice)),
     "compare": (_write_compare, lambda text: from_json(text, CompareChoice)),
     "sweep": (json_text, lambda text: from_json(text, SweepChoice)),
     "colour": (_write_colour, _read_colour),
-    "points": (_write_points, unpacked),
+    "points": (_write_points, _read_points),
     "guides": (json_text, lambda text: from_json(text, GuideChoice)),
 }
 """Functions that write and read a value, by kind of field."""
@@ -298,6 +308,7 @@ FIELDS = (
     ),
     FieldSpec("facies", "shown", ("facies",), "count", high=bounds.MAX_FACIES - 1),
     FieldSpec("map", "shown", ("e_type",), "choice", words=_MAPS),
+    FieldSpec("threshold", "shown", ("threshold",), "threshold"),
     FieldSpec("flow", "shown", ("flow",), "flow"),
     FieldSpec("compare", "shown", ("compare",), "compare"),
     FieldSpec("sweep", "shown", ("sweep",), "sweep"),

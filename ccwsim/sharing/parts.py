@@ -1,7 +1,8 @@
 """Choices as JSON, for project files and links; the types of fields describe the format.
 
-An object is written as its fields without default values, a tuple as a list, hard data as triples,
-and the content of a file as a number; the caller stores the files, and the arrays of guides.
+An object is written as its fields without default values, a tuple as a list, hard data as triples
+(after the name of a variable if they have values), and the content of a file as a number; the
+caller stores the files, and the arrays of guides.
 """
 
 import json
@@ -23,9 +24,7 @@ def as_json(value: Any, files: list[bytes]) -> Any:
         files.append(value)
         return len(files) - 1
     if isinstance(value, HardData):
-        if value.values:
-            raise CCWSIMError("data with values cannot be in a link; save a project instead")
-        value = value.triples
+        value = (*value.values, *value.triples)
     if isinstance(value, tuple):
         return [as_json(item, files) for item in value]
     if not is_dataclass(value):
@@ -71,7 +70,14 @@ def _of_type(value: Any, hint: Any, files: Sequence[bytes]) -> Any:
         hints.pop("saved", None)
         return hint(**{name: _of_type(v, hints[name], files) for name, v in value.items()})
     if hint is HardData:
-        return HardData([triple[:-1] for triple in value], [triple[-1] for triple in value])
+        names = [item for item in value if isinstance(item, str)]
+        cells = [item[:-1] for item in value[len(names) :]]
+        measured = [item[-1] for item in value[len(names) :]]
+        return (
+            HardData(cells, values=dict.fromkeys(names, measured))
+            if names
+            else HardData(cells, measured)
+        )
     if hint is bytes:
         return files[value]
     if hint in LARGEST and type(value) in (int, hint) and abs(value) <= LARGEST[type(value)]:

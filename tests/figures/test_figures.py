@@ -136,7 +136,7 @@ def test_unknown_cells_are_transparent_in_maps_of_any_colours(colours):
 
 
 def test_shares_that_are_missing_have_no_colour():
-    assert steps_of(np.array([0.0, 1.0, np.nan]))[0].tolist() == [0, 100, UNKNOWN]
+    assert steps_of(np.array([0.0, 1.0, np.nan]))[0].tolist() == [0, 200, UNKNOWN]
 
 
 def test_a_contact_sheet_shows_each_realization_once_in_order():

@@ -10,12 +10,12 @@ import pytest
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, HardData, TrainingImage
+from ccwsim.figures.maps import N_STEPS
 from ccwsim.ui.frontend.cells import (
-    N_STEPS,
     editor_points,
     facies_map,
     map_content,
-    share_map,
+    number_map,
     volume_content,
 )
 
@@ -62,7 +62,7 @@ def test_volumes_are_told_apart_by_their_cells_and_shape():
 
 def test_a_volume_of_probabilities_is_sent_to_the_nearest_step():
     shares = np.random.default_rng(1).random((4, 5, 6))
-    content = volume_content(share_map(shares, "P(sand) =", "Probability"), "probability")
+    content = volume_content(number_map(shares, "P(sand) =", "Probability"), "probability")
     np.testing.assert_allclose(cells_of(content) / N_STEPS, shares, atol=0.5 / N_STEPS + 1e-12)
     assert content["labels"][100] == "P(sand) = 0.50"
     assert content["strip"]["high"] == "1"

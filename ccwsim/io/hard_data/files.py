@@ -107,8 +107,8 @@ def hard_data_as_bytes(
     if not hard_data.n:
         raise CCWSIMError("there are no hard data to write; place some first")
     frame = grid or Grid.of((1,) * hard_data.n_dimensions)
-    name, measured = next(iter(hard_data.values.items()), ("facies", hard_data.facies))
-    places, codes = frame.centers_of(hard_data.cells).tolist(), measured.tolist()
+    name = next(iter(hard_data.values), "facies")
+    places, codes = frame.centers_of(hard_data.cells).tolist(), hard_data.measured.tolist()
     if kind in ("csv", "geojson"):
         axes = dict(zip(WORLD_AXES, zip(*places, strict=True), strict=False))
         columns = {**axes, name: codes, **(names or {})}

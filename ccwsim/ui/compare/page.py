@@ -21,7 +21,7 @@ from ccwsim.model.bounds import MAX_REALIZATIONS_COMPARED, MAX_SETTINGS, MIN_SET
 from ccwsim.model.numbers import duration, plural, three_digits
 from ccwsim.report.settings import describe_inputs, describe_parameters, describe_setting
 from ccwsim.report.verdicts import describe_curves, describe_scaling
-from ccwsim.sharing.choices import Beside, ImageChoice, Upload
+from ccwsim.sharing.choices import Beside, EMap, ImageChoice, Upload
 from ccwsim.ui.compare import findings, settings
 from ccwsim.ui.compare.settings import (
     LETTERS,
@@ -330,7 +330,7 @@ def draw_maps(state: State, run: ComparisonRun, comparison: Comparison) -> None:
     image, grid, n = comparison.ensembles[0].training_image, run.grid, comparison.ensembles[0].n
     colours = run.colours
 
-    def write(option: int | str) -> None:
+    def write(option: int | EMap) -> None:
         maps.choose_statistic(state, option)
         settings.want_curves(state)
 
@@ -338,7 +338,7 @@ def draw_maps(state: State, run: ComparisonRun, comparison: Comparison) -> None:
         panel_title(f"Realization {page_state.shown + 1} of {n}")
         maps.step_buttons("shown", page_state, n, " of all settings")
         st.html('<div class="panel below">E-type below</div>', width="content")
-        maps.e_type_field(state, image.facies_names, write, n)
+        maps.e_type_field(state, image, write, n)
     share = min(max(image.shape[-1] / grid.nx, MIN_IMAGE_SHARE), 1.0)
     options: dict[str, Any] = MAPS | {"max_height": MAX_HEIGHTS[grid.n_dimensions]}
     with st.container(key="maps"):

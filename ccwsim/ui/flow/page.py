@@ -30,7 +30,7 @@ from ccwsim.ui.frontend.cells import (
     draw_cells,
     facies_map,
     map_content,
-    share_map,
+    number_map,
     volume_content,
 )
 from ccwsim.ui.frontend.component import draw_component, run_script
@@ -589,7 +589,7 @@ def _draw_capture(state: State, run: solving.AnswersRun, result: FlowAnswers) ->
     left, right = st.columns(2, gap="medium")
     with left:
         text.panel_title("Probability of capture", "share of the realizations, by start")
-        cell_map = share_map(capture.probability, "P(captured) =", "Probability of capture")
+        cell_map = number_map(capture.probability, "P(captured) =", "Probability of capture")
         draw_cells(cell_map, "capture", name="capture", max_height=CAPTURE_MAP_HEIGHT, tools=False)
     with right:
         text.panel_title("Skill of the map")

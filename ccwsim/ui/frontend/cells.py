@@ -4,7 +4,6 @@ import zlib
 from base64 import b64encode
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import cache
 from hashlib import blake2b
 from typing import Any
 
@@ -12,15 +11,12 @@ import numpy as np
 import streamlit as st
 
 from ccwsim import Grid, HardData, TrainingImage
-from ccwsim.figures import CIVIDIS, ramp
-from ccwsim.model.arrays import Bytes, Floats, Integers
-from ccwsim.model.missing import UNKNOWN
+from ccwsim.figures import CIVIDIS, VALUES, steps_of
+from ccwsim.model.arrays import Array, Bytes, Floats
+from ccwsim.model.numbers import minus, three_digits
 from ccwsim.sharing.choices import CellsOfWells
 from ccwsim.ui.frontend.component import draw_component
 
-_ramp = cache(ramp)
-N_STEPS = 200
-"""Number of colour steps of a probability map; shares of 200 realizations are not rounded."""
 MAX_WELL_NAMES = 30
 """Maximum number of wells whose names are written; with more wells, names appear on hovering."""
 COMPRESSION = {2: 4, 3: 6}
@@ -61,34 +57,68 @@ def facies_map(
     return CellMap(indices, colours, names, alt, keys=keys, point_colours=colours)
 
 
-def share_map(
-    shares: Floats,
+def number_map(
+    numbers: Floats,
     name: str,
     alt: str,
     *,
+    limits: tuple[float, float] = (0.0, 1.0),
+    text: Callable[[float], str] = "{:.2f}".format,
+    units: str = "",
     colours: Sequence[str] = CIVIDIS,
     point_colours: Sequence[str] = (),
 ) -> CellMap:
-    """Return a map or volume of numbers from 0 to 1, such as probabilities."""
-    steps = _ramp(tuple(colours), N_STEPS + 1)
-    labels = [f"{name} {k / N_STEPS:.2f}" for k in range(N_STEPS + 1)]
-    valid = ~np.isnan(shares)  # inactive cells have no colour
-    indices = np.full(shares.shape, UNKNOWN, np.uint8)
-    indices[valid] = np.rint(shares[valid] * N_STEPS)
-    strip = {"colours": list(colours), "low": "0", "high": "1"}
+    """Return a map or volume of numbers between limits, such as probabilities or values.
+
+    `text` writes the numbers in labels, which `units` follow.
+    """
+    indices, steps = steps_of(numbers, limits, tuple(colours))
+    places = np.linspace(*limits, len(steps)).tolist()
+    labels = [minus(f"{name} {text(place)}{units}") for place in places]
+    low, high = (minus(three_digits(limit)) for limit in limits)
+    strip = {"colours": list(colours), "low": low, "high": f"{high}{units}"}
     return CellMap(indices, steps, labels, alt, strip=strip, point_colours=point_colours)
 
 
+def value_limits(image: TrainingImage, data: HardData) -> tuple[float, float]:
+    """Return the smallest and the largest value of an image of a continuous variable and data."""
+    values = np.append(image.sorted_values[[0, -1]], data.values.get(image.variable, ()))
+    return float(values.min()), float(values.max())
+
+
+def value_steps(values: Floats, image: TrainingImage, data: HardData) -> tuple[Bytes, list[str]]:
+    """Return indices of the colours of values in `value_map`, and the colours."""
+    return steps_of(values, value_limits(image, data), VALUES)
+
+
+def value_map(
+    values: Floats, image: TrainingImage, data: HardData, alt: str, name: str = ""
+) -> CellMap:
+    """Return a map of values of a continuous variable, by default with its name."""
+    return number_map(
+        values,
+        name or image.variable,
+        alt,
+        limits=value_limits(image, data),
+        text=three_digits,
+        units=f" {image.units}".rstrip(),
+        colours=VALUES,
+    )
+
+
 def editor_points(
-    data: HardData, training_image: TrainingImage, realization: Integers | None = None
+    data: HardData, training_image: TrainingImage, realization: Array | None = None
 ) -> list[list[int]]:
-    """Return data as [(layer,) row, column, facies index, wrong in `realization` (codes)]."""
+    """Return data as [(layer,) row, column, facies index, wrong in `realization`].
+
+    A realization has facies codes, or values.
+    """
     if not data.n:
         return []
     indices = np.searchsorted(training_image.codes, data.facies)
     wrong = np.zeros(data.n, bool)
     if realization is not None:
-        wrong = realization[tuple(data.cells.T)] != data.facies
+        wrong = realization[tuple(data.cells.T)] != data.measured
     return np.column_stack([data.cells, indices, wrong]).astype(int).tolist()
 
 

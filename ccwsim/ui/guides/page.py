@@ -28,7 +28,7 @@ from ccwsim.sharing.choices import (
     Upload,
     ZoneLayers,
 )
-from ccwsim.ui.frontend.cells import CellMap, editor_points, map_content, share_map
+from ccwsim.ui.frontend.cells import CellMap, editor_points, map_content, number_map
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results import maps
 from ccwsim.ui.session.cached import cached
@@ -568,7 +568,7 @@ def _map_in_file(guides: GuideChoice, grid: Grid, image: TrainingImage) -> CellM
     name, values = next(iter(maps_of_probabilities(guides, grid, image)[0].items()))
     cells = values if values.ndim > 1 else values[:, None, None]
     shares = maps.middle_cells(np.broadcast_to(cells, grid.shape))
-    return share_map(shares, f"P({name}) =", f"Probability of {name} in the file")
+    return number_map(shares, f"P({name}) =", f"Probability of {name} in the file")
 
 
 def _with_hard_data(state: State, ground: CellMap) -> CellMap:
@@ -636,4 +636,4 @@ def _ground(secondary: Secondary | None, choices: Choices, facies: int, task: st
         values, label, title = given.auxiliary[0].grid, "variable, scaled to 1:", "Variable"
         values = (values - values.min()) / max(values.max() - values.min(), 1e-300)
     shares = maps.middle_cells(np.where(active, values, np.nan))
-    return share_map(shares, label, title)
+    return number_map(shares, label, title)

@@ -81,11 +81,21 @@ class Editor:
     layers: tuple[int, int] | None = None
 
 
-def with_changes(data: HardData, changes: Mapping[Cell, int | None]) -> HardData:
-    """Return data with `changes`, which map a cell to a facies code, or to None for removal."""
-    before = dict(zip(map(tuple, data.cells.tolist()), data.facies.tolist(), strict=True))
+def with_changes(
+    data: HardData, changes: Mapping[Cell, float | None], image: TrainingImage
+) -> HardData:
+    """Return data of an image with `changes`, which map a cell to a facies code or value.
+
+    A cell is mapped to None for removal.
+    """
+    before = dict(zip(map(tuple, data.cells.tolist()), data.measured.tolist(), strict=True))
     merged = {cell: code for cell, code in {**before, **changes}.items() if code is not None}
-    return HardData(list(merged), list(merged.values()))
+    return HardData.measured_as(image, list(merged), list(merged.values()))
+
+
+def brush_values(image: TrainingImage) -> list[float]:
+    """Return the code that each brush places, or the median of its class of values."""
+    return image.class_medians if image.values else image.codes.tolist()
 
 
 def take(state: State, choice: DataChoice, reference: TrainingImage | None = None) -> None:
@@ -140,14 +150,19 @@ def _take_edit(state: State, edit: Mapping[str, Any]) -> None:
         cells = [(int(z), int(y), int(x)) for z, y, x in edit.get("cells", [])]
         paint(state, str(edit.get("axis")), cells, range(low, high + 1))
     else:
-        codes = state.image.codes.tolist()
-        ny, nx = state.grid.shape
+        image, data = state.image, data_of(state.choices)
+        (ny, nx), codes = state.grid.shape, brush_values(image)
+        sets = edit.get("set", [])
         changes = {
             (int(row), int(column)): codes[facies] if facies >= 0 else None
-            for row, column, facies in edit.get("set", [])
+            for row, column, facies in sets
             if 0 <= row < ny and 0 <= column < nx and facies < len(codes)
         }
-        take_data(state, with_changes(data_of(state.choices), changes), state.reference)
+        moved = [cell for cell, code in changes.items() if code is None]
+        if image.values and len(moved) == 1 and len(changes) == 2:  # a moved datum keeps its value
+            before = dict(zip(map(tuple, data.cells.tolist()), data.measured.tolist(), strict=True))
+            changes |= {cell: before[moved[0]] for cell in changes if cell != moved[0]}
+        take_data(state, with_changes(data, changes, image), state.reference)
 
 
 def layers_of_wells(page_state: Editor, nz: int) -> tuple[int, int]:
@@ -176,8 +191,8 @@ def paint(state: State, axis: str, cells: Sequence[Cell], layers: range) -> None
     else:
         code = None if brush == ERASE else codes[min(brush, len(codes) - 1)]
         changes = dict.fromkeys(edited, code)
-    data, wells = with_changes(data_of(state.choices), changes), wells_of(state.choices)
-    take_data(state, data, state.reference, wells)
+    data = with_changes(data_of(state.choices), changes, state.image)
+    take_data(state, data, state.reference, wells_of(state.choices))
 
 
 def fits(ensemble: Ensemble, choices: Choices) -> bool:

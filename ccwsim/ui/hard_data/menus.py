@@ -7,7 +7,7 @@ from typing import Any
 import streamlit as st
 
 from ccwsim import CCWSIMError, Grid, HardData, TrainingImage
-from ccwsim.datasets.sampling import sample_grid, sample_random, sample_wells
+from ccwsim.datasets.sampling import read_values, sample_grid, sample_random, sample_wells
 from ccwsim.io.hard_data.files import hard_data_as_bytes, names_of_data
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_SAMPLED, MAX_SAMPLING_STEP
@@ -113,22 +113,25 @@ def sample(state: State) -> None:
 
     def take() -> None:
         reference = reference_of(state)
-        data = sampled(reference, page_state.sampling)
+        data = sampled(reference, page_state.sampling).of_image(state.image)
         data.check(state.grid, state.image)
-        take_data(state, data, reference)
-        state.reference = reference
+        field = None if reference.values else reference  # classes of its own
+        take_data(state, data, field)
+        state.reference = field
 
     page_state.message = problem_in(take)
 
 
 def sampled(reference: TrainingImage, sampling: Sampling) -> HardData:
     """Return data sampled from a field in the cells that `sampling` selects."""
-    values, n, seed = reference.array, sampling.n, sampling.seed
+    codes, n, seed = reference.array, sampling.n, sampling.seed
     if sampling.way == "random":
-        return sample_random(values, n, seed)
-    if sampling.way == "grid":
-        return sample_grid(values, sampling.every)
-    return sample_wells(values, n, seed, direction=sampling.way, every=sampling.every)
+        data = sample_random(codes, n, seed)
+    elif sampling.way == "grid":
+        data = sample_grid(codes, sampling.every)
+    else:
+        data = sample_wells(codes, n, seed, direction=sampling.way, every=sampling.every)
+    return read_values(data, reference.values)
 
 
 def reference_of(state: State) -> TrainingImage:
@@ -137,7 +140,16 @@ def reference_of(state: State) -> TrainingImage:
     if choice is None:
         if ensemble is None or not fits(ensemble, state.choices):
             raise CCWSIMError("there is no realization to sample yet; run the study first")
-        return TrainingImage(ensemble.realizations[state.shown], name="a realization")
+        name, image = "a realization", ensemble.training_image
+        if ensemble.values:
+            return TrainingImage.from_array(
+                ensemble.values_of()[state.shown],
+                name=name,
+                continuous=True,
+                variable=image.variable,
+                units=image.units,
+            )
+        return TrainingImage(ensemble.realizations[state.shown], name=name)
     if choice.upload is None:
         raise CCWSIMError(f"there is no image to sample {NO_FILE_YET}")
     reference = image_of(choice)

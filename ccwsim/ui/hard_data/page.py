@@ -12,7 +12,7 @@ from ccwsim import Ensemble, HardData
 from ccwsim.model.arrays import Integers
 from ccwsim.model.ensemble import FORCED, WRONG
 from ccwsim.sharing.choices import DataChoice
-from ccwsim.ui.frontend.cells import CellMap, draw_editable, editor_points, facies_map
+from ccwsim.ui.frontend.cells import CellMap, draw_editable, editor_points
 from ccwsim.ui.hard_data import menus
 from ccwsim.ui.hard_data.edits import Editor, answer, fits, take, take_edits, undo
 from ccwsim.ui.hard_data.table import draw_data_table
@@ -165,8 +165,8 @@ def draw_canvas(state: State, ensemble: Ensemble | None) -> None:
         empty = np.zeros(grid.shape, np.uint8)
         cell_map = CellMap(empty, [chart_theme().paper], ["no datum"], "Empty grid")
     elif ground == "realization":
-        indices = ensemble.indices[min(state.shown, ensemble.n - 1)]
-        cell_map = facies_map(indices, image, colours, alt)
+        r = min(state.shown, ensemble.n - 1)
+        cell_map = maps.map_of(ensemble, r, colours, alt)
         if not grid.is_volume:  # the tools show the facies
             cell_map = replace(cell_map, keys=())
     else:

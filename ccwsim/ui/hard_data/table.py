@@ -43,19 +43,21 @@ def draw_data_table(
         )
     if table.content_key != _content_key(state, data.digest, image):
         wells = resolve.wells_of(state.choices)
-        table.base, table.notes = rows_of(data, grid, table.world, wells), []
+        table.base = rows_of(data, grid, table.world, wells, name_of(image))
+        table.notes = []
         table.content_key = _content_key(state, data.digest, image)
         table.version += 1
     key = f"table_{table.version}"
     tip = ", ".join(f"{code} {name}" for code, name in image.names_by_code.items())
     columns = {name: st.column_config.NumberColumn(width=68) for name in table.base.columns}
-    columns["facies"] = st.column_config.NumberColumn(width=68, help=tip)
+    name = name_of(image)
+    columns[name] = st.column_config.NumberColumn(width=68, help=None if image.values else tip)
     columns[WELL] = st.column_config.TextColumn(width=68, disabled=True)
     columns[COLOUR] = st.column_config.TextColumn(width=24, disabled=True)
     rows = table.base
     if len(rows) <= MAX_COLOURED:
         edits = st.session_state.get(key, {})
-        rows = painted(rows, edits, dict(zip(image.codes.tolist(), colours, strict=True)))
+        rows = painted(rows, edits, image, colours)
     st.data_editor(
         rows,
         key=key,
@@ -86,28 +88,41 @@ def _edited(state: State, key: str, image: TrainingImage) -> None:
     table.content_key = _content_key(state, data.digest, image)
 
 
-def rows_of(data: HardData, grid: Grid, world: bool, wells: CellsOfWells = ()) -> pd.DataFrame:
-    """Return data as a table of positions (x, y of cell centres, or row, col), facies and wells."""
+def rows_of(
+    data: HardData, grid: Grid, world: bool, wells: CellsOfWells = (), name: str = "facies"
+) -> pd.DataFrame:
+    """Return a table of positions (x, y of cell centres, or row, col), facies or values, and wells.
+
+    `name` is that of the column of facies or values.
+    """
     labels, places = ("row", "col"), data.cells
     if world:
         labels, places = ("x", "y"), grid.centers_of(data.cells)
     frame = pd.DataFrame({name: places[:, k] for k, name in enumerate(labels)})
-    frame["facies"] = data.facies
+    frame[name] = data.measured
     names = {cell: name for name, cells in wells for cell in cells}
     if names:
         frame[WELL] = [names.get(tuple(cell), "") for cell in data.cells.tolist()]
     return frame
 
 
-def painted(base: pd.DataFrame, edits: Mapping[str, Any], colour_of: Mapping[int, str]) -> Styler:
+def name_of(image: TrainingImage) -> str:
+    """Return the name of the column of facies or, for a continuous variable, of values."""
+    return image.variable or "facies"
+
+
+def painted(
+    base: pd.DataFrame, edits: Mapping[str, Any], image: TrainingImage, colours: Sequence[str]
+) -> Styler:
     """Return a table with a column that shows the colour of each row's facies after the edits.
 
     `st.data_editor` keeps its edits when colours change, because colours are not content. A row
     that is being added has no colour yet.
     """
-    now = edited_rows(base, {"edited_rows": edits.get("edited_rows", {})})["facies"]
-    colours = (colour_of.get(code) for code in now)
-    css = [f"background-color: {colour}" if colour else "" for colour in colours]
+    now = edited_rows(base, {"edited_rows": edits.get("edited_rows", {})})[name_of(image)]
+    places = dict(zip(image.codes.tolist(), colours, strict=True))
+    classes = image.class_indices(now.to_numpy()) if image.values else now
+    css = [f"background-color: {places[k]}" if k in places else "" for k in classes]
     return base.assign(**{COLOUR: ""}).style.apply(lambda _: css, subset=[COLOUR])
 
 
@@ -140,7 +155,7 @@ def data_of_rows(
     inside = grid.holds(cells) if len(cells) else whole
     singular, plural = "is outside the grid and is ignored", "are outside the grid and are ignored"
     notes += _noted(whole & ~inside, singular, plural)
-    in_image = np.isin(values[:, 2], image.codes)
+    in_image = np.isin(values[:, 2], image.codes) | bool(image.values)
     codes = ", ".join(map(str, image.codes))
     tail = f"no facies of the training image ({codes}) and"
     notes += _noted(
@@ -152,10 +167,10 @@ def data_of_rows(
         if cell in taken and values[taken[cell], 2] != values[k, 2]:
             notes.append(f"Rows {k + 1} and {taken[cell] + 1} share a cell; row {k + 1} is used.")
         taken[cell] = k
-    facies = values[list(taken.values()), 2].astype(np.int64)
+    measured = values[list(taken.values()), 2]
     if len(notes) > MAX_NOTES:
         notes[MAX_NOTES:] = [f"Notes not listed: {len(notes) - MAX_NOTES}."]
-    return HardData(list(taken), facies), notes
+    return HardData.measured_as(image, list(taken), measured), notes
 
 
 def _noted(mask: ArrayLike, singular: str, plural: str) -> list[str]:

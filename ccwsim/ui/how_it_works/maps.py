@@ -2,17 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 
 import numpy as np
 
 from ccwsim import TrainingImage
 from ccwsim.engine.stages.cut import UNKNOWN
 from ccwsim.engine.trace import Frame, PlaceFate, Trace, TracedPatch
-from ccwsim.figures import CIVIDIS, Theme, mixed, ramp
+from ccwsim.figures import CIVIDIS, Theme, mixed
 from ccwsim.model.arrays import Array, Bytes, Floats, Mask, window_at
-from ccwsim.model.numbers import minus, three_digits
-from ccwsim.ui.frontend.cells import N_STEPS, CellMap
+from ccwsim.model.numbers import three_digits
+from ccwsim.ui.frontend.cells import CellMap, number_map
 
 DIM = 0.55  # share of the background colour that is mixed into the colours of dimmed facies
 MAX_MARKS = 400
@@ -141,19 +140,14 @@ def value_map(
     absent: str = "no value",
 ) -> CellMap:
     """Return a map or volume of numbers between two ends, in which NaN is blank."""
-    (low, high), colours = ends, tuple(colours)
-    share = np.clip((values - low) / (high - low), 0, 1) if high > low else np.zeros(values.shape)
-    indices = np.where(np.isnan(values), N_STEPS + 1, np.rint(np.nan_to_num(share) * N_STEPS))
-    numbers = [minus(three_digits(value)) for value in np.linspace(low, high, N_STEPS + 1).tolist()]
-    labels = [*(f"{name} {number}" for number in numbers), absent]
-    strip = {"colours": list(colours), "low": numbers[0], "high": numbers[-1]}
-    steps = [*_steps(colours), theme.hairline]
-    return CellMap(indices.astype(np.uint8), steps, labels, alt, strip=strip)
-
-
-@cache
-def _steps(colours: tuple[str, ...]) -> list[str]:
-    return ramp(colours, N_STEPS + 1)
+    cell_map = number_map(values, name, alt, limits=ends, text=three_digits, colours=colours)
+    blank = np.where(cell_map.indices == UNKNOWN, len(cell_map.colours), cell_map.indices)
+    return replace(
+        cell_map,
+        indices=blank.astype(np.uint8),
+        colours=[*cell_map.colours, theme.hairline],
+        labels=[*cell_map.labels, absent],
+    )
 
 
 def grid_map(view: PatchView) -> CellMap:

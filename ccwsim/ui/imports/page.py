@@ -15,7 +15,7 @@ from ccwsim.metrics import diagnose
 from ccwsim.model.arrays import describe_shape
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, WellTables
 from ccwsim.sharing.codec import MAX_LETTERS
-from ccwsim.ui.frontend.cells import MAX_WELL_NAMES, CellMap, draw_cells, facies_map, share_map
+from ccwsim.ui.frontend.cells import MAX_WELL_NAMES, CellMap, draw_cells, facies_map, number_map
 from ccwsim.ui.results.maps import colours_of, middle_cells
 from ccwsim.ui.session import resolve
 from ccwsim.ui.session.cached import cached
@@ -142,7 +142,9 @@ def draw_image_import(state: State) -> None:
             points = (
                 if_possible(lambda: resolve.points_in_files(tried)) if tried.data.files else None
             )
-            draw_facies(choice, image, write, points.words[:MAX_NAMED_FACIES] if points else ())
+            if not image.values:
+                words = points.words[:MAX_NAMED_FACIES] if points else ()
+                draw_facies(choice, image, write, words)
 
             def turn(**turns: bool) -> None:
                 write(replace(choice, **turns))
@@ -167,7 +169,8 @@ def _pictures(choice: ImageChoice, image: TrainingImage | None, asked: tuple[str
     if image is not None:
         with places[-1]:
             size = describe_shape(image.shape)
-            panel_title("As facies", f"{size} cells, {image.n_facies} facies")
+            kind = "classes of values" if image.values else "facies"
+            panel_title(f"As {kind}", f"{size} cells, {image.n_facies} {kind}")
             colours = facies_colours(image, dict(choice.colours))
             cell_map = facies_map(image.indices, image, colours, f"Training image {image.name}")
             draw_cells(cell_map, "import", link="import", name="training_image")
@@ -183,11 +186,8 @@ def _file_map(choice: ImageChoice, asked_part: bool) -> None:
         cell_map = CellMap(indices, colours, labels=["" for _ in colours], alt="The picture")
     else:
         values = middle_cells(image_questions.grid_of_file(choice.upload, answers))
-        low, high = float(np.nanmin(values)), float(np.nanmax(values))
-        shares = (values - low) / ((high - low) or 1.0)
-        cell_map = share_map(shares, "", "Values of the file")
-        ends = {"low": f"{low:.4g}", "high": f"{high:.4g}"}
-        cell_map = replace(cell_map, strip={**(cell_map.strip or {}), **ends})
+        limits, text = (float(np.nanmin(values)), float(np.nanmax(values))), "{:.4g}".format
+        cell_map = number_map(values, "", "Values of the file", limits=limits, text=text)
     draw_cells(cell_map, "file", link="import", name="file")
 
 

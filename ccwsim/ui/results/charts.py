@@ -17,7 +17,7 @@ from ccwsim.metrics.lags import Direction, DirectionName, axes_of
 from ccwsim.model.arrays import Floats
 from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.model.numbers import duration
-from ccwsim.report import verdicts
+from ccwsim.report import pictures, verdicts
 from ccwsim.report.pictures import bundle_of, layers_bundle, layers_chart
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.session.cached import cached, kept_with
@@ -89,6 +89,7 @@ _along_and_across = cached(max_entries=64)(along_and_across)
 _e_type, _large_e_type = cached(max_entries=8)(etype), kept_with(etype)
 vertical_proportions_bundle = cached(max_entries=64)(layers_bundle)
 curve_bundle = cached(max_entries=192)(bundle_of)
+histogram_bundle = cached(max_entries=64)(pictures.histogram_bundle)
 
 
 @cached(max_entries=192)
@@ -105,12 +106,22 @@ def e_type_of(ensemble: Ensemble) -> EType:
     return (_e_type if small else _large_e_type)(ensemble)
 
 
-def draw_facies_charts(ensemble: Ensemble, facies: int, axis: DirectionName = "E-W") -> None:
+indicator_of = cached(max_entries=16)(Ensemble.indicator)
+
+
+def draw_facies_charts(
+    ensemble: Ensemble, facies: int, axis: DirectionName = "E-W", of_values: Ensemble | None = None
+) -> None:
     """Draw variograms, connectivity and CPU times; `facies` is an index into the codes.
 
-    The curves of a volume are in the direction `axis`, beside the vertical proportions.
+    The curves of a volume are in the direction `axis`, beside the vertical proportions. Variograms
+    are those of a continuous variable if `of_values` are realizations of which `ensemble` is the
+    indicator.
     """
-    variograms = _variograms(ensemble, facies)
+    if of_values is None:
+        variograms = _variograms(ensemble, "variogram", facies)
+    else:
+        variograms = _variograms(of_values, "values", 0)
     times = partial(_times, ensemble, chart_theme())
     if not ensemble.grid.is_volume:
         drawn = [*variograms, partial(_connectivity_both_ways, ensemble, facies), times]
@@ -128,9 +139,10 @@ def draw_facies_charts(ensemble: Ensemble, facies: int, axis: DirectionName = "E
 def directions_of_curves(ensemble: Ensemble, facies: int) -> dict[Direction, str]:
     """Return the directions of curves, and the end of their titles: along and across geobodies.
 
-    Without a main direction of the image and in volumes, curves are along the axes.
+    Without a main direction of the image, in volumes and of values, curves are along the axes.
     """
-    image, follows = ensemble.training_image, not ensemble.is_of_other_images
+    image = ensemble.training_image
+    follows = not ensemble.is_of_other_images and not image.values
     code = int(image.codes[facies])
     directions = follows and not ensemble.grid.is_volume and _along_and_across(image, code)
     if not directions:
@@ -138,17 +150,17 @@ def directions_of_curves(ensemble: Ensemble, facies: int) -> dict[Direction, str
     return dict(zip(directions, (", along", ", across"), strict=True))
 
 
-def _variograms(ensemble: Ensemble, facies: int) -> list[Callable[[], None]]:
+def _variograms(ensemble: Ensemble, statistic: Statistic, facies: int) -> list[Callable[[], None]]:
     """Return, per direction, a function that draws the variogram; the γ axes are equal."""
     directions = directions_of_curves(ensemble, facies)
-    bundles = [curve_bundle(ensemble, "variogram", facies, direction) for direction in directions]
+    bundles = [curve_bundle(ensemble, statistic, facies, direction) for direction in directions]
     top = 1.1 * max(float(np.nanmax([b.each.max(), b.reference.max()])) for b in bundles)
     y_range = 0.0, top or 1.0  # there is no variogram along an axis of one cell
     return [
         partial(
             _titled_curve,
             ensemble,
-            "variogram",
+            statistic,
             facies,
             direction,
             relation=relation,
@@ -169,7 +181,8 @@ def _titled_curve(
     key: str = "",
     **options: Any,
 ) -> None:
-    name = ensemble.training_image.facies_names[facies]
+    image = ensemble.training_image
+    name = image.variable if statistic == "values" else image.facies_names[facies]
     if note is None:
         note = verdicts.describe_curve(fit_of(ensemble, statistic, facies, direction), statistic)
     make_chart = partial(
@@ -301,6 +314,27 @@ def draw_proportions(ensemble: Ensemble, colours: Sequence[str]) -> None:
         chart=_figure_of(make_chart),
         key="proportions",
         alt="Facies proportions of the realizations and the image",
+        draw=draw_light_chart,
+    )
+
+
+def draw_histogram(ensemble: Ensemble) -> None:
+    """Draw the histograms of the values of the realizations and of the training image."""
+    image, bundle = ensemble.training_image, histogram_bundle(ensemble)
+    make_chart = partial(
+        curves_chart,
+        bundle,
+        chart_theme(),
+        y_title="cells (%)",
+        x_title=f"{image.variable} ({image.units})" if image.units else image.variable,
+        x_range=(float(bundle.lags[0]), float(bundle.lags[-1])),
+    )
+    titled_chart(
+        title="Histogram",
+        note="",
+        chart=_figure_of(make_chart),
+        key="proportions",  # in the place of the chart of facies
+        alt=f"Histograms of {image.variable} in the realizations and the image",
         draw=draw_light_chart,
     )
 

@@ -13,21 +13,40 @@ from streamlit.delta_generator import DeltaGenerator
 
 from ccwsim import Ensemble, Grid, HardData, TrainingImage, datasets
 from ccwsim.figures import ENTROPY, contact_sheet, facies_colours, tile_size
-from ccwsim.model.arrays import Array, Integers
-from ccwsim.sharing.choices import CellsOfWells
-from ccwsim.ui.frontend.cells import CellMap, draw_cells, editor_points, facies_map, share_map
+from ccwsim.model.arrays import Array, Floats, Integers
+from ccwsim.model.numbers import minus, three_digits
+from ccwsim.sharing.choices import CellsOfWells, EMap
+from ccwsim.ui.frontend.cells import (
+    CellMap,
+    draw_cells,
+    editor_points,
+    facies_map,
+    number_map,
+    value_map,
+    value_steps,
+)
 from ccwsim.ui.frontend.component import draw_tiles
-from ccwsim.ui.results.charts import e_type_of
+from ccwsim.ui.results.charts import e_type_of, indicator_of
 from ccwsim.ui.session.cached import cached, kept_with
 from ccwsim.ui.session.resolve import data_of, image_of, study_of, wells_of
 from ccwsim.ui.session.state import State
 from ccwsim.ui.widgets.errors import if_possible
-from ccwsim.ui.widgets.fields import button, field, options_of
+from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
 from ccwsim.ui.widgets.text import in_row, panel_title, step_note
 
 WIDE = 2.0  # minimum ratio of width to height of a grid whose maps are placed below each other
 BORDER = "#14181d"  # colour of the borders of zones and of active cells
-OTHERS = ("most likely", "entropy")
+OF_FACIES = {"most likely": "most likely facies", "entropy": "entropy"}
+OF_VALUES = {
+    "probability": "probability above the threshold",
+    "mean": "mean",
+    "deviation": "standard deviation",
+    "P10": "P10 (10 % are lower)",
+    "P50": "P50 (median)",
+    "P90": "P90 (10 % are higher)",
+}
+"""Names of the statistics of the uncertainty map, beside the probability of each facies."""
+N_THRESHOLDS = 200  # number of steps of the slider of a threshold
 THUMBNAIL = 56  # length in pixels of the longer side of a realization's thumbnail
 FLAT_TILE = 14  # below this height in pixels, a tile has its number below it
 
@@ -81,16 +100,18 @@ def with_data(
     cell_map: CellMap,
     data: HardData,
     image: TrainingImage,
-    realization: Integers | None = None,
+    realization: Array | None = None,
     wells: CellsOfWells | None = None,
 ) -> CellMap:
     """Return a map with hard data and the names of their wells on top.
 
     By default, the wells are those of `wells_of_data`. Data that differ from `realization`, an
-    array of facies codes, are marked as wrong.
+    array of facies codes or values, are marked as wrong.
     """
     wells = wells_of_data(state, data) if wells is None else wells
-    return replace(cell_map, points=editor_points(data, image, realization), wells=wells)
+    colours = facies_colours(image) if image.values else cell_map.point_colours
+    points = editor_points(data, image, realization)
+    return replace(cell_map, points=points, point_colours=colours, wells=wells)
 
 
 def wells_of_data(state: State, data: HardData) -> CellsOfWells:
@@ -106,12 +127,13 @@ def draw_e_type(
     state: State, ensemble: Ensemble, colours: Sequence[str], wells: CellsOfWells | None = None
 ) -> None:
     """Draw the uncertainty map or volume, and the field that chooses its statistic."""
-    names = ensemble.training_image.facies_names
+    image = ensemble.training_image
     with in_row("e_type_row"):
         panel_title("E-type")
-        e_type_field(state, names, lambda option: choose_statistic(state, option), ensemble.n)
+        e_type_field(state, image, partial(choose_statistic, state), ensemble.n)
     cell_map = uncertainty_map(state, ensemble, colours)
-    cell_map = with_data(state, cell_map, ensemble.hard_data, ensemble.training_image, wells=wells)
+    cell_map = with_data(state, cell_map, ensemble.hard_data, image, wells=wells)
+    subject = image.variable or image.facies_names[state.facies]
     draw_cells(
         with_borders(cell_map, ensemble),
         "e_type",
@@ -121,7 +143,7 @@ def draw_e_type(
         answer=_answer(state),
         link="grid",
         scale="maps",
-        name=f"{state.e_type}_{names[state.facies]}".replace(" ", "_"),
+        name=f"{state.e_type}_{subject}".replace(" ", "_"),
         fits=True,
     )
 
@@ -132,53 +154,115 @@ def _answer(state: State) -> int:
     return hash((choices.n_realizations, study_of(choices, checked=False).key()))
 
 
-def e_type_field(
-    state: State, names: Sequence[str], write: Callable[[int | str], None], n: int
-) -> None:
+def e_type_field(state: State, image: TrainingImage, write: Callable[[Any], None], n: int) -> None:
     """Draw the field that chooses the statistic of the uncertainty map of `n` realizations."""
-    options: list[int | str] = [*range(len(names)), *OTHERS]
+    options: dict[Any, str] = {
+        k: map_name(k, image.facies_names, n) for k in range(image.n_facies)
+    } | OF_FACIES
+    value: Any = state.e_type if state.e_type in OF_FACIES else state.facies
+    if image.values:
+        options, value = OF_VALUES, state.e_type if state.e_type in OF_VALUES else "probability"
     field(
         st.selectbox,
         "What the uncertainty map shows",
         key="e_type",
-        value=state.facies if state.e_type == "probability" else state.e_type,
+        value=value,
         write=write,
         label_visibility="collapsed",
         width=220,
-        **options_of({option: map_name(option, names, n) for option in options}),
+        **options_of(options),
     )
 
 
-def map_name(option: int | str, names: Sequence[str], n: int) -> str:
-    """Return the name of a statistic of `n` realizations; one realization has no probability."""
-    if isinstance(option, int) and n == 1:
-        return f"{names[option]} in the realization"
-    if isinstance(option, int):
-        return f"probability of {names[option]}"
-    return "most likely facies" if option == "most likely" else option
+def map_name(facies: int, names: Sequence[str], n: int) -> str:
+    """Return the name of the map of a facies; one realization has no probability."""
+    return f"{names[facies]} in the realization" if n == 1 else f"probability of {names[facies]}"
 
 
-def choose_statistic(state: State, option: int | str) -> None:
+def choose_statistic(state: State, option: int | EMap) -> None:
     """Store the statistic of the uncertainty map; a chosen facies is also that of the curves."""
     if isinstance(option, int):
         state.facies, state.e_type = option, "probability"
     else:
-        state.e_type = "most likely" if option == "most likely" else "entropy"
+        state.e_type = option
 
 
 def uncertainty_map(state: State, ensemble: Ensemble, colours: Sequence[str]) -> CellMap:
     """Return the chosen uncertainty map."""
-    image, e_type = ensemble.training_image, e_type_of(ensemble)
+    image = ensemble.training_image
+    if ensemble.values:
+        return _uncertainty_of_values(state, ensemble)
+    e_type = e_type_of(ensemble)
     if state.e_type == "most likely":
         return facies_map(e_type.most_likely_indices, image, colours, "Most likely facies")
     if state.e_type == "entropy":
-        return share_map(
+        return number_map(
             e_type.entropy, "entropy", "Entropy", colours=ENTROPY, point_colours=colours
         )
     name, shares = image.facies_names[state.facies], e_type.probability[state.facies]
     alt = f"Probability of {name}" if ensemble.n > 1 else f"Occurrence of {name}"
     word = f"P({name}) =" if ensemble.n > 1 else f"{name}:"
-    return share_map(shares, word, alt, point_colours=colours)
+    return number_map(shares, word, alt, point_colours=colours)
+
+
+def threshold_of(state: State, image: TrainingImage) -> float:
+    """Return the chosen threshold of a continuous variable, by default the median of the image."""
+    low, high = image.sorted_values[[0, -1]]
+    chosen = state.threshold
+    return chosen if chosen is not None and low <= chosen < high else image.median
+
+
+def as_facies(state: State, ensemble: Ensemble) -> Ensemble:
+    """Return realizations of facies, or the indicator of the threshold of values."""
+    if not ensemble.values:
+        return ensemble
+    return indicator_of(ensemble, threshold_of(state, ensemble.training_image))
+
+
+def draw_threshold_field(state: State, image: TrainingImage) -> None:
+    """Draw the slider of the threshold of probability map and connectivity."""
+    low, high = image.sorted_values[[0, -1]].tolist()
+    step = (high - low) / N_THRESHOLDS
+    field(
+        st.slider,
+        f"Threshold of {image.variable}",
+        key="threshold",
+        min_value=low,
+        max_value=high - step,
+        step=step,
+        width=260,
+        label_visibility="collapsed",
+        format="%.4g",
+        **bound_to(state, "threshold", value=threshold_of(state, image)),
+    )
+
+
+@cached(max_entries=16)
+def statistic_of_values(ensemble: Ensemble, statistic: EMap) -> Floats:
+    """Return the mean, the standard deviation or a quantile of values in each cell."""
+    if statistic == "mean":
+        return ensemble.mean()
+    if statistic == "deviation":
+        return ensemble.std()
+    return ensemble.quantile(float(statistic.removeprefix("P")) / 100)
+
+
+def _uncertainty_of_values(state: State, ensemble: Ensemble) -> CellMap:
+    """Return the chosen uncertainty map of a continuous variable."""
+    image, statistic = ensemble.training_image, state.e_type
+    if statistic not in OF_VALUES or statistic == "probability":
+        limit = three_digits(threshold_of(state, image))
+        words = minus(f"{image.variable} > {limit} {image.units}".rstrip())
+        shares = ensemble.exceedance(threshold_of(state, image))
+        return number_map(shares, f"P({words}) =", f"Probability of {words}")
+    name = f"{OF_VALUES[statistic].split(' (')[0]} of {image.variable}"
+    numbers = statistic_of_values(ensemble, statistic)
+    if statistic != "deviation":
+        return value_map(numbers, image, ensemble.hard_data, name, name)
+    units, limits = f" {image.units}".rstrip(), (0.0, float(np.nanmax(numbers)))
+    return number_map(
+        numbers, name, name, limits=limits, text=three_digits, units=units, colours=ENTROPY
+    )
 
 
 def given_map(ensemble: Ensemble, facies: int) -> CellMap | None:
@@ -188,7 +272,7 @@ def given_map(ensemble: Ensemble, facies: int) -> CellMap | None:
     shares = ensemble.secondary.probabilities[facies]
     probability = np.where(ensemble.study.active_mask, shares, np.nan)
     word = f"given P({ensemble.training_image.facies_names[facies]}) ="
-    return share_map(probability, word, "Given probability")
+    return number_map(probability, word, "Given probability")
 
 
 def with_borders(cell_map: CellMap, ensemble: Ensemble) -> CellMap:
@@ -235,9 +319,20 @@ def draw_given(cell_map: CellMap, name: str, **options: Any) -> None:
 def draw_training_image(image: TrainingImage, colours: Sequence[str]) -> None:
     """Draw the training image with its name; volumes share the cursor of the results."""
     panel_title("Training image", pretty(image.name))
-    cell_map = facies_map(image.indices, image, colours, f"Training image {image.name}")
+    alt = f"Training image {image.name}"
+    cell_map = facies_map(image.indices, image, colours, alt)
+    if image.values:
+        cell_map = value_map(image.values[image.variable], image, HardData(), alt)
     link = "grid" if image.n_dimensions == 3 else "image"
     draw_cells(cell_map, "image", name="training_image", link=link, scale="maps", leads=False)
+
+
+def map_of(ensemble: Ensemble, r: int, colours: Sequence[str], alt: str) -> CellMap:
+    """Return realization `r` in the colours of its facies, or of values."""
+    image = ensemble.training_image
+    if ensemble.values:
+        return value_map(ensemble.values_of()[r], image, ensemble.hard_data, alt)
+    return facies_map(ensemble.indices[r], image, colours, alt)
 
 
 def realization_map(
@@ -249,15 +344,10 @@ def realization_map(
     wells: CellsOfWells | None = None,
 ) -> CellMap:
     """Return realization `r` with the data, and the names of their wells, on top."""
-    image = ensemble.training_image
-    return with_data(
-        state,
-        facies_map(ensemble.indices[r], image, colours, alt),
-        ensemble.hard_data,
-        image,
-        realization=ensemble.realizations[r],
-        wells=wells,
-    )
+    image, data = ensemble.training_image, ensemble.hard_data
+    realization = ensemble.values_of()[r] if ensemble.values else ensemble.realizations[r]
+    cell_map = map_of(ensemble, r, colours, alt)
+    return with_data(state, cell_map, data, image, realization=realization, wells=wells)
 
 
 def draw_realization(
@@ -302,7 +392,11 @@ def draw_gallery(state: State, ensemble: Ensemble, colours: Sequence[str]) -> No
 @cached(max_entries=80)
 def sheet(ensemble: Ensemble, colours: tuple[str, ...], longest: int, n: int) -> tuple[str, int]:
     """Return a picture of the first `n` realizations as Base64 text, and its number of columns."""
-    png, columns = contact_sheet(middle_layers(ensemble.indices[:n]), colours, longest=longest)
+    indices, tile_colours = ensemble.indices[:n], list(colours)
+    if ensemble.values:
+        image, data = ensemble.training_image, ensemble.hard_data
+        indices, tile_colours = value_steps(ensemble.values_of()[:n], image, data)
+    png, columns = contact_sheet(middle_layers(indices), tile_colours, longest=longest)
     return b64encode(png).decode(), columns
 
 

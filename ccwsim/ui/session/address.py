@@ -70,6 +70,7 @@ def show(state: State, shown: Shown) -> None:
     """Show the parts of the results that the link selects."""
     image, state.facies_image = state.image, ""
     state.shown, state.e_type = shown.realization, shown.e_type
+    state.threshold = shown.threshold
     state.flow, state.compare, state.sweep = shown.flow, shown.compare, shown.sweep
     state.choose_facies(image)
     if shown.facies is not None:
@@ -84,6 +85,7 @@ def shown_of(state: State) -> Shown:
         realization=state.shown,
         facies=None if is_usual else state.facies,
         e_type=state.e_type,
+        threshold=state.threshold,
         flow=state.flow,
         compare=state.compare,
         sweep=state.sweep,

@@ -21,7 +21,7 @@ from ccwsim import (
     io,
     simulate,
 )
-from ccwsim.datasets.sampling import sample_random
+from ccwsim.datasets.sampling import read_values, sample_random
 from ccwsim.experiments.timing import typical_seconds
 from ccwsim.io.formats.rasters import code_and_wkt
 from ccwsim.io.hard_data.placing import CONVERSION_CHOICES, ROW_CHOICES, far_away
@@ -30,7 +30,7 @@ from ccwsim.io.limits import limited, upload_limits
 from ccwsim.jobs.job import result_in_turn
 from ccwsim.jobs.limits import UNASKED_SECONDS, free_bytes, limits_of_environment
 from ccwsim.metrics import default_parameters
-from ccwsim.model.arrays import Floats, Shape
+from ccwsim.model.arrays import Array, Floats, Shape
 from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED
 from ccwsim.model.errors import refused
 from ccwsim.model.facies_match import FaciesMatch
@@ -280,16 +280,21 @@ def image_of(choice: ImageChoice) -> TrainingImage:
     else:
         with opened(choice.upload) as file:
             original = io.read_training_image(file, **dict(choice.answers))
-    array = original.array
-    if choice.transpose:
-        array = np.swapaxes(array, -1, -2)
-    if choice.flip_ew:
-        array = array[..., ::-1]
-    if choice.flip_ns:
-        array = array[..., ::-1, :]
+
+    def turned(array: Array) -> Array:
+        if choice.transpose:
+            array = np.swapaxes(array, -1, -2)
+        array = array[..., ::-1] if choice.flip_ew else array
+        return array[..., ::-1, :] if choice.flip_ns else array
+
     names = choice.names if len(choice.names) == original.n_facies else original.facies_names
     return TrainingImage(
-        array, name=original.name, facies_names=names, numbering=original.numbering
+        turned(original.array),
+        name=original.name,
+        facies_names=names,
+        numbering=original.numbering,
+        values={variable: turned(values) for variable, values in original.values.items()},
+        units=original.units,
     )
 
 
@@ -399,18 +404,20 @@ def _placed_cells(
     words, codes = facies
     if not data.n:  # without data, the array of cells has the number of axes of the grid
         data = HardData(np.empty((0, grid.n_dimensions)), ())
+    if image.values:
+        data.of_image(image)  # raises an error if the data are facies
     points = io.ImportedPoints(
         places=data.cells.astype(float),
-        values=data.facies.astype(float),
+        values=data.measured.astype(float),
         lines=np.arange(1, data.n + 1),
         world=False,
         counted="datum",
         name="hard data",
-        variable="facies",
+        variable=image.variable or "facies",
         words=words,
         numbering=numbering,
     )
-    conversion = io.Conversion(classes="codes", facies_names=codes)
+    conversion = io.Conversion(classes=None if image.values else "codes", facies_names=codes)
     return io.place_points(points, grid, image, conversion)
 
 
@@ -545,7 +552,8 @@ def _sampled(
         )
     demand = demand_of(Study(image, Grid.of(shape), parameters), 1)
     reference = result_in_turn(partial(simulate, image, shape, parameters, seed=seed), demand)
-    return sample_random(reference.realizations[0], n, seed)
+    values = {variable: stack[0] for variable, stack in reference.values.items()}
+    return read_values(sample_random(reference.realizations[0], n, seed), values)
 
 
 def same_realizations(choices: Choices, other: Choices) -> bool:

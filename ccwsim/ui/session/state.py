@@ -195,6 +195,7 @@ class State:
     shows_across: bool = False  # whether connectivity is shown in the second of two directions
     axis: DirectionName = "E-W"  # direction of the curves of a volume
     e_type: EMap = "probability"  # the statistic in the uncertainty map
+    threshold: float | None = None  # of a continuous variable; None for the median of the image
     flow: FlowChoice = field(default_factory=FlowChoice)  # settings of the page Flow
     compare: CompareChoice = field(default_factory=CompareChoice)
     sweep: SweepChoice = field(default_factory=SweepChoice)

@@ -84,10 +84,19 @@ def _results(state: State, ensemble: Ensemble) -> None:
         charts.draw_band_key(ensemble)
         if volume:
             draw_axis_field(state, ensemble)
+        if ensemble.values:
+            maps.draw_threshold_field(state, ensemble.training_image)
     with curves:
-        charts.draw_facies_charts(ensemble, state.facies, state.axis)
+        if ensemble.values:
+            indicator = maps.as_facies(state, ensemble)
+            charts.draw_facies_charts(indicator, 1, state.axis, of_values=ensemble)
+        else:
+            charts.draw_facies_charts(ensemble, state.facies, state.axis)
     with beside if room_below_image(ensemble, n_maps) else below:
-        charts.draw_proportions(ensemble, colours)
+        if ensemble.values:
+            charts.draw_histogram(ensemble)
+        else:
+            charts.draw_proportions(ensemble, colours)
     with below:
         step_note(verdicts.HOW_JUDGED)
         if any(charts.directions_of_curves(ensemble, state.facies).values()):
@@ -120,7 +129,8 @@ def figures(grid: Grid, image: TrainingImage, n_maps: int = 2) -> Iterator[None]
     width, (image_ny, image_nx) = image_width(grid, image, n_maps), image.shape[-2:]
     sizes = {"nx": grid.nx, "ny": grid.ny, "image-nx": width, "maps": n_maps}
     sizes["image-ny"] = width * image_ny / image_nx
-    sizes["keys"] = sum(len(key) + KEY_MARK for key in (*image.facies_names, "4000 data"))
+    names = (image.variable,) if image.values else image.facies_names
+    sizes["keys"] = sum(len(key) + KEY_MARK for key in (*names, "4000 data"))
     sizes["digits"] = max(len(f"{end:.0f}") for axis in grid.axes[:2] for end in axis[[0, -1]])
     numbers = " ".join(f"--{name}: {size:g};" for name, size in sizes.items())
     st.html(f"<style>.stApp {{ {numbers} }}</style>")
@@ -158,7 +168,7 @@ def room_below_image(ensemble: Ensemble, n_maps: int) -> bool:
         return layout != "volume"
     high = image_width(grid, image, n_maps) * image.shape[0] / image.shape[1]
     room = (1 - high / grid.ny) * LOWEST_MAP
-    return room >= PROPORTIONS_AXIS + PROPORTIONS_ROW * image.n_facies
+    return room >= PROPORTIONS_AXIS + PROPORTIONS_ROW * (1 if image.values else image.n_facies)
 
 
 @st.fragment

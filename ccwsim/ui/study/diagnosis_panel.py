@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from html import escape
 
+import numpy as np
 import streamlit as st
 
 from ccwsim import Parameters, TrainingImage
@@ -67,9 +68,9 @@ def draw_advice(
     for warning in diagnosis.warnings:
         st.html(f'<p class="odd">{escape(warning)}</p>')
     st.html(advice_table(diagnosis, parameters))
-    thin = min(range(image.n_facies), key=lambda k: diagnosis.thickness[k])
+    thin = int(np.argmin(diagnosis.thickness))
     thickness = plural(diagnosis.thickness[thin], "cell")
-    step_note(f"Thinnest feature: {image.facies_names[thin]}, {thickness} thick.")
+    step_note(f"Thinnest feature: {image.two_facies.facies_names[thin]}, {thickness} thick.")
     advised = {advice.parameter: advice.value for advice in diagnosis.advice}
     differs = any(getattr(parameters, name) != value for name, value in advised.items())
     if differs:

@@ -7,6 +7,7 @@ from math import isqrt
 from typing import Any
 
 import numpy as np
+import streamlit as st
 
 from ccwsim.io import class_edges, guess_answers, read_colours, read_grid
 from ccwsim.io.formats.pictures import MAX_COLOURS, PictureFile, few_colours
@@ -29,7 +30,8 @@ BINS = 96
 WHOLE_VOLUME, ONE_LAYER = "the whole volume", "one layer"
 WITH_GAPS = "the whole image"
 WHOLE_IMAGE, ONE_PIECE = "the whole image, thinned", "a piece"
-THRESHOLD, CLASSES, MAIN_COLOURS, CODES = "threshold", "classes", "main colours", "as they are"
+THRESHOLD, CLASSES, MAIN_COLOURS = "threshold", "classes", "main colours"
+CODES, VALUES = "as they are", "keep values"
 WriteImage = Callable[[ImageChoice], None]
 Answer = Callable[..., None]
 """A function answer(question, name=value), which writes an answer and guesses later ones."""
@@ -245,15 +247,29 @@ def _values(
         THRESHOLD: {"threshold": questions.rounded(float(np.median(values)))},
         classes: {"classes": 2},
     }
-    start |= {} if is_picture else {CODES: {"classes": "codes"}}
+    if not is_picture:
+        start |= {CODES: {"classes": "codes"}, VALUES: {"continuous": True}}
     method = THRESHOLD if threshold is not None else CODES if n == "codes" else classes
+    method = VALUES if answers.get("continuous") else method
     text = f"{'Colours' if is_picture else 'Values'} become facies by"
     tip = "Drag a line or type a limit. Values at the limit are in the facies above."
     items: list[FormItem] = [tabs("values", text, method, same(start), start.__getitem__, help=tip)]
     if method == classes and isinstance(n, int):
         bounds = {"min_value": 2, "max_value": MAX_COLOURS if is_picture else 32}
         items.append(Question("classes", "How many", n, look=bounds))
-    if method in (CODES, MAIN_COLOURS):
+    if method == VALUES:
+        units = str(answers.get("units", ""))
+        items.append(
+            Question(
+                "units",
+                "Units, such as m or %",
+                units,
+                answers=lambda text: {"continuous": True, "units": text.strip()},
+                widget=st.text_input,
+                look={"max_chars": 20},
+            )
+        )
+    if method in (CODES, MAIN_COLOURS, VALUES):
         return items
     if threshold is None:
         edges = n if isinstance(n, tuple) else class_edges(values, int(n or 2)).tolist()

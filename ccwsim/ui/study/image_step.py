@@ -47,7 +47,8 @@ def image_step(state: State) -> None:
         )
         with st.container(gap="small"):
             size = describe_shape(image.shape)
-            step_note(f"{pretty(image.name)}\n{size}, {image.n_facies} facies")
+            what = f"values of {image.variable}" if image.values else f"{image.n_facies} facies"
+            step_note(f"{pretty(image.name)}\n{size}, {what}")
             menu("Change", "image_menu", partial(_image_menu, state))
     draft = state.image_draft
     if draft is not None:

@@ -20,7 +20,7 @@ from ccwsim.model.ensemble import FORCED, WRONG
 from ccwsim.model.numbers import coordinate, minus, three_digits
 from ccwsim.model.watch import Fraction
 from ccwsim.report.verdicts import Verdict
-from ccwsim.ui.frontend.cells import CellMap, draw_cells, editor_points, facies_map, share_map
+from ccwsim.ui.frontend.cells import CellMap, draw_cells, editor_points, facies_map, number_map
 from ccwsim.ui.results.charts import titled_chart
 from ccwsim.ui.results.maps import draw_given, given_map, pretty, with_data
 from ccwsim.ui.session.cached import as_task
@@ -63,7 +63,7 @@ def _draw_directions(off: Floats, ensemble: Ensemble, facies: int) -> None:
     most = float(np.nanquantile(size, 0.9))
     note = f"{np.nanmean(size):.1f}° on average, at most {most:.1f}° in 90 % of the cells"
     panel_title("Difference from the given angles", note)
-    cell_map = share_map(size / 90, "difference / 90° =", f"Directions of {name}", colours=ENTROPY)
+    cell_map = number_map(size / 90, "difference / 90° =", f"Directions of {name}", colours=ENTROPY)
     draw_cells(cell_map, "directions", link="grid", name="directions", body=False, max_height=400)
 
 
@@ -136,10 +136,10 @@ def draw_e_type_maps(
     entropies = e_type.entropy[~np.isnan(e_type.entropy)]  # without inactive cells
     share = float((entropies < CERTAIN_ENTROPY).mean())
     certain = f"{three_digits(100 * share)} % of the cells are certain"
-    probability = share_map(shares, f"P({name}) =", title, point_colours=colours)
+    probability = number_map(shares, f"P({name}) =", title, point_colours=colours)
     most_likely = facies_map(e_type.most_likely_indices, image, colours, "Most likely facies")
     alt = "Entropy, from 0 (certain) to 1 (all facies equally likely)"
-    entropy = share_map(e_type.entropy, "entropy", alt, colours=ENTROPY, point_colours=colours)
+    entropy = number_map(e_type.entropy, "entropy", alt, colours=ENTROPY, point_colours=colours)
     maps = (
         (title, "E-type", "probability", probability),
         ("Most likely facies", "", "most_likely", most_likely),

@@ -9,7 +9,7 @@ import numpy as np
 import streamlit as st
 
 from ccwsim import Ensemble
-from ccwsim.figures import Group, mds_chart, mds_title
+from ccwsim.figures import Group, facies_colours, mds_chart, mds_title
 from ccwsim.jobs.statistics import Task
 from ccwsim.metrics import Anodi, Fit
 from ccwsim.model.bounds import MAX_REALIZATIONS
@@ -66,7 +66,7 @@ def draw_page(state: State) -> None:
     draw_news(state, parts=False)
     with st.container(key="results"):
         if state.ensemble is not None:
-            _draw_validation(state, state.ensemble)
+            _draw_validation(state, maps.as_facies(state, state.ensemble))
         else:
             with st.container(key="maps"):
                 places = maps.map_columns((0.5, 1.0, 1.0), 1, state.grid)
@@ -83,6 +83,8 @@ def _draw_validation(state: State, ensemble: Ensemble) -> None:
     page_state.waiting.clear()
     state.fit_shown(ensemble)
     colours = maps.colours_of_ran(state)
+    if state.ensemble is not ensemble:  # values above the threshold are judged
+        state.facies, colours = 1, facies_colours(ensemble.training_image)
     draw_caption(caption_of(ensemble))
     with in_row("judge_row", "top"):
         top = st.container(key="judgement")
@@ -107,16 +109,19 @@ def _draw_controls(state: State, ensemble: Ensemble) -> None:
     with st.container(
         horizontal=True, vertical_alignment="bottom", gap="small", key="judge_what", width=420
     ):
-        field(
-            st.selectbox,
-            "Facies",
-            key="judged",
-            help="The facies whose curves and probability are shown.",
-            value=state.facies,
-            write=lambda k: maps.choose_statistic(state, k),
-            width=140,
-            **options_of(dict(enumerate(ensemble.training_image.facies_names))),
-        )
+        if state.ensemble is not None and state.ensemble.values:
+            maps.draw_threshold_field(state, state.ensemble.training_image)
+        else:
+            field(
+                st.selectbox,
+                "Facies",
+                key="judged",
+                help="The facies whose curves and probability are shown.",
+                value=state.facies,
+                write=lambda k: maps.choose_statistic(state, k),
+                width=140,
+                **options_of(dict(enumerate(ensemble.training_image.facies_names))),
+            )
         field(
             st.number_input,
             "Realizations",
@@ -148,7 +153,8 @@ def _draw_first_screen(state: State, colours: Sequence[str], elsewhere: tuple) -
         with middle:
             maps.draw_e_type(state, slice_ensemble, colours, wells_on(state, slice_ensemble))
         with right:
-            task, draw = statistics.patterns(ensemble), partial(_draw_mds, state)
+            task = statistics.patterns(maps.as_facies(state, ensemble))
+            draw = partial(_draw_mds, state)
             statistics.panel(state, "mds", task, draw)
 
 
@@ -275,7 +281,7 @@ MAX_FACIES_LISTED = 4
 def findings(state: State, ensemble: Ensemble) -> list[Verdict]:
     """Return the findings that follow from the statistics computed so far."""
     page_state = state.page(statistics.Validation)
-    judged = [data_verdict(ensemble)]
+    judged = [data_verdict(state.ensemble or ensemble)]
     tasks: dict[str, Task[Any]] = {"variety": statistics.variety(ensemble)}
     if zoned := names_of_zones(ensemble):  # each zone is judged by its own image
         tasks["zones"] = statistics.zones(ensemble)

@@ -50,8 +50,12 @@ MAX_USES = 100  # number of uses of a cell above which all cells have the same c
 def draw_curves_row(state: State, ensemble: Ensemble) -> None:
     """Draw variograms and connectivity; for volumes, add proportions of layers and new patterns."""
     charts.draw_band_key(ensemble)
-    pairs = product(STATISTICS, axes_of(ensemble.grid.shape))  # variograms are first
-    drawn = [partial(draw_curve, state, ensemble, name, direction) for name, direction in pairs]
+    names: tuple[Statistic, ...] = STATISTICS
+    of: dict[Statistic, Ensemble] = {}
+    if state.ensemble is not None and state.ensemble.values:
+        names, of = ("values", "connectivity"), {"values": state.ensemble}
+    pairs = product(names, axes_of(ensemble.grid.shape))  # variograms are first
+    drawn = [partial(draw_curve, state, of.get(name, ensemble), name, way) for name, way in pairs]
     if ensemble.grid.is_volume:  # two rows of four
         drawn.insert(3, partial(_draw_layers, state, ensemble))
         drawn.append(partial(_draw_unseen, state, ensemble))
@@ -105,10 +109,12 @@ def draw_curve(
     height: int = CURVE_HEIGHT,
 ) -> None:
     """Draw a statistic of the chosen facies along a direction."""
-    name = ensemble.training_image.facies_names[state.facies]
-    p = float(ensemble.training_image.proportions[state.facies])
+    image = ensemble.training_image
+    name, p = image.facies_names[state.facies], float(image.proportions[state.facies])
     # 1.5 × the sill is above most variograms; so charts of both directions have the same scale
     top = 1.5 * p * (1 - p) or 0.5
+    if statistic == "values":
+        name, top = image.variable, 1.5 * float(image.sorted_values.var())
     key = f"{statistic}_{direction[0] if isinstance(direction, str) else 'azimuth'}"
 
     def draw(compared: statistics.Compared[Bundle]) -> None:

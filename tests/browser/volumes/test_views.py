@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from ccwsim import Grid
-from ccwsim.ui.frontend.cells import CellMap, share_map, volume_content
+from ccwsim.ui.frontend.cells import CellMap, number_map, volume_content
 from ccwsim.ui.frontend.component import component_parts
 from tests.browser.hands import SOON, settled, soon
 from tests.browser.served import CHROMIUM
@@ -165,7 +165,7 @@ def test_wells_have_the_colours_of_their_data(tab):
     well = tuple((z, 4, 9 - z) for z in range(NZ))
     show(tab, replace(VOLUME, points=points, wells=(("B-2", well),)))
     holds(lambda: tab.evaluate(STROKED) == [COLOURS[k] for k in (0, 2, 1, 3)])
-    share = share_map(np.zeros((NZ, NY, NX)), "P =", "E-type", point_colours=COLOURS)
+    share = number_map(np.zeros((NZ, NY, NX)), "P =", "E-type", point_colours=COLOURS)
     show(tab, replace(share, points=[[z, 1, 2, 3, 0] for z in range(NZ)]))
     holds(lambda: tab.evaluate(STROKED) == [COLOURS[3]])
 
@@ -451,7 +451,7 @@ def test_a_block_is_cut_out_at_the_cursor_and_a_facies_stands_alone(tab):
 
 def test_a_threshold_leaves_the_cells_from_a_value_on(tab):
     shares = np.broadcast_to(np.linspace(0, 1, NX), (NZ, NY, NX))
-    show(tab, share_map(shares, "P(sand) =", "Probability"))
+    show(tab, number_map(shares, "P(sand) =", "Probability"))
     tab.locator(".mode").select_option("from")
     slider = tab.get_by_role("slider", name="Lowest value shown in the volume")
     drawn_cells = """() => { const c = document.querySelector('[data-panel=body] canvas');
@@ -498,7 +498,7 @@ def test_volumes_of_one_link_have_one_camera_and_one_choice_of_view(tab):
     show(tab, link="grid")
     add(tab, replace(VOLUME, indices=CELLS[:4]), "image", link="grid")
     shares = np.broadcast_to(np.linspace(0, 1, NX), (NZ, NY, NX))
-    add(tab, share_map(shares, "P(sand) =", "Probability"), "e_type", link="grid")
+    add(tab, number_map(shares, "P(sand) =", "Probability"), "e_type", link="grid")
     add(tab, key="alone")
     canvas(tab, "body").focus()
     for _ in range(7):

@@ -84,7 +84,7 @@ def ensemble_of(state: State) -> Ensemble:
 def test_edits_one_by_one_leave_the_last_word_in_each_cell(changes):
     data, last = HardData([[3, 3]], [7]), {(3, 3): 7}
     for cell, code in changes:
-        data = with_changes(data, {cell: code})
+        data = with_changes(data, {cell: code}, TrainingImage([[0, 7, 250]]))
         last[cell] = code
     kept = {cell: code for cell, code in last.items() if code is not None}
     cells = [tuple(cell) for cell in data.cells.tolist()]
@@ -265,10 +265,10 @@ def test_edits_of_the_table_are_added_up_from_its_base():
 
 def test_a_row_has_the_colour_of_its_facies_as_it_is_edited():
     base = rows_of(HardData([[1, 1], [2, 2], [3, 3]], [0, 7, 9]), SMALL.grid, False)
-    colour_of = {0: "#111111", 7: "#777777"}
+    image, facies_colours = TrainingImage([[0, 7]]), ["#111111", "#777777"]
 
     def colours(edits: dict) -> list[str]:
-        html = painted(base, edits, colour_of).to_html()
+        html = painted(base, edits, image, facies_colours).to_html()
         shared = re.findall(r"((?:#T_\w+?_row\d+_col3,?\s*)+)\{\s*background-color: (#\w+)", html)
         found = {int(k): c for names, c in shared for k in re.findall(r"row(\d+)", names)}
         return [found.get(k, "") for k in range(len(base))]
@@ -466,5 +466,5 @@ def test_the_table_names_the_wells_and_keeps_its_edits():
     frame = edited_rows(base, {"edited_rows": {"2": {"facies": 1}}, "added_rows": [{"row": 4}]})
     assert frame.columns.tolist() == ["row", "col", "facies"]
     assert frame["facies"].tolist()[:3] == [0, 0, 1]
-    html = painted(base, {}, {0: "#112233"}).to_html()
+    html = painted(base, {}, TrainingImage([[0]]), ["#112233"]).to_html()
     assert html.count("A-1") == 1

@@ -15,10 +15,10 @@ from streamlit.testing.v1 import AppTest
 from ccwsim import Grid, HardData, Parameters, datasets
 from ccwsim.engine.trace import Trace, fates
 from ccwsim.figures import LIGHT
+from ccwsim.figures.maps import N_STEPS
 from ccwsim.model.study import Study
 from ccwsim.sharing.choices import Choices, DataChoice, GuideChoice, ImageChoice
 from ccwsim.ui.how_it_works.maps import (
-    N_STEPS,
     PatchView,
     grid_map,
     location_marks,

@@ -52,7 +52,6 @@ UTM = Grid(512, 256, cell_size=(10.0, 10.0), origin=(436000.0, 4505000.0))
         (maps.middle_cells(np.arange(12).reshape(3, 2, 2)).tolist(), [[4, 5], [6, 7]]),
         (maps.map_name(1, ["mud", "sand"], 2), "probability of sand"),
         (maps.map_name(1, ["mud", "sand"], 1), "sand in the realization"),
-        (maps.map_name("entropy", [], 2), "entropy"),
         (image_part(TrainingImage([[0, 1]], name="my ../wall")), "my_.._wall"),
         (
             grid_part(TrainingImage([[0, 1]], name="channels"), Grid(100, 200)),
