@@ -51,6 +51,7 @@ IMAGE = TrainingImage(np.kron(np.arange(64).reshape(8, 8) % 3 % 2, np.ones((4, 4
 STUDY = Study(IMAGE, Grid(16, 16), P, HardData([[1, 2]], [1]))
 SHARES = np.full((2, 8, 8), 0.5)
 SQUARES = np.kron(np.eye(2, dtype=int), np.ones((8, 8), int))
+WITH_VALUES = TrainingImage.from_array(np.arange(64.0).reshape(8, 8), continuous=True)
 VOLUME = SQUARES[None, None]
 SECOND = np.array([0, 1], np.int8)
 COLOURS = ["#000000", "#ffffff"]
@@ -172,6 +173,7 @@ IMAGES: dict[str, Act] = {
     "unseen_patterns.training_image": lambda of: m.unseen_patterns(SQUARES, some(of)),
     "variogram.images": lambda of: m.variogram(some(of), 1),
     "variogram_map.images": lambda of: m.variogram_map(some(of), 1, 2),
+    "variogram_of_values.images": lambda of: m.variogram_of_values(some(of)),
     "vertical_proportions.images": lambda of: m.vertical_proportions(some(of)[None, None]),
     "RunningStatistics.add.realization": lambda of: m.RunningStatistics((16, 16), [0, 1]).add(
         some(of)
@@ -183,6 +185,12 @@ IMAGES: dict[str, Act] = {
 """Arguments with facies codes, which may be negative."""
 OTHERS: dict[str, Act] = {
     "HardData.__init__.cells": lambda of: HardData(of(1, 2), [0]).check(STUDY.grid),
+    "HardData.measured_as.cells": lambda of: HardData.measured_as(IMAGE, of(1, 2), [0]).check(
+        STUDY.grid
+    ),
+    "HardData.measured_as.measured": lambda of: HardData.measured_as(IMAGE, [[0, 0]], of(1)).check(
+        STUDY.grid, IMAGE
+    ),
     "HardData.part.cells": lambda of: HardData([[1, 2]], [0]).part(..., of(1, 2)).check(STUDY.grid),
     "HardData.__init__.facies": lambda of: HardData([[0, 0]], of(1)).check(STUDY.grid, IMAGE),
     "simulate.hard_data": lambda of: ccwsim.simulate(IMAGE, (16, 16), P, (of(1, 2), [0])),
@@ -240,6 +248,7 @@ OTHERS: dict[str, Act] = {
     "connectivity.lags": lambda of: m.connectivity(SQUARES, 1, lags=of(2)),
     "transiograms.lags": lambda of: m.transiograms(SQUARES, lags=of(2)),
     "variogram.lags": lambda of: m.variogram(SQUARES, 1, lags=of(2)),
+    "variogram_of_values.lags": lambda of: m.variogram_of_values(WITH_VALUES, lags=of(2)),
     "read_hard_data.grid": lambda of: io.read_hard_data(BytesIO(b"x,y,facies\n1,2,0\n"), of(2)),
     "import_hard_data.grid": lambda of: io.import_hard_data(BytesIO(b"x,y,facies\n1,2,0\n"), of(2)),
     "contact_sheet.indices": lambda of: figures.contact_sheet(of(1, 9, 9), COLOURS),
@@ -277,6 +286,7 @@ FREE: dict[str, Act] = {
     "fit_curve.direction": lambda of: m.fit_curve(ensemble(), "variogram", 1, tuple(of(2))),
     "transiograms.direction": lambda of: m.transiograms(SQUARES, None, tuple(of(2)), 2),
     "variogram.direction": lambda of: m.variogram(SQUARES, 1, tuple(of(2)), 2),
+    "variogram_of_values.direction": lambda of: m.variogram_of_values(WITH_VALUES, tuple(of(2)), 2),
     "npz of realizations, met_by": npz("met_by"),
     "project, training image": project("training_image.npy"),
     "npy of a training image": npy(io.read_training_image, 5, 5),

@@ -85,6 +85,7 @@ def curves(i: Whole) -> Any:
         m.variogram(IMAGE, i(1), step, i(9)),
         m.connectivity(IMAGE, i(1), "N-S", i(9), i(4)),
         m.variogram_map(IMAGE, i(1), i(9)).gamma,
+        m.variogram_of_values(TrainingImage.from_array(SHARES, continuous=True), step, i(1)),
         m.transiograms(IMAGE, [i(0), i(1)], "E-W", [i(1), i(5)]),
         m.geobody_statistics(IMAGE, i(1), i(8)),
         m.granulometry(IMAGE, i(1), i(5)),

@@ -80,7 +80,7 @@ def _read(field: Integers, cells: tuple[Array, ...]) -> HardData:
     return HardData(np.column_stack(cells), np.asarray(field)[cells])
 
 
-def read_values(data: HardData, values: Mapping[str, Floats]) -> HardData:
+def values_in_cells(data: HardData, values: Mapping[str, Floats]) -> HardData:
     """Return data with the values of fields, by name, in their cells."""
     cells = tuple(data.cells.T)
     measured = {name: field[cells] for name, field in values.items()}

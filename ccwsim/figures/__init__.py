@@ -49,7 +49,7 @@ from ccwsim.figures.style import (
     FACIES as FACIES,
     LIGHT as LIGHT,
     MARKER_SYMBOLS as MARKER_SYMBOLS,
-    VALUES as VALUES,
+    VALUE_COLOURS as VALUE_COLOURS,
     Theme as Theme,
     facies_colours as facies_colours,
     figure_json as figure_json,

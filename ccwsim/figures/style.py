@@ -33,7 +33,7 @@ LOG_STEPS = [
 HEX = re.compile(r"#[0-9a-fA-F]{6}")
 CIVIDIS = tuple(plotly.colors.sequential.Cividis)  # the cividis ramp, used for probabilities
 N_OF_SCALE = 201  # number of colours of a scale
-VALUES = tuple(plotly.colors.sequential.Viridis)  # for values of a continuous variable
+VALUE_COLOURS = tuple(plotly.colors.sequential.Viridis)  # for values of a continuous variable
 ENTROPY = ("#F3EEF8", "#C9B4DE", "#8E6BB5", "#5B3788", "#33145C")
 """Colours of the one-hue ramp for entropy; cells without uncertainty are pale."""
 FONT = '"Source Sans", "Source Sans 3", "Source Sans Pro", "Segoe UI", sans-serif'
@@ -84,7 +84,7 @@ def facies_colours(
     if training_image.values:  # the colour of the median of a class on the scale of values
         values, low = training_image.class_medians, training_image.sorted_values[0]
         span = training_image.sorted_values[-1] - low or 1.0
-        scale = ramp(VALUES, N_OF_SCALE)
+        scale = ramp(VALUE_COLOURS, N_OF_SCALE)
         usual = [scale[round((value - low) / span * (N_OF_SCALE - 1))] for value in values]
     colours = [chosen.get(code, colour) for code, colour in zip(codes, usual, strict=True)]
     for colour in colours:

@@ -129,7 +129,7 @@ def read_training_image(
             classes=classes,
             name=name,
             continuous=True,
-            variable=Path(file.name).stem if key in NAMES_OF_FORMATS else key,
+            variable=(key in NAMES_OF_FORMATS and Path(file.name).stem) or key,
             units=units,
         )
     as_codes = threshold is None and asks_for_codes(classes)

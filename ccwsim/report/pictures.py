@@ -17,7 +17,7 @@ from ccwsim.model.bounds import MAX_CURVES
 from ccwsim.report.document import Chart, Picture
 from ccwsim.report.verdicts import SIGNS, curve_title
 
-N_BINS = 24  # bins of a histogram of values
+N_VALUE_BINS = 24  # bins of a histogram of values
 LEGEND = (
     ("training image", LIGHT.reference),
     ("median", LIGHT.ink),
@@ -116,7 +116,7 @@ def histogram_bundle(ensemble: Ensemble) -> Bundle:
     Lags are the middles of the bins, which divide the range of the training image.
     """
     values = ensemble.training_image.sorted_values
-    edges = np.linspace(values[0], values[-1], N_BINS + 1)
+    edges = np.linspace(values[0], values[-1], N_VALUE_BINS + 1)
 
     def shares(of_cells: Floats) -> Floats:
         known = of_cells[np.isfinite(of_cells)]

@@ -10,12 +10,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from ccwsim import Parameters, simulate
 from ccwsim.metrics import (
     band,
     connectivity,
     transiograms,
     variogram,
     variogram_map,
+    variogram_of_values,
 )
 from ccwsim.metrics.lags import lags_within
 from ccwsim.model.errors import CCWSIMError
@@ -164,3 +166,52 @@ def test_lags_that_do_not_fit_are_said():
 def test_default_lags_fit_the_image():
     assert lags_within((60, 80), "E-W", None)[0].max() == 79
     assert lags_within((5, 60, 80), "vertical", None)[0].tolist() == [0, 1, 2, 3, 4]
+
+
+OF_VALUES = Parameters(16, 4, 1)
+STEPS_OF_VALUES = [("E-W", (0, 1)), ("N-S", (1, 0)), ((2, 1), (2, 1))]
+
+
+def values_with(gaps: bool) -> np.ndarray:
+    values = np.random.default_rng(2).normal(size=(23, 31)).cumsum(axis=1)
+    if gaps:
+        values[4:9, 3:20] = np.nan
+    return values
+
+
+@pytest.mark.parametrize("gaps", [False, True])
+@pytest.mark.parametrize(
+    ("direction", "step"), [("E-W", (0, 1)), ("N-S", (1, 0)), ((2, 1), (2, 1))]
+)
+def test_the_variogram_of_values_is_half_the_mean_square_of_differences(gaps, direction, step):
+    values = values_with(gaps)
+    image = TrainingImage.from_array(values, continuous=True)
+    found = variogram_of_values(image, direction, 6)
+    for lag, gamma in zip(found.lags.tolist(), found.gamma[0], strict=True):
+        down, right = step[0] * lag, step[1] * lag
+        head = values[down:, right:]
+        tail = values[: len(values) - down, : values.shape[1] - right]
+        np.testing.assert_allclose(gamma, np.nanmean((head - tail) ** 2) / 2, rtol=1e-12)
+    np.testing.assert_allclose(found.sill, np.nanvar(values))
+
+
+def test_the_variogram_of_values_of_zeros_and_ones_is_the_variogram_of_the_indicator():
+    values = (values_with(False) > 0).astype(float)
+    image = TrainingImage.from_array(values, continuous=True)
+    np.testing.assert_allclose(variogram_of_values(image).gamma, variogram(image, 1).gamma)
+
+
+def test_each_realization_of_values_has_its_variogram():
+    image = TrainingImage.from_array(np.tile(values_with(False), (3, 2)), continuous=True)
+    e = simulate(image, (40, 40), OF_VALUES, n_realizations=3)
+    found = variogram_of_values(e, "N-S", 8)
+    for k in range(3):
+        one = TrainingImage.from_array(e.values_of()[k], continuous=True)
+        np.testing.assert_allclose(found.gamma[k], variogram_of_values(one, "N-S", 8).gamma[0])
+
+
+def test_facies_have_no_variogram_of_values():
+    with pytest.raises(CCWSIMError, match="only facies"):
+        variogram_of_values(TrainingImage(np.eye(4, dtype=int)))
+    with pytest.raises(CCWSIMError, match="only facies"):
+        variogram_of_values(np.eye(4))

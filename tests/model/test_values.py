@@ -245,3 +245,59 @@ DIGESTS = {
 def test_every_source_is_as_it_was(n):
     e = simulate(image_of(), (50, 60), SMALL, data_of(n), 2, seed=9, keep_sources=True)
     assert digest(e.sources) == DIGESTS[n]
+
+
+def test_an_indicator_is_an_ensemble_of_two_facies():
+    image, data = image_of(units="%"), data_of(30)
+    e = simulate(image, (50, 60), SMALL, data, 3)
+    two = e.indicator(0.25)
+    values = e.values_of()
+    assert (two.realizations == (values > 0.25)).all()
+    assert two.training_image.facies_names == ("porosity ≤ 0.25 %", "porosity > 0.25 %")
+    assert (two.hard_data.facies == (data.values["porosity"] > 0.25)).all()
+    assert not two.n_mismatched.any()
+    assert not two.values
+    assert (two.probability(1) == e.exceedance(0.25)).all()
+
+
+def test_an_indicator_of_active_cells_and_gaps():
+    values = hills()
+    values[:5, :7] = np.nan
+    active = np.ones((40, 50), bool)
+    active[:10, :20] = False
+    e = simulate(image_of(values), (40, 50), SMALL, secondary=Secondary(active=active))
+    two = e.indicator(0.0)
+    assert (two.indices[0][~active] == UNKNOWN).all()
+    assert np.isin(two.indices[0][active], (0, 1)).all()
+    assert (np.isnan(two.training_image.array) == np.isnan(values)).all()
+
+
+@pytest.mark.parametrize("threshold", [-99.0, 99.0, np.nan, "high"])
+def test_a_threshold_divides_the_values_of_the_image(threshold):
+    image = image_of()
+    with pytest.raises(CCWSIMError, match="threshold"):
+        image.indicator(threshold)
+    with pytest.raises(CCWSIMError, match="threshold"):
+        image.indicator(image.sorted_values[-1])
+
+
+@pytest.mark.parametrize("values", [hills(), np.eye(30), 1 - np.eye(30)])
+def test_the_median_divides_the_values(values):
+    image = image_of(values)
+    assert image.indicator(image.median).n_facies == 2
+    assert image.two_facies.numbering == "values"
+    medians = image.class_medians
+    assert medians == sorted(medians)
+
+
+def test_classes_are_named_after_their_limits():
+    image = image_of(np.arange(64.0).reshape(8, 8) - 8, units="m")
+    names = image.facies_names
+    assert (names[0], names[1], names[-1]) == ("below 0 m", "0 to 8 m", "48 m and more")
+    assert image_of(np.ones((8, 8))).facies_names == ("all values",)
+
+
+def test_facies_have_no_indicator():
+    e = simulate(np.tile([[0], [0], [1], [1]], (16, 64)), (40, 50), SMALL)
+    with pytest.raises(CCWSIMError, match="only facies"):
+        e.indicator(0.5)

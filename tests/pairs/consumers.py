@@ -176,10 +176,8 @@ def report_of(case: Case) -> str:
     )
 
 
-def linked(case: Case) -> tuple[Choices, Shown, tuple[str, ...]] | None:
+def linked(case: Case) -> tuple[Choices, Shown, tuple[str, ...]]:
     """Return the choices in the link of a study."""
-    if case.image.values:  # the dashboard has no values of continuous variables
-        return None
     own = own_choices(case.choices)
     choices, shown, notes = read_link(link_of(case.choices), own)
     assert (choices, notes) == (case.choices, ())
@@ -252,6 +250,9 @@ METRICS: dict[str, Callable[[Case], Any]] = {
     "unseen_patterns": lambda c: metrics.unseen_patterns(c.ensemble, c.image),
     "variogram": lambda c: metrics.variogram(c.ensemble, c.code),
     "variogram_map": lambda c: metrics.variogram_map(c.ensemble, c.code, 2),
+    "variogram_of_values": lambda c: (
+        metrics.variogram_of_values(c.ensemble) if c.image.values else None
+    ),
     "vertical_proportions": lambda c: metrics.vertical_proportions(c.ensemble),
     "warn_of_edges": lambda c: metrics.warn_of_edges(c.study.parameters, c.image),
     "warn_of_level": lambda c: metrics.warn_of_level(

@@ -20,6 +20,7 @@ from ccwsim.sharing.choices import (
     CompareChoice,
     DataChoice,
     Directions,
+    EMap,
     FlowChoice,
     Gradient,
     GuideChoice,
@@ -50,6 +51,8 @@ def random_study(number: int, *, files: bool) -> tuple[Choices, Shown]:
     rng = np.random.default_rng([11, number, files])
     if number % 5 == 0:
         choices = _volume(rng, files=files)
+    elif number % 5 == 3 and files:
+        choices = _values(rng)
     else:
         ny, nx = (int(n) for n in rng.integers(24, 40, 2))
         grid = Grid(ny, nx)
@@ -69,11 +72,12 @@ def random_study(number: int, *, files: bool) -> tuple[Choices, Shown]:
     if number == 7:  # published variants have no guides
         published = choices.parameters.as_in("paper")
         choices = replace(choices, parameters=published, guides=GuideChoice())
-    e_types = "probability", "most likely", "entropy"
+    e_types = get_args(EMap)
     shown = Shown(
         realization=int(rng.integers(9)),
         facies=1,
-        e_type=e_types[rng.integers(3)],
+        e_type=e_types[rng.integers(len(e_types))],
+        threshold=float(rng.normal()) if rng.random() < 0.5 else None,
         flow=_flow(rng, choices.grid),
         compare=_compare(rng),
         sweep=_sweep(rng),
@@ -143,6 +147,32 @@ def _volume(rng: Rng, *, files: bool) -> Choices:
     layers = replace(layers, images=(replace(layers.images[0], facies_names=_lens_matches()),))
     parameters = Parameters((8, 16, 16), (2, 4, 4), (1, 1, 1))
     return Choices(image, data, grid, parameters, n_realizations=2, seed=4, guides=layers)
+
+
+def _values(rng: Rng) -> Choices:
+    """Return a map of a continuous variable, with data from a file or placed by hand."""
+    content = BytesIO()
+    np.save(content, rng.normal(size=(60, 70)).cumsum(axis=0).cumsum(axis=1))
+    image = ImageChoice(
+        upload=Upload("depth.npy", content.getvalue()),
+        answers=(("continuous", True), ("units", "m")),
+        flip_ew=bool(rng.integers(2)),
+        transpose=bool(rng.integers(2)),
+    )
+    cells = np.unique(rng.integers(0, 24, (12, 2)), axis=0)
+    measured = rng.normal(size=len(cells)).round(3)
+    placed = HardData(cells, values={"depth": measured})
+    text = "".join(f"{x},{y},{m}\n" for (y, x), m in zip(cells.tolist(), measured, strict=True))
+    file = Upload("points.csv", f"x,y,depth\n{text}".encode())
+    data = (DataChoice("placed", placed=placed), DataChoice("file", upload=file), DataChoice())
+    return Choices(
+        image,
+        data[rng.integers(3)],
+        Grid(30, 40),
+        Parameters(16, 4, 1, n_candidates=int(rng.integers(1, 30))),
+        n_realizations=2,
+        seed=int(rng.integers(99)),
+    )
 
 
 def _lens_matches() -> tuple[tuple[str, int], ...]:

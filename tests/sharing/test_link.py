@@ -6,11 +6,12 @@ import json
 from contextlib import suppress
 from dataclasses import fields, replace
 from difflib import get_close_matches
+from typing import get_args
 from urllib.parse import parse_qs, urlencode
 
 import numpy as np
 import pytest
-from hypothesis import given, strategies as st
+from hypothesis import assume, given, strategies as st
 
 from ccwsim import CCWSIMError, Grid, HardData, Parameters, datasets
 from ccwsim.model.bounds import MAX_LINK_DATA, MAX_LINK_VALUES
@@ -23,6 +24,7 @@ from ccwsim.sharing.choices import (
     CompareChoice,
     DataChoice,
     Directions,
+    EMap,
     FlowChoice,
     Gradient,
     GuideChoice,
@@ -54,6 +56,9 @@ CELLS = st.tuples(st.integers(0, 9999), st.integers(0, 9999))
 def hard_data(draw) -> HardData:
     cells = draw(st.lists(CELLS, max_size=MAX_LINK_DATA, unique=True))
     facies = draw(st.lists(CODES, min_size=len(cells), max_size=len(cells)))
+    if cells and draw(st.booleans()):
+        values = draw(st.lists(st.floats(-1e30, 1e30), min_size=len(cells), max_size=len(cells)))
+        return HardData(cells, values={"porosity, %": values})
     return HardData(cells, facies)
 
 
@@ -95,7 +100,7 @@ def built(kind: type) -> st.SearchStrategy:
 
 WKT = 'PROJCS["WGS 84 / UTM zone 32N",GEOGCS["WGS 84",' + 'AUTHORITY["EPSG","4326"],' * 80 + "]]"
 CRS = st.sampled_from(["", "EPSG:32632", "urn:ogc:def:crs:EPSG::32632", "+proj=utm +zone=32", WKT])
-MAPS = st.sampled_from(["probability", "most likely", "entropy"])
+MAPS = st.sampled_from(get_args(EMap))
 MATCHES = st.dictionaries(NAMES, CODES, min_size=1, max_size=3).map(lambda m: tuple(m.items()))
 ANSWERS = (
     st.just(("on_outside", "drop"))
@@ -198,6 +203,7 @@ VALUES |= {
     },
 }
 VALUES[Shown] = {
+    "threshold": st.none() | st.floats(-1e30, 1e30),
     "realization": st.integers(0, 999),
     "facies": st.integers(0, 253),
     "e_type": MAPS,
@@ -287,6 +293,7 @@ def test_any_text_of_guides_gives_a_study_or_is_refused(text, grid):
 
 @given(hard_data())
 def test_data_survive_packing(data):
+    assume(not data.values)  # data with values are written as JSON
     assert unpacked(packed(data)).digest == data.digest
 
 

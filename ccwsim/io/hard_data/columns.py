@@ -62,6 +62,8 @@ class PointColumns:
     facies: str | None = None
     """Name of the column, variable or array that contains facies as numbers or names. By default,
     columns of heights or well names are never used as facies."""
+    variable: str = ""
+    """Name of a continuous variable: a column with this name is preferred to others."""
     well: str | None = None
     """Name of the column of well names; "" for no column."""
     z: str | None = None
@@ -173,7 +175,7 @@ def assign_columns(file: DataFile, asked: PointColumns, *, volume: bool) -> Assi
             unused = columns.pop("depth")
             notes.append(f"{unused} is not used, because {columns['z']} is the height of each row.")
     with _collected(problems):
-        columns["facies"] = value_column(file, columns.values(), asked.facies)
+        columns["facies"] = value_column(file, columns.values(), asked.facies, asked.variable)
     cell_columns = [] if world else [columns[role] for role in ("x", "y", "z") if role in columns]
     return Assignment(
         columns,
@@ -336,11 +338,16 @@ def asked_columns(file: DataFile, asked: Asked) -> dict[str, str]:
     return {role: column for column, role in roles.items()}
 
 
-def value_column(file: DataFile, taken: Collection[str], variable: str | None) -> str:
-    """Find the column of facies among the columns that are not `taken` as coordinates."""
-    if variable is not None:
-        return file.column(variable)
+def value_column(
+    file: DataFile, taken: Collection[str], column: str | None, variable: str = ""
+) -> str:
+    """Find the column of facies, or of a variable, among columns that are not coordinates."""
+    if column is not None:
+        return file.column(column)
     free = [name for name in file.names if name not in taken]
+    of_variable = [name for name in free if variable and _plain(name) == _plain(variable)]
+    if of_variable:
+        return of_variable[0]
     surface = next((name for name in free if file.kind == PETREL and name == "Surface"), None)
     named = _first(free, "code", 5) or _first(free, "value") or surface
     if named:

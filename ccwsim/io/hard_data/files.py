@@ -1,8 +1,6 @@
 """Read hard data from files in one call, and write them."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
-from dataclasses import replace
 from typing import Any
 
 from ccwsim import CCWSIMError, Grid, HardData, TrainingImage
@@ -39,12 +37,9 @@ def import_hard_data(
     grid = None if grid is None else Grid.of(grid)
     conversion = Conversion.taken_from(options)
     shape = None if grid is None else grid.shape
-    columns, points = PointColumns(**options), None
-    if training_image is not None and training_image.values and columns.facies is None:
-        with suppress(CCWSIMError):  # a column that has the name of the variable
-            named = replace(columns, facies=training_image.variable)
-            points = read_points(path_or_file, named, grid_shape=shape)
-    points = points or read_points(path_or_file, columns, grid_shape=shape)
+    if training_image is not None:
+        options = {"variable": training_image.variable} | options
+    points = read_points(path_or_file, PointColumns(**options), grid_shape=shape)
     return resolve_points(place_points(points, grid, training_image, conversion), conversion)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import streamlit as st
 
 from ccwsim import Grid, HardData, TrainingImage
-from ccwsim.figures import CIVIDIS, VALUES, steps_of
+from ccwsim.figures import CIVIDIS, VALUE_COLOURS, steps_of
 from ccwsim.model.arrays import Array, Bytes, Floats
 from ccwsim.model.numbers import minus, three_digits
 from ccwsim.sharing.choices import CellsOfWells
@@ -87,11 +87,11 @@ def value_limits(image: TrainingImage, data: HardData) -> tuple[float, float]:
 
 
 def value_steps(values: Floats, image: TrainingImage, data: HardData) -> tuple[Bytes, list[str]]:
-    """Return indices of the colours of values in `value_map`, and the colours."""
-    return steps_of(values, value_limits(image, data), VALUES)
+    """Return indices of the colours of values in `map_of_values`, and the colours."""
+    return steps_of(values, value_limits(image, data), VALUE_COLOURS)
 
 
-def value_map(
+def map_of_values(
     values: Floats, image: TrainingImage, data: HardData, alt: str, name: str = ""
 ) -> CellMap:
     """Return a map of values of a continuous variable, by default with its name."""
@@ -102,7 +102,7 @@ def value_map(
         limits=value_limits(image, data),
         text=three_digits,
         units=f" {image.units}".rstrip(),
-        colours=VALUES,
+        colours=VALUE_COLOURS,
     )
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import streamlit as st
 
 from ccwsim import CCWSIMError, Grid, HardData, TrainingImage
-from ccwsim.datasets.sampling import read_values, sample_grid, sample_random, sample_wells
+from ccwsim.datasets.sampling import sample_grid, sample_random, sample_wells, values_in_cells
 from ccwsim.io.hard_data.files import hard_data_as_bytes, names_of_data
 from ccwsim.model.arrays import describe_shape
 from ccwsim.model.bounds import MAX_SAMPLED, MAX_SAMPLING_STEP
@@ -131,7 +131,7 @@ def sampled(reference: TrainingImage, sampling: Sampling) -> HardData:
         data = sample_grid(codes, sampling.every)
     else:
         data = sample_wells(codes, n, seed, direction=sampling.way, every=sampling.every)
-    return read_values(data, reference.values)
+    return values_in_cells(data, reference.values)
 
 
 def reference_of(state: State) -> TrainingImage:

@@ -317,7 +317,7 @@ def draw_wells_import(state: State, tables: bool = False) -> None:
     elif questions.summary_of(choice.upload) is None:
         return
     else:
-        preview = resolve.preview_of(choice, tried.grid)
+        preview = resolve.preview_of(choice, tried)
         if preview.columns:
             _draw_rows(preview)
     left, right = st.columns([3, 2], gap="large")

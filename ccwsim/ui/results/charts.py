@@ -89,7 +89,7 @@ _along_and_across = cached(max_entries=64)(along_and_across)
 _e_type, _large_e_type = cached(max_entries=8)(etype), kept_with(etype)
 vertical_proportions_bundle = cached(max_entries=64)(layers_bundle)
 curve_bundle = cached(max_entries=192)(bundle_of)
-histogram_bundle = cached(max_entries=64)(pictures.histogram_bundle)
+histogram_of = cached(max_entries=64)(pictures.histogram_bundle)
 
 
 @cached(max_entries=192)
@@ -320,7 +320,7 @@ def draw_proportions(ensemble: Ensemble, colours: Sequence[str]) -> None:
 
 def draw_histogram(ensemble: Ensemble) -> None:
     """Draw the histograms of the values of the realizations and of the training image."""
-    image, bundle = ensemble.training_image, histogram_bundle(ensemble)
+    image, bundle = ensemble.training_image, histogram_of(ensemble)
     make_chart = partial(
         curves_chart,
         bundle,

@@ -21,8 +21,8 @@ from ccwsim.ui.frontend.cells import (
     draw_cells,
     editor_points,
     facies_map,
+    map_of_values,
     number_map,
-    value_map,
     value_steps,
 )
 from ccwsim.ui.frontend.component import draw_tiles
@@ -36,8 +36,8 @@ from ccwsim.ui.widgets.text import in_row, panel_title, step_note
 
 WIDE = 2.0  # minimum ratio of width to height of a grid whose maps are placed below each other
 BORDER = "#14181d"  # colour of the borders of zones and of active cells
-OF_FACIES = {"most likely": "most likely facies", "entropy": "entropy"}
-OF_VALUES = {
+MAPS_OF_FACIES = {"most likely": "most likely facies", "entropy": "entropy"}
+MAPS_OF_VALUES = {
     "probability": "probability above the threshold",
     "mean": "mean",
     "deviation": "standard deviation",
@@ -158,10 +158,13 @@ def e_type_field(state: State, image: TrainingImage, write: Callable[[Any], None
     """Draw the field that chooses the statistic of the uncertainty map of `n` realizations."""
     options: dict[Any, str] = {
         k: map_name(k, image.facies_names, n) for k in range(image.n_facies)
-    } | OF_FACIES
-    value: Any = state.e_type if state.e_type in OF_FACIES else state.facies
+    } | MAPS_OF_FACIES
+    value: Any = state.e_type if state.e_type in MAPS_OF_FACIES else state.facies
     if image.values:
-        options, value = OF_VALUES, state.e_type if state.e_type in OF_VALUES else "probability"
+        options, value = (
+            MAPS_OF_VALUES,
+            state.e_type if state.e_type in MAPS_OF_VALUES else "probability",
+        )
     field(
         st.selectbox,
         "What the uncertainty map shows",
@@ -250,15 +253,15 @@ def statistic_of_values(ensemble: Ensemble, statistic: EMap) -> Floats:
 def _uncertainty_of_values(state: State, ensemble: Ensemble) -> CellMap:
     """Return the chosen uncertainty map of a continuous variable."""
     image, statistic = ensemble.training_image, state.e_type
-    if statistic not in OF_VALUES or statistic == "probability":
+    if statistic not in MAPS_OF_VALUES or statistic == "probability":
         limit = three_digits(threshold_of(state, image))
         words = minus(f"{image.variable} > {limit} {image.units}".rstrip())
         shares = ensemble.exceedance(threshold_of(state, image))
         return number_map(shares, f"P({words}) =", f"Probability of {words}")
-    name = f"{OF_VALUES[statistic].split(' (')[0]} of {image.variable}"
+    name = f"{MAPS_OF_VALUES[statistic].split(' (')[0]} of {image.variable}"
     numbers = statistic_of_values(ensemble, statistic)
     if statistic != "deviation":
-        return value_map(numbers, image, ensemble.hard_data, name, name)
+        return map_of_values(numbers, image, ensemble.hard_data, name, name)
     units, limits = f" {image.units}".rstrip(), (0.0, float(np.nanmax(numbers)))
     return number_map(
         numbers, name, name, limits=limits, text=three_digits, units=units, colours=ENTROPY
@@ -322,7 +325,7 @@ def draw_training_image(image: TrainingImage, colours: Sequence[str]) -> None:
     alt = f"Training image {image.name}"
     cell_map = facies_map(image.indices, image, colours, alt)
     if image.values:
-        cell_map = value_map(image.values[image.variable], image, HardData(), alt)
+        cell_map = map_of_values(image.values[image.variable], image, HardData(), alt)
     link = "grid" if image.n_dimensions == 3 else "image"
     draw_cells(cell_map, "image", name="training_image", link=link, scale="maps", leads=False)
 
@@ -331,7 +334,7 @@ def map_of(ensemble: Ensemble, r: int, colours: Sequence[str], alt: str) -> Cell
     """Return realization `r` in the colours of its facies, or of values."""
     image = ensemble.training_image
     if ensemble.values:
-        return value_map(ensemble.values_of()[r], image, ensemble.hard_data, alt)
+        return map_of_values(ensemble.values_of()[r], image, ensemble.hard_data, alt)
     return facies_map(ensemble.indices[r], image, colours, alt)
 
 

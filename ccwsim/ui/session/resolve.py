@@ -21,7 +21,7 @@ from ccwsim import (
     io,
     simulate,
 )
-from ccwsim.datasets.sampling import read_values, sample_random
+from ccwsim.datasets.sampling import sample_random, values_in_cells
 from ccwsim.experiments.timing import typical_seconds
 from ccwsim.io.formats.rasters import code_and_wkt
 from ccwsim.io.hard_data.placing import CONVERSION_CHOICES, ROW_CHOICES, far_away
@@ -429,13 +429,15 @@ def wells_of(choices: Choices) -> CellsOfWells:
     return tuple((name, tuple(map(tuple, cells.tolist()))) for name, cells in wells.items())
 
 
-def imported_points(choice: DataChoice, grid: Grid | None = None) -> io.ImportedPoints:
+def imported_points(
+    choice: DataChoice, grid: Grid | None = None, variable: str = ""
+) -> io.ImportedPoints:
     """Return the points in files of hard data; a grid in a file may differ from `grid`."""
     if choice.tables is not None:
         decisions = tuple(answer for answer in choice.answers if answer[0] in ROW_CHOICES)
         return _well_points(choice.tables, choice.upload, _well_columns(choice), decisions, grid)
     shape = None if grid is None else grid.shape
-    columns = _columns(choice, shape)
+    columns = _columns(choice, shape, variable)
     return read_upload(io.read_points, choice.upload, columns, grid_shape=shape)
 
 
@@ -443,14 +445,23 @@ def points_in_files(choices: Choices) -> io.ImportedPoints:
     """Return the points in files of hard data; a grid in a file may differ from a study's map."""
     grid = choices.grid
     return imported_points(
-        choices.data, grid if grid.is_volume else None
-    )  # heights need its layers
+        choices.data,
+        grid if grid.is_volume else None,  # heights need its layers
+        _variable_of(choices),
+    )
 
 
-def preview_of(choice: DataChoice, grid: Grid) -> io.PointsPreview:
-    """Return the columns of a file of hard data, with guessed roles."""
-    columns = _columns(choice, grid.shape)
-    return read_upload(io.preview_points, choice.upload, columns, grid_shape=grid.shape)
+def _variable_of(choices: Choices) -> str:
+    """Return the name of the continuous variable of a study; "" for facies or an unread image."""
+    image = if_possible(lambda: image_of(choices.image))
+    return "" if image is None else image.variable
+
+
+def preview_of(choice: DataChoice, choices: Choices) -> io.PointsPreview:
+    """Return the columns of a file of hard data for a study, with guessed roles."""
+    shape = choices.grid.shape
+    columns = _columns(choice, shape, _variable_of(choices))
+    return read_upload(io.preview_points, choice.upload, columns, grid_shape=shape)
 
 
 def previews_of_wells(choice: DataChoice) -> dict[str, io.PointsPreview | CCWSIMError]:
@@ -480,9 +491,10 @@ def _with_answers(kind: type[Made], choice: DataChoice) -> Made:
     return kind(**{name: answer for name, answer in choice.answers if name in vars(kind())})
 
 
-def _columns(choice: DataChoice, shape: Shape | None) -> io.PointColumns:
+def _columns(choice: DataChoice, shape: Shape | None, variable: str) -> io.PointColumns:
     is_volume = shape is not None and len(shape) == 3
-    return _with_answers(io.PointColumns, choice if is_volume else _without(choice, VOLUME_ROLES))
+    asked = choice if is_volume else _without(choice, VOLUME_ROLES)
+    return replace(_with_answers(io.PointColumns, asked), variable=variable)
 
 
 def _well_columns(choice: DataChoice) -> io.WellColumns:
@@ -530,7 +542,8 @@ def _well_points(
 @cached(max_entries=32)
 def _placed(choice: DataChoice, grid: Grid, image: TrainingImage) -> io.PlacedPoints:
     conversion = _with_answers(io.Conversion, choice)
-    return io.place_points(imported_points(choice, grid), grid, image, conversion)
+    points = imported_points(choice, grid, image.variable)
+    return io.place_points(points, grid, image, conversion)
 
 
 @cached(max_entries=32)
@@ -553,7 +566,7 @@ def _sampled(
     demand = demand_of(Study(image, Grid.of(shape), parameters), 1)
     reference = result_in_turn(partial(simulate, image, shape, parameters, seed=seed), demand)
     values = {variable: stack[0] for variable, stack in reference.values.items()}
-    return read_values(sample_random(reference.realizations[0], n, seed), values)
+    return values_in_cells(sample_random(reference.realizations[0], n, seed), values)
 
 
 def same_realizations(choices: Choices, other: Choices) -> bool:

@@ -31,7 +31,7 @@ WHOLE_VOLUME, ONE_LAYER = "the whole volume", "one layer"
 WITH_GAPS = "the whole image"
 WHOLE_IMAGE, ONE_PIECE = "the whole image, thinned", "a piece"
 THRESHOLD, CLASSES, MAIN_COLOURS = "threshold", "classes", "main colours"
-CODES, VALUES = "as they are", "keep values"
+CODES, KEEP_VALUES = "as they are", "keep values"
 WriteImage = Callable[[ImageChoice], None]
 Answer = Callable[..., None]
 """A function answer(question, name=value), which writes an answer and guesses later ones."""
@@ -248,16 +248,16 @@ def _values(
         classes: {"classes": 2},
     }
     if not is_picture:
-        start |= {CODES: {"classes": "codes"}, VALUES: {"continuous": True}}
+        start |= {CODES: {"classes": "codes"}, KEEP_VALUES: {"continuous": True}}
     method = THRESHOLD if threshold is not None else CODES if n == "codes" else classes
-    method = VALUES if answers.get("continuous") else method
+    method = KEEP_VALUES if answers.get("continuous") else method
     text = f"{'Colours' if is_picture else 'Values'} become facies by"
     tip = "Drag a line or type a limit. Values at the limit are in the facies above."
     items: list[FormItem] = [tabs("values", text, method, same(start), start.__getitem__, help=tip)]
     if method == classes and isinstance(n, int):
         bounds = {"min_value": 2, "max_value": MAX_COLOURS if is_picture else 32}
         items.append(Question("classes", "How many", n, look=bounds))
-    if method == VALUES:
+    if method == KEEP_VALUES:
         units = str(answers.get("units", ""))
         items.append(
             Question(
@@ -269,7 +269,7 @@ def _values(
                 look={"max_chars": 20},
             )
         )
-    if method in (CODES, MAIN_COLOURS, VALUES):
+    if method in (CODES, MAIN_COLOURS, KEEP_VALUES):
         return items
     if threshold is None:
         edges = n if isinstance(n, tuple) else class_edges(values, int(n or 2)).tolist()

@@ -145,7 +145,7 @@ def ask_data(choices: Choices, use: UseData, *, wide: bool = False) -> None:
         if summary is None:
             return
         if summary.is_table:
-            preview = resolve.preview_of(choice, choices.grid)
+            preview = resolve.preview_of(choice, choices)
             if volume and not wide:
                 st.caption(plain(taken_as(preview)))
             items += _columns(choice, preview, ROLES_OF_VOLUME if volume else ROLES, wide)
@@ -155,14 +155,15 @@ def ask_data(choices: Choices, use: UseData, *, wide: bool = False) -> None:
     points = None
     if choice.source == "file":
         points = if_possible(lambda: resolve.points_in_files(choices))
-    if points is not None and points.continuous:
-        items += _threshold(points, dict(choice.answers).get("threshold"))
     placed = if_possible(lambda: resolve.placed_data(choices))
-    if placed is not None and placed.match is not None:
+    match = None if placed is None else placed.match
+    if points is not None and points.continuous and not (match and match.image.values):
+        items += _threshold(points, dict(choice.answers).get("threshold"))
+    if placed is not None and match is not None:
         others = (*placed.points.words, *placed.unknown_facies) if wide else placed.unknown_facies
         answers = dict(choice.answers).get("facies_names", ())
-        of_facies = facies_items(placed.match, answers, choices.image, others=others)
-        items = [*of_facies, *items] if placed.match.open_labels else [*items, *of_facies]
+        of_facies = facies_items(match, answers, choices.image, others=others)
+        items = [*of_facies, *items] if match.open_labels else [*items, *of_facies]
     ask(items, write)
     if not wide:
         offer_grids(choices, use)

@@ -60,9 +60,8 @@ def test_images_come_back(image, format):
     file = BytesIO()
     write_training_image(file, image, format=format)
     file.seek(0)
-    name = "array" if format == "npy" else "K"
     read = read_training_image(file, continuous=True, up=True)
-    assert equal(read.values[name], image.values["K"])
+    assert equal(read.values[read.variable], image.values["K"])
     assert equal(read.indices, image.indices)
 
 
