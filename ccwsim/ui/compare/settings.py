@@ -314,4 +314,4 @@ def has_curves(compared: comparison.Comparison, facies: int) -> bool:
 
 def compared_code(compared: comparison.Comparison, facies: int) -> int:
     """Return the code of a facies by its index."""
-    return int(compared.ensembles[0].training_image.codes[facies])
+    return int(compared.first.training_image.codes[facies])
