@@ -58,11 +58,6 @@ GLASS = 0.3, 0.06  # opacity in volumes of the facies of highest conductivity, a
 ROUND_NUMBERS = [float(f"{m}e{e}") for e in range(-14, 4) for m in (1, 2, 5)]
 CONDUCTIVITIES = [k for k in ROUND_NUMBERS if MIN_CONDUCTIVITY <= k <= MAX_CONDUCTIVITY]
 """Values of the logarithmic slider, in m/s or m/d."""
-CONTROLS_LAYOUT: dict[str, Any] = {
-    "horizontal": True,
-    "vertical_alignment": "center",
-    "gap": "small",
-}
 
 
 def draw_page(state: State) -> None:
@@ -293,7 +288,7 @@ def _draw_flow(
         facts.insert(0, f"effective K {with_power(k)} {state.flow.unit}")
     facts.append(f"half of the water needs more than {duration(median)}")
     facts.append(f"balance {with_power(flow.balance, 1)}, {plural(flow.iterations, 'iteration')}")
-    with st.container(**CONTROLS_LAYOUT, key="flow_tools"):
+    with text.in_row("flow_tools"):
         write_facts(facts)
         _draw_downloads(state, ensemble, solution, settings)
     with st.container(key="flow_maps"):
@@ -321,7 +316,7 @@ def _draw_map(
     state: State, ensemble: Ensemble, solution: Solution | None, settings: FlowSettings
 ) -> None:
     page_state, r = state.page(FlowState), state.shown
-    with st.container(**CONTROLS_LAYOUT, key="shown_row"):
+    with text.in_row("shown_row"):
         title = f"Realization {ensemble.numbers[r] + 1} of {ensemble.n}"
         text.panel_title(title, "tracks of particles")
         maps.step_buttons("flow", state, ensemble.n)
@@ -375,7 +370,7 @@ def _draw_heads(
     low, high = max(lowest, lower_end - reach), min(highest, upper_end + reach)
     if not reach:
         low, high = np.nanquantile(heads, (0.1, 0.9))
-    with st.container(**CONTROLS_LAYOUT, key="heads_row"):
+    with text.in_row("heads_row"):
         text.panel_title("Head", "each change of colour is a line of equal head")
     span = max(high - low, 1e-300)
     bands = np.clip((heads - low) / span * N_BANDS, 0, N_BANDS - 1)
@@ -450,7 +445,7 @@ def _draw_downloads(
         text.step_note(f"Heads and conductivity of realization {r + 1}")
         conductivity = cell_values(np.array(settings.conductivity), ensemble.indices[r])
         fields = {"head": solution.flow.heads, "conductivity": conductivity}
-        with st.container(**CONTROLS_LAYOUT):
+        with text.in_row():
             for kind, label in (("npz", "NumPy"), ("vti", "VTK"), ("gslib", "GSLIB")):
                 content = partial(maps_as_bytes, fields, grid, kind)
                 download(label, content, f"{name}_heads.{kind}", key=f"flow_heads_{kind}")
@@ -458,14 +453,14 @@ def _draw_downloads(
             download("Tracks, CSV", content, f"{name}_tracks.csv", key="flow_tracks")
         for title, files in solving.model_downloads(state.flow, ensemble, r).items():
             text.step_note(title)
-            with st.container(**CONTROLS_LAYOUT):
+            with text.in_row():
                 for file in files:
                     file.draw(name)
         run = page_state.run
         if run is not None and run.result is not None:
             result = run.result
             text.step_note("All realizations")
-            with st.container(**CONTROLS_LAYOUT):
+            with text.in_row():
                 if result.k is not None:
                     content = partial(k_csv, result.k)
                     download("Effective K, CSV", content, f"{name}_k.csv", key="flow_k_csv")
@@ -563,7 +558,7 @@ def _draw_representatives(state: State, run: solving.AnswersRun, effective: Effe
     for column, percentile, r in zip(columns, PERCENTILES, chosen, strict=True):
         with column:
             k = float(effective.each[r]) * solving.CONDUCTIVITY_UNITS[unit]
-            with st.container(**CONTROLS_LAYOUT, key=f"flow_p_{percentile}"):
+            with text.in_row(f"flow_p_{percentile}"):
                 text.panel_title(
                     f"{percentile} % are lower", f"realization {r + 1}, K {with_power(k)} {unit}"
                 )
