@@ -90,6 +90,16 @@ class Comparison:
     scaling: Scaling | None = None
     problem: str = ""
 
+    @property
+    def first(self) -> Ensemble:
+        """The realizations of the first setting; all settings have its image, grid and data."""
+        return self.ensembles[0]
+
+    @property
+    def by_name(self) -> dict[str, Ensemble]:
+        """The realizations of each setting, by name."""
+        return dict(zip(self.names, self.ensembles, strict=True))
+
     @cached_property
     def cpu_seconds(self) -> Floats:
         """Mean CPU time of a realization of each setting."""
@@ -236,9 +246,8 @@ def _with_curves(comparison: Comparison, facies: int | str, watch: Watch) -> Com
 
 
 def _with_patterns(comparison: Comparison, watch: Watch) -> Comparison:
-    stacks = dict(zip(comparison.names, comparison.ensembles, strict=True))
     try:
-        patterns = anodi(stacks, comparison.ensembles[0].training_image, progress=watch.tell)
+        patterns = anodi(comparison.by_name, comparison.first.training_image, progress=watch.tell)
     except Cancelled:
         raise
     except CCWSIMError as error:  # images are too small for patterns; other results are valid

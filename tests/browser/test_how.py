@@ -153,7 +153,7 @@ def check_step(page, trace: Trace, number: int) -> None:
 
 def says_step(page, trace: Trace, number: int, step) -> None:
     told = fates(step)
-    view = PatchView(trace, step, told, [], LIGHT)
+    view = PatchView(trace, [], LIGHT, step, told)
     assert describe_sides(trace, step.patch.shape) in page.locator(WHERE).inner_text()
     said = text_of(page, ".st-key-how_steps")
     assert f"starts in the {'-'.join(trace.grid_frame.faces())}" in said

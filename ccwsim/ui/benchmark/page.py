@@ -1,7 +1,7 @@
 """The page Benchmark: CPU time against one quantity of the study, beside the paper's times."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field as dataclass_field
 from typing import Any
 
 import streamlit as st
@@ -24,7 +24,7 @@ from ccwsim.ui.results.maps import pretty
 from ccwsim.ui.session.resolve import image_of
 from ccwsim.ui.session.state import RunState, State
 from ccwsim.ui.study.trials import TrialsRun, describe_work, draw_run_news, trials_of
-from ccwsim.ui.widgets import fields
+from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
 from ccwsim.ui.widgets.text import in_row, numbers_table, page_text, scrolled, step_note
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
@@ -94,8 +94,8 @@ class Benchmark(RunState[TimingRun]):
     """The state of the page; `values` are the chosen ones among each tuple of offered values."""
 
     varied: str = "n_cells"
-    values: dict[tuple[int, ...], list[int]] = field(default_factory=dict)
-    levels: list[int] = field(default_factory=lambda: [1, 2, 3])
+    values: dict[tuple[int, ...], list[int]] = dataclass_field(default_factory=dict)
+    levels: list[int] = dataclass_field(default_factory=lambda: [1, 2, 3])
     n_realizations: int = 3
 
 
@@ -162,12 +162,12 @@ def draw_benchmark(state: State) -> None:
 
 def _draw_controls(state: State) -> None:
     page_state, offered = state.page(Benchmark), offered_values(state)
-    fields.field(
+    field(
         st.selectbox,
         "CPU time against",
         key="benchmark_varied",
-        **fields.options_of(QUANTITIES),
-        **fields.bound_to(page_state, "varied", width=190),
+        **options_of(QUANTITIES),
+        **bound_to(page_state, "varied", width=190),
     )
 
     def choose(values: list[int]) -> None:
@@ -176,10 +176,10 @@ def _draw_controls(state: State) -> None:
     is_side = page_state.varied == "n_cells"
     _draw_pills("Sides" if is_side else "Values", offered, chosen_values(state), choose)
     possible = [k for k in levels(state.image.shape) if k <= COARSEST]
-    write = fields.bound_to(page_state, "levels")["write"]
+    write = bound_to(page_state, "levels")["write"]
     shown = [k for k in page_state.levels if k in possible]
     _draw_pills("Levels", possible, shown, write, help=page_text("Timed levels"))
-    fields.field(
+    field(
         st.number_input,
         "Realizations each",
         key="benchmark_realizations",
@@ -187,9 +187,9 @@ def _draw_controls(state: State) -> None:
         max_value=MAX_REALIZATIONS_TIMED,
         width=140,
         help="The median time is shown. More realizations give a steadier median and take longer.",
-        **fields.bound_to(page_state, "n_realizations"),
+        **bound_to(page_state, "n_realizations"),
     )
-    fields.button(
+    button(
         "Measure",
         key="measure",
         on_click=start_timing,
@@ -207,7 +207,7 @@ def _draw_pills(
     **more: Any,
 ) -> None:
     # the key contains the options, so that a widget with new options gets a new state
-    fields.field(
+    field(
         st.pills,
         label,
         key=f"timed_{label.lower()}_{'_'.join(map(str, options))}",

@@ -30,7 +30,7 @@ def setting_colour(k: int) -> str:
 
 def sentences(comparison: Comparison) -> list[str]:
     """Return sentences that compare the settings, and describe their proportions and data."""
-    n = comparison.ensembles[0].hard_data.n
+    n = comparison.first.hard_data.n
     text = page_text("Two-point simulation") + (f" It ignores the {n} hard data." if n else "")
     two_point = [text] if TWO_POINT in comparison.names else []
     return [
@@ -62,7 +62,7 @@ def describe_speed(ratio: float) -> str:
 def _describe_proportions(comparison: Comparison) -> list[str]:
     """Describe proportions that are outside the range of crops of the training image."""
     deviations = []
-    for name, ensemble in zip(comparison.names, comparison.ensembles, strict=True):
+    for name, ensemble in comparison.by_name.items():
         fit = fit_proportions(ensemble)
         off = [] if fit is None else np.flatnonzero(fit.outside).tolist()
         off = off[1:] if len(off) == ensemble.training_image.n_facies == 2 else off
@@ -71,11 +71,11 @@ def _describe_proportions(comparison: Comparison) -> list[str]:
 
 
 def _describe_data(comparison: Comparison) -> list[str]:
-    n = comparison.ensembles[0].hard_data.n
+    n = comparison.first.hard_data.n
     if not n:
         return []
-    pairs = zip(comparison.names, comparison.ensembles, strict=True)
-    wrong = {name: float(e.n_mismatched.mean()) for name, e in pairs if name != TWO_POINT}
+    ensembles = comparison.by_name.items()
+    wrong = {name: float(e.n_mismatched.mean()) for name, e in ensembles if name != TWO_POINT}
     broken = [f"{name} {three_digits(w)}" for name, w in wrong.items() if w]
     if not broken:
         return [f"All {n} data are honoured by all settings."]
@@ -110,11 +110,11 @@ def _graded(grade: int, below: str, equal: str, above: str) -> str:
 
 def figures_table(comparison: Comparison) -> str:
     """Return an HTML table with time, data and pattern distances of each setting."""
-    with_data = comparison.ensembles[0].hard_data.n > 0
+    with_data = comparison.first.hard_data.n > 0
     data_heads = ("data wrong", "re-simulated", "forced") if with_data else ()
     heads = ("", "CPU a realization", f"to {comparison.names[0]}", *data_heads)
     rows = []
-    for k, (name, e) in enumerate(zip(comparison.names, comparison.ensembles, strict=True)):
+    for k, (name, e) in enumerate(comparison.by_name.items()):
         letter = f'<b class="own" style="--own: {setting_colour(k)}">{escape(name)}</b>'
         ratio = comparison.cpu_seconds[k] / comparison.cpu_seconds[0]
         means = map(three_digits, _counts_of_data(name, e).mean(axis=1)) if with_data else ()
@@ -155,7 +155,7 @@ def ratio_table(comparison: Comparison) -> str:
 def settings_csv(comparison: Comparison) -> bytes:
     """Return CSV with parameters and mean results of each setting."""
     records = []
-    for k, (name, e) in enumerate(zip(comparison.names, comparison.ensembles, strict=True)):
+    for k, (name, e) in enumerate(comparison.by_name.items()):
         parameters = "" if name == TWO_POINT else e.parameters
         values = {
             f.name: str(parameters and getattr(parameters, f.name)) for f in fields(Parameters)
@@ -178,7 +178,7 @@ def settings_csv(comparison: Comparison) -> bytes:
 def comparison_csv(comparison: Comparison) -> bytes:
     """Return CSV with a line per realization, including its position in the MDS plot."""
     records = []
-    for k, (name, e) in enumerate(zip(comparison.names, comparison.ensembles, strict=True)):
+    for k, (name, e) in enumerate(comparison.by_name.items()):
         placed = np.full((e.n, 3), np.nan)
         if comparison.anodi is not None and comparison.scaling is not None:
             positions = comparison.scaling.positions[comparison.anodi.owner == k]
@@ -199,7 +199,7 @@ def comparison_csv(comparison: Comparison) -> bytes:
 
 
 def _shares(comparison: Comparison, proportions: Floats) -> dict[str, object]:
-    codes = comparison.ensembles[0].training_image.codes
+    codes = comparison.first.training_image.codes
     return {f"proportion_{code}": share for code, share in zip(codes, proportions, strict=True)}
 
 

@@ -208,8 +208,7 @@ def _draw_run_row(state: State, problem: str) -> None:
         kept = page_state.kept_run
         if kept is not None and (comparison := kept.latest_result) is not None:
             with st.popover("Download", key="downloads"):
-                first = comparison.ensembles[0]
-                prefix = f"{grid_part(first.training_image, first.grid)}_seed{first.seed}"
+                prefix = f"{grid_part(kept.training_image, kept.grid)}_seed{kept.first.seed}"
                 for label, name, csv_of in (
                     ("Settings and their results, CSV", "settings", findings.settings_csv),
                     ("Every realization, CSV", "compared_realizations", findings.comparison_csv),
@@ -284,10 +283,10 @@ def _draw_results(state: State, busy: bool) -> None:
 
 def _draw_comparison(state: State, run: ComparisonRun, comparison: Comparison) -> None:
     page_state = state.page(ComparePageState)
-    page_state.shown = min(page_state.shown, comparison.ensembles[0].n - 1)
-    state.choose_facies(comparison.ensembles[0].training_image)
+    page_state.shown = min(page_state.shown, comparison.first.n - 1)
+    state.choose_facies(comparison.first.training_image)
     notes = "; ".join(f"{name}: {note}" for name, note in _notes(run).items())
-    inputs, n = describe_inputs(comparison.ensembles[0]), plural(run.n_realizations, "realization")
+    inputs, n = describe_inputs(comparison.first), plural(run.n_realizations, "realization")
     charts.draw_caption(f"{inputs}; {notes}; {n} each, seed {run.first.seed}")
     with st.container(key="said"):  # always drawn, so that elements below do not move
         if len(comparison.names) == len(run.names) or not page_state.going:
@@ -299,7 +298,7 @@ def _draw_comparison(state: State, run: ComparisonRun, comparison: Comparison) -
                 st.html(scrolled(findings.figures_table(comparison), "Settings in numbers"))
     draw_maps(state, run, comparison)
     if run.second_ensemble is not None:
-        _draw_two_images(state, comparison.ensembles[0], run.second_ensemble, run.colours)
+        _draw_two_images(state, comparison.first, run.second_ensemble, run.colours)
     with st.container(key="curves"):
         draw_compared_curves(state, comparison)
     with st.container(key="patterns"):
@@ -327,7 +326,7 @@ def draw_name(k: int, name: str, note: str) -> None:
 def draw_maps(state: State, run: ComparisonRun, comparison: Comparison) -> None:
     """Draw one column for the training image and one per setting, with the E-type below."""
     page_state = state.page(ComparePageState)
-    image, grid, n = comparison.ensembles[0].training_image, run.grid, comparison.ensembles[0].n
+    image, grid, n = comparison.first.training_image, run.grid, comparison.first.n
     colours = run.colours
 
     def write(option: int | EMap) -> None:
@@ -399,16 +398,16 @@ def _draw_two_images(
 
 def _draw_times_and_proportions(comparison: Comparison) -> None:
     """Draw CPU times and proportions below the training image."""
-    image, theme, names = comparison.ensembles[0].training_image, chart_theme(), comparison.names
+    image, theme = comparison.first.training_image, chart_theme()
     times = figures.compared_times_chart(
-        dict(zip(names, [1000 * e.cpu_seconds for e in comparison.ensembles], strict=True)),
+        {name: 1000 * e.cpu_seconds for name, e in comparison.by_name.items()},
         1000 * comparison.cpu_seconds,
         [duration(mean) for mean in comparison.cpu_seconds],
         theme,
     )
     alt = "CPU time of a realization by setting"
     charts.titled_chart("CPU time", "", times, "compared_times", alt)
-    shares = dict(zip(names, comparison.proportions, strict=True))
+    shares = {name: e.proportions for name, e in comparison.by_name.items()}
     chart = figures.compared_proportions_chart(image.facies_names, image.proportions, shares, theme)
     alt = "Facies proportions of the realizations by setting, and of the training image"
     charts.titled_chart("Proportions", "", chart, "compared_proportions", alt)
@@ -417,7 +416,7 @@ def _draw_times_and_proportions(comparison: Comparison) -> None:
 def draw_compared_curves(state: State, comparison: Comparison) -> None:
     """Draw the curves of the chosen facies or, until curves are computed, a note."""
     facies = state.facies
-    name = comparison.ensembles[0].training_image.facies_names[facies]
+    name = comparison.first.training_image.facies_names[facies]
     if not settings.has_curves(comparison, facies):
         if not state.page(ComparePageState).going:
             button(
@@ -440,7 +439,7 @@ def draw_compared_curves(state: State, comparison: Comparison) -> None:
         ]
     )
     code = settings.compared_code(comparison, facies)
-    directions = axes_of(comparison.ensembles[0].grid.shape)
+    directions = axes_of(comparison.first.grid.shape)
     variograms = [comparison.curves[code, "variogram", direction] for direction in directions]
     values = [
         *(curves.reference.max() for curves in variograms),
@@ -496,7 +495,7 @@ def draw_compared_patterns(state: State, comparison: Comparison) -> None:
         panel_title("ANODI ratios", "each setting against the settings before it")
         st.html(scrolled(findings.ratio_table(comparison), "ANODI ratios"))
         weights = ", ".join(three_digits(w) for w in comparison.anodi.weights)
-        image, side = comparison.ensembles[0].training_image, comparison.anodi.pattern_size
+        image, side = comparison.first.training_image, comparison.anodi.pattern_size
         size = describe_shape((side,) * image.n_dimensions)
         step_note(page_text("ANODI ratios", weights=weights, size=size))
 
@@ -504,7 +503,7 @@ def draw_compared_patterns(state: State, comparison: Comparison) -> None:
 def _draw_mds(state: State, comparison: Comparison) -> None:
     assert comparison.anodi is not None
     assert comparison.scaling is not None
-    page_state, n, names = state.page(ComparePageState), comparison.ensembles[0].n, comparison.names
+    page_state, n, names = state.page(ComparePageState), comparison.first.n, comparison.names
 
     def choose(k: int) -> None:
         page_state.shown = min(max(k, 0), n - 1)

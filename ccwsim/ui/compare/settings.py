@@ -100,10 +100,9 @@ class ComparisonRun(TrialsRun[comparison.Comparison, comparison.Comparison]):
 
     def work(self, job: Job[comparison.Comparison]) -> comparison.Comparison:
         """Run the comparison, publish partial results, and return the comparison."""
-        first, n = self.first, self.n_realizations
-        facies = int(first.training_image.codes[self.facies])
+        first, n, inputs = self.first, self.n_realizations, self.inputs(job)
         if self.base is not None:
-            return comparison.add_curves(self.base, facies, job.report, job.is_cancelled)
+            return comparison.add_curves(self.base, inputs["facies"], job.report, job.is_cancelled)
         settings: dict[str, Parameters | Ensemble] = {
             name: trial.parameters for name, trial in zip(LETTERS, self.trials, strict=False)
         }
@@ -111,19 +110,7 @@ class ComparisonRun(TrialsRun[comparison.Comparison, comparison.Comparison]):
             settings[TWO_POINT] = simulate_two_point(
                 first.training_image, first.grid, n, first.seed
             )
-        result = comparison.compare(
-            first.training_image,
-            first.grid,
-            settings,
-            hard_data=first.hard_data,
-            n_realizations=n,
-            seed=first.seed,
-            progress=job.report,
-            cancel=job.is_cancelled,
-            facies=facies,
-            on_partial=self.rows.append,
-            secondary=first.secondary,
-        )
+        result = comparison.compare(settings=settings, on_partial=self.rows.append, **inputs)
         if self.second is not None:
             self.second_ensemble = self.second.simulate(n, cancel=job.is_cancelled)
         return result
@@ -314,4 +301,4 @@ def has_curves(compared: comparison.Comparison, facies: int) -> bool:
 
 def compared_code(compared: comparison.Comparison, facies: int) -> int:
     """Return the code of a facies by its index."""
-    return int(compared.ensembles[0].training_image.codes[facies])
+    return int(compared.first.training_image.codes[facies])

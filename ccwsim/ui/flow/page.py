@@ -41,9 +41,17 @@ from ccwsim.ui.session.file_names import study_part
 from ccwsim.ui.session.fragments import follow, follow_tasks
 from ccwsim.ui.session.state import State
 from ccwsim.ui.study.run import draw_news, draw_out_of_date, start_run_if_needed
-from ccwsim.ui.widgets import text
 from ccwsim.ui.widgets.facts import write_facts
 from ccwsim.ui.widgets.fields import bound_to, button, download, field, options_of
+from ccwsim.ui.widgets.text import (
+    in_row,
+    numbers_table,
+    page_text,
+    panel_title,
+    plain,
+    step_note,
+    step_title,
+)
 from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 # seconds for which the page waits for a solution before it draws the earlier one
@@ -58,11 +66,6 @@ GLASS = 0.3, 0.06  # opacity in volumes of the facies of highest conductivity, a
 ROUND_NUMBERS = [float(f"{m}e{e}") for e in range(-14, 4) for m in (1, 2, 5)]
 CONDUCTIVITIES = [k for k in ROUND_NUMBERS if MIN_CONDUCTIVITY <= k <= MAX_CONDUCTIVITY]
 """Values of the logarithmic slider, in m/s or m/d."""
-CONTROLS_LAYOUT: dict[str, Any] = {
-    "horizontal": True,
-    "vertical_alignment": "center",
-    "gap": "small",
-}
 
 
 def draw_page(state: State) -> None:
@@ -72,7 +75,7 @@ def draw_page(state: State) -> None:
     draw_news(state, parts=False)
     with st.container(key="results"):
         if state.ensemble is None:
-            maps.ghost_panel(text.page_text("Flow without realizations"), "height: 392px", "Flow")
+            maps.ghost_panel(page_text("Flow without realizations"), "height: 392px", "Flow")
             return
         state.shown = min(state.shown, state.ensemble.n - 1)
         with st.sidebar:
@@ -81,7 +84,7 @@ def draw_page(state: State) -> None:
         settings = solving.flow_settings(state.flow, state.ensemble)
         draw_caption(caption_of(state.ensemble))
         if problem := solving.flow_problem(settings):
-            st.warning(text.plain(problem))
+            st.warning(plain(problem))
             _draw_map(state, state.ensemble, None, settings)
             return
         _draw_solution(state, state.ensemble, settings)
@@ -91,7 +94,7 @@ def draw_page(state: State) -> None:
 def _draw_controls(state: State, ensemble: Ensemble) -> None:
     """Draw the steps: rocks, heads and well, all realizations."""
     page_state, choice, change = state.page(FlowState), state.flow, state.change_flow
-    text.step_title(1, "Rocks")
+    step_title(1, "Rocks")
     field(
         st.segmented_control,
         "Unit of conductivity",
@@ -101,7 +104,7 @@ def _draw_controls(state: State, ensemble: Ensemble) -> None:
     for k, name in enumerate(ensemble.training_image.facies_names):
         with st.container(key=f"rock_{k}"):
             _draw_rock(state, ensemble, k, name)
-    text.step_title(2, "Heads and well")
+    step_title(2, "Heads and well")
     axes = {"x": "W–E", "y": "S–N", "z": "vertical"}
     offered = {axis: axes[axis] for axis in "xyz"[: ensemble.grid.n_dimensions]}
     settings, place = (
@@ -138,30 +141,26 @@ def _draw_controls(state: State, ensemble: Ensemble) -> None:
             **bound_to(choice, "anisotropy", change, min_value=0.001, max_value=1.0),
         )
     _draw_well(state, ensemble, settings)
-    text.step_title(3, "All realizations")
-    run = page_state.run
-    text.step_note(text.page_text("Answers of all realizations"))
-    going = run is not None and run.going
-    label = f"Solve all {plural(ensemble.n, 'realization')}"
-    problem = solving.flow_problem(settings)
+    step_title(3, "All realizations")
+    step_note(page_text("Answers of all realizations"))
     button(
-        label,
+        f"Solve all {plural(ensemble.n, 'realization')}",
         key="flow_all",
         on_click=solving.start_answers,
         args=(state,),
         type="primary",
         width="stretch",
-        disabled=going or bool(problem),
+        disabled=page_state.going or bool(solving.flow_problem(settings)),
     )
     if page_state.message:
-        st.warning(text.plain(page_state.message))
+        st.warning(plain(page_state.message))
 
 
 def _draw_outline(state: State, ensemble: Ensemble, settings: FlowSettings) -> list[str]:
     """Draw how heads change along the outline, and return the labels of the heads."""
     choice = state.flow
     if choice.axis is None and choice.along == "x":
-        text.step_note(text.page_text("Sides without active cells"))
+        step_note(page_text("Sides without active cells"))
     names = {"x": "W–E", "y": "S–N", "points": "two points", "constant": "constant"}
     field(
         st.segmented_control,
@@ -199,7 +198,7 @@ def _draw_rock(state: State, ensemble: Ensemble, k: int, name: str) -> None:
 
     field(
         st.select_slider,
-        text.plain(f"K of {name} ({unit})"),
+        plain(f"K of {name} ({unit})"),
         key=f"flow_k_{k}",
         options=sorted({*CONDUCTIVITIES, shown_k}),
         value=shown_k,
@@ -208,7 +207,7 @@ def _draw_rock(state: State, ensemble: Ensemble, k: int, name: str) -> None:
     )
     field(
         st.number_input,
-        text.plain(f"Porosity of {name}"),
+        plain(f"Porosity of {name}"),
         key=f"flow_porosity_{k}",
         write=lambda value: write(conductivity, value),
         min_value=MIN_POROSITY,
@@ -227,13 +226,11 @@ def _draw_well(state: State, ensemble: Ensemble, settings: FlowSettings) -> None
         if volume:
             button("Place a well", key="flow_place", on_click=place, width="stretch")
         else:
-            text.step_note("No well. Click a map to place one.")
+            step_note("No well. Click a map to place one.")
         return
     names = ("layer", "row", "column")[-len(settings.well) :]
     cell = ", ".join(f"{name} {k}" for name, k in zip(names, settings.well, strict=True))
-    text.step_note(
-        f"Well in {cell}.{'' if volume else ' Drag it on a map, or click another cell.'}"
-    )
+    step_note(f"Well in {cell}.{'' if volume else ' Drag it on a map, or click another cell.'}")
     if volume:
         field(
             st.toggle,
@@ -274,9 +271,9 @@ def _draw_solution(state: State, ensemble: Ensemble, settings: FlowSettings) -> 
         return
     with st.container(key="flow_unsolved"):
         if isinstance(result, Failure):
-            st.warning(text.plain(f"{result.reason[:1].upper()}{result.reason[1:]}."))
+            st.warning(plain(f"{result.reason[:1].upper()}{result.reason[1:]}."))
             return
-        text.step_note("Solving …")
+        step_note("Solving …")
     follow_tasks(worker, [task], time.monotonic())
 
 
@@ -293,7 +290,7 @@ def _draw_flow(
         facts.insert(0, f"effective K {with_power(k)} {state.flow.unit}")
     facts.append(f"half of the water needs more than {duration(median)}")
     facts.append(f"balance {with_power(flow.balance, 1)}, {plural(flow.iterations, 'iteration')}")
-    with st.container(**CONTROLS_LAYOUT, key="flow_tools"):
+    with in_row("flow_tools"):
         write_facts(facts)
         _draw_downloads(state, ensemble, solution, settings)
     with st.container(key="flow_maps"):
@@ -309,21 +306,21 @@ def _draw_flow(
             key="flow_particles",
             **bound_to(page_state, "particles", min_value=0, max_value=200, step=5, width=420),
         )
-    note, by_hand = text.page_text("Flow of the shown realization"), text.page_text("Flow by hand")
+    note, by_hand = page_text("Flow of the shown realization"), page_text("Flow by hand")
     if isinstance(settings.ends, Edge):
-        note = text.page_text("Flow within the outline")
+        note = page_text("Flow within the outline")
     if ensemble.grid.is_volume:
-        by_hand = text.page_text("Tracks in a volume", time=duration(2 * median))
-    text.step_note(f"{note} {by_hand}")
+        by_hand = page_text("Tracks in a volume", time=duration(2 * median))
+    step_note(f"{note} {by_hand}")
 
 
 def _draw_map(
     state: State, ensemble: Ensemble, solution: Solution | None, settings: FlowSettings
 ) -> None:
     page_state, r = state.page(FlowState), state.shown
-    with st.container(**CONTROLS_LAYOUT, key="shown_row"):
+    with in_row("shown_row"):
         title = f"Realization {ensemble.numbers[r] + 1} of {ensemble.n}"
-        text.panel_title(title, "tracks of particles")
+        panel_title(title, "tracks of particles")
         maps.step_buttons("flow", state, ensemble.n)
     colours = maps.colours_of_ran(state)
     alt = f"Realization {r + 1} with tracks of particles"
@@ -375,8 +372,8 @@ def _draw_heads(
     low, high = max(lowest, lower_end - reach), min(highest, upper_end + reach)
     if not reach:
         low, high = np.nanquantile(heads, (0.1, 0.9))
-    with st.container(**CONTROLS_LAYOUT, key="heads_row"):
-        text.panel_title("Head", "each change of colour is a line of equal head")
+    with in_row("heads_row"):
+        panel_title("Head", "each change of colour is a line of equal head")
     span = max(high - low, 1e-300)
     bands = np.clip((heads - low) / span * N_BANDS, 0, N_BANDS - 1)
     bands = np.where(np.isnan(heads), UNKNOWN, bands).astype(np.uint8)  # no colour, and no well
@@ -447,25 +444,25 @@ def _draw_downloads(
     page_state, name = state.page(FlowState), study_part(ensemble)
     r, grid = state.shown, ensemble.grid
     with st.popover("Download", key="flow_downloads"):
-        text.step_note(f"Heads and conductivity of realization {r + 1}")
+        step_note(f"Heads and conductivity of realization {r + 1}")
         conductivity = cell_values(np.array(settings.conductivity), ensemble.indices[r])
         fields = {"head": solution.flow.heads, "conductivity": conductivity}
-        with st.container(**CONTROLS_LAYOUT):
+        with in_row():
             for kind, label in (("npz", "NumPy"), ("vti", "VTK"), ("gslib", "GSLIB")):
                 content = partial(maps_as_bytes, fields, grid, kind)
                 download(label, content, f"{name}_heads.{kind}", key=f"flow_heads_{kind}")
             content = partial(tracks_csv, solution.tracks)
             download("Tracks, CSV", content, f"{name}_tracks.csv", key="flow_tracks")
         for title, files in solving.model_downloads(state.flow, ensemble, r).items():
-            text.step_note(title)
-            with st.container(**CONTROLS_LAYOUT):
+            step_note(title)
+            with in_row():
                 for file in files:
                     file.draw(name)
         run = page_state.run
         if run is not None and run.result is not None:
             result = run.result
-            text.step_note("All realizations")
-            with st.container(**CONTROLS_LAYOUT):
+            step_note("All realizations")
+            with in_row():
                 if result.k is not None:
                     content = partial(k_csv, result.k)
                     download("Effective K, CSV", content, f"{name}_k.csv", key="flow_k_csv")
@@ -501,7 +498,7 @@ def _draw_answers(state: State, ensemble: Ensemble, settings: FlowSettings) -> N
         st.html('<h2 class="part">All realizations</h2>')
         if run is None:
             style = f"height: {FLOW_CHART_HEIGHT}px"
-            maps.ghost_panel(text.page_text("Answers of all realizations"), style)
+            maps.ghost_panel(page_text("Answers of all realizations"), style)
             return
         if run.going:
             assert run.job is not None
@@ -509,7 +506,7 @@ def _draw_answers(state: State, ensemble: Ensemble, settings: FlowSettings) -> N
             return
         is_current = run.ensemble is ensemble and run.settings == settings
         if run.error is not None and is_current:
-            st.warning(text.plain(f"Not solved: {reason(run.error)}."))
+            st.warning(plain(f"Not solved: {reason(run.error)}."))
         if run.result is None:
             return
         if not is_current:
@@ -525,7 +522,7 @@ def _draw_result(state: State, run: solving.AnswersRun, result: FlowAnswers) -> 
             _draw_representatives(state, run, result.k)
         if result.capture is not None:
             _draw_capture(state, run, result)
-    text.step_note(text.page_text("Diagonal contacts"))
+    step_note(page_text("Diagonal contacts"))
 
 
 def _draw_conductivity(state: State, result: FlowAnswers, k: EffectiveK) -> None:
@@ -563,8 +560,8 @@ def _draw_representatives(state: State, run: solving.AnswersRun, effective: Effe
     for column, percentile, r in zip(columns, PERCENTILES, chosen, strict=True):
         with column:
             k = float(effective.each[r]) * solving.CONDUCTIVITY_UNITS[unit]
-            with st.container(**CONTROLS_LAYOUT, key=f"flow_p_{percentile}"):
-                text.panel_title(
+            with in_row(f"flow_p_{percentile}"):
+                panel_title(
                     f"{percentile} % are lower", f"realization {r + 1}, K {with_power(k)} {unit}"
                 )
                 show = partial(setattr, state, "shown", r)
@@ -588,15 +585,15 @@ def _draw_capture(state: State, run: solving.AnswersRun, result: FlowAnswers) ->
     assert capture is not None
     left, right = st.columns(2, gap="medium")
     with left:
-        text.panel_title("Probability of capture", "share of the realizations, by start")
+        panel_title("Probability of capture", "share of the realizations, by start")
         cell_map = number_map(capture.probability, "P(captured) =", "Probability of capture")
         draw_cells(cell_map, "capture", name="capture", max_height=CAPTURE_MAP_HEIGHT, tools=False)
     with right:
-        text.panel_title("Skill of the map")
+        panel_title("Skill of the map")
         shares = capture.probability[~np.isnan(capture.probability)]  # of active cells
         area = 100 * float(shares.mean())
         rows = [("captured area, mean", f"{area:.1f} %")]
         sure = 100 * float(np.isin(shares, (0.0, 1.0)).mean())
         rows.append(("same answer in all realizations", f"{sure:.1f} %"))
-        st.html(text.numbers_table(rows))
-        text.step_note(solving.worth(capture, solving.captured_in(state, run)))
+        st.html(numbers_table(rows))
+        step_note(solving.worth(capture, solving.captured_in(state, run)))

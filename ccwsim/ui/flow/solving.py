@@ -73,11 +73,6 @@ class FlowSettings:
         return not isinstance(self.ends, Edge) or (self.ends.along in ("x", "y") and differ)
 
     @property
-    def pumps(self) -> bool:
-        """Whether there is a well that pumps."""
-        return bool(self.wells)
-
-    @property
     def wells(self) -> dict[tuple[int, ...], float]:
         """The rate of the well by its cell, negative for pumping; empty without a well."""
         return {self.well: -self.rate} if self.well is not None and self.rate > 0 else {}
@@ -102,10 +97,9 @@ def solution(
     shares = cell_values(np.array(settings.porosity), indices)
     starts = starts_at_inflow(flow, N_TRACKS, "edge" if "edge" in flow.fixed else settings.axis)
     inflow_tracks, to_well = tracks(flow, starts, porosity=shares), None
-    if settings.pumps:
-        assert settings.well is not None
+    for well in settings.wells:
         grid, angle = flow.grid, np.linspace(0, 2 * np.pi, 24, endpoint=False)
-        (centre,) = grid.centers_of(np.array([settings.well]))
+        (centre,) = grid.centers_of(np.array([well]))
         # just outside the sides of the cell of the well, where upstream tracks begin
         steps = np.column_stack([np.cos(angle), np.sin(angle)])
         steps *= 0.51 / np.abs(steps).max(axis=1, keepdims=True)
@@ -153,7 +147,7 @@ class AnswersRun(PageRun[FlowAnswers]):
         each = over(ensemble, solve, progress=job.report, cancel=job.is_cancelled)
         k, times, captured = zip(*each, strict=True)
         active = answers.active_starts(ensemble, starts)
-        capture = Capture(starts, shape, np.array(captured), active) if settings.pumps else None
+        capture = Capture(starts, shape, np.array(captured), active) if settings.wells else None
         effective_k = None
         if settings.heads[0] != settings.heads[1]:
             effective_k = answers.with_bounds(
@@ -173,7 +167,7 @@ def _answer(
         flow = settings.solve(ensemble, indices, well=False)
         k, times = flow.effective_k, answers.breakthrough(flow, shares, settings.axis, N_PARTICLES)
     captured = np.zeros(len(starts), bool)
-    if settings.pumps:
+    if settings.wells:
         pumped = settings.solve(ensemble, indices)
         captured = answers.captured_by_wells(pumped, starts, shares)
     return k, times, captured
@@ -290,7 +284,7 @@ def start_answers(state: State) -> None:
 def flow_problem(settings: FlowSettings) -> str:
     """Return the reason why nothing can be solved, or an empty text."""
     head, other = settings.heads
-    if head != other or (isinstance(settings.ends, Edge) and settings.pumps):
+    if head != other or (isinstance(settings.ends, Edge) and settings.wells):
         return ""
     if isinstance(settings.ends, Edge):
         return (
@@ -320,7 +314,7 @@ def model_downloads(
         ends = zip(SIDES[settings.axis], settings.heads, strict=True)
         values += [
             *(f"head {head:g} m {side}" for side, head in ends),
-            *["a well"] * settings.pumps,
+            *["a well" for _ in settings.wells],
         ]
         content = partial(flopy_as_zip, ensemble, k, realization=realization, **settings.options)
         label = f"MODFLOW 6, realization {realization + 1}"

@@ -22,12 +22,10 @@ KEPT_COLOUR, PASTED_COLOUR = "#4C6E91", "#E9C46A"
 
 
 @dataclass(frozen=True)
-class PatchView:
-    """The patch on the page, with its realization, the fates of locations, and the colours."""
+class TraceView:
+    """The realization on the page, with the colours of its maps."""
 
     trace: Trace
-    step: TracedPatch
-    locations: list[PlaceFate]
     colours: Sequence[str]
     theme: Theme
 
@@ -35,6 +33,62 @@ class PatchView:
     def image(self) -> TrainingImage:
         """The training image of the realization."""
         return self.trace.study.training_image
+
+    @property
+    def is_volume(self) -> bool:
+        """Whether the realization is a volume."""
+        return self.trace.study.grid.is_volume
+
+    def facies_map(self, indices: Bytes, alt: str) -> CellMap:
+        """Return a map of facies in grid coordinates, without a legend; UNKNOWN is blank."""
+        grid_indices = np.where(indices == UNKNOWN, self.image.n_facies, indices).astype(np.uint8)
+        names = [*self.image.facies_names, "not simulated"]
+        return CellMap(grid_indices, [*self.colours, self.theme.hairline], names, alt)
+
+    def lit_map(self, facies_grid: Bytes, lit: Mask, alt: str) -> CellMap:
+        """Return a map of facies; cells that are not `lit` are dimmed, and UNKNOWN is blank."""
+        n, simulated, colours = self.image.n_facies, facies_grid != UNKNOWN, self.colours
+        has_dim = n <= MAX_LIT
+        indices = np.where(simulated, facies_grid, n).astype(int)
+        if has_dim:
+            indices = np.where(simulated & ~lit, n + 1 + indices, indices)
+        dim = [mixed(colour, self.theme.paper, DIM) for colour in colours] if has_dim else []
+        names = list(self.image.facies_names)
+        return CellMap(
+            indices=indices.astype(np.uint8),
+            colours=[*colours, self.theme.hairline, *dim],
+            labels=[*names, "not simulated yet", *(names if has_dim else [])],
+            alt=alt,
+            keys=list(zip(names, colours, strict=True))[:6],
+            point_colours=colours,
+        )
+
+    def value_map(
+        self,
+        values: Floats,
+        name: str,
+        ends: tuple[float, float],
+        alt: str,
+        colours: Sequence[str] = CIVIDIS,
+        absent: str = "no value",
+    ) -> CellMap:
+        """Return a map or volume of numbers between two ends, in which NaN is blank."""
+        cell_map = number_map(values, name, alt, limits=ends, text=three_digits, colours=colours)
+        blank = np.where(cell_map.indices == UNKNOWN, len(cell_map.colours), cell_map.indices)
+        return replace(
+            cell_map,
+            indices=blank.astype(np.uint8),
+            colours=[*cell_map.colours, self.theme.hairline],
+            labels=[*cell_map.labels, absent],
+        )
+
+
+@dataclass(frozen=True)
+class PatchView(TraceView):
+    """The patch on the page, with its realization and the fates of locations."""
+
+    step: TracedPatch
+    locations: list[PlaceFate]
 
     @property
     def level(self) -> int:
@@ -46,11 +100,6 @@ class PatchView:
     def search_fraction(self) -> float:
         """The share of locations, best overlaps first, that is searched if there are data."""
         return self.trace.study.parameters.search_fraction
-
-    @property
-    def is_volume(self) -> bool:
-        """Whether the realization is a volume."""
-        return self.step.cells.ndim == 3
 
     @property
     def first(self) -> tuple[int, ...]:
@@ -86,8 +135,7 @@ class PatchView:
 
     def patch_map(self, indices: Bytes, alt: str) -> CellMap:
         """Return a map of a patch, given in path coordinates, in facies colours."""
-        turned = self.trace.grid_frame.turned(indices)
-        return patch_map(turned, self.image, self.colours, self.theme, alt)
+        return self.facies_map(self.trace.grid_frame.turned(indices), alt)
 
 
 def location_of(place: PlaceFate, n: int) -> tuple[int, ...]:
@@ -121,35 +169,6 @@ def data_in(
     return np.column_stack([offsets[inside], facies, wrong]).astype(int).tolist()
 
 
-def patch_map(
-    indices: Bytes, image: TrainingImage, colours: Sequence[str], theme: Theme, alt: str
-) -> CellMap:
-    """Return a map of facies in grid coordinates, without a legend; UNKNOWN cells are blank."""
-    grid_indices = np.where(indices == UNKNOWN, image.n_facies, indices).astype(np.uint8)
-    names = [*image.facies_names, "not simulated"]
-    return CellMap(grid_indices, [*colours, theme.hairline], names, alt)
-
-
-def value_map(
-    values: Floats,
-    name: str,
-    ends: tuple[float, float],
-    theme: Theme,
-    alt: str,
-    colours: Sequence[str] = CIVIDIS,
-    absent: str = "no value",
-) -> CellMap:
-    """Return a map or volume of numbers between two ends, in which NaN is blank."""
-    cell_map = number_map(values, name, alt, limits=ends, text=three_digits, colours=colours)
-    blank = np.where(cell_map.indices == UNKNOWN, len(cell_map.colours), cell_map.indices)
-    return replace(
-        cell_map,
-        indices=blank.astype(np.uint8),
-        colours=[*cell_map.colours, theme.hairline],
-        labels=[*cell_map.labels, absent],
-    )
-
-
 def grid_map(view: PatchView) -> CellMap:
     """Return the grid before the patch is pasted, with lit overlap, data, outline and arrow."""
     step, frame = view.step, view.trace.grid_frame
@@ -158,7 +177,7 @@ def grid_map(view: PatchView) -> CellMap:
     alt = f"The grid before patch {step.patch.number + 1}, with its overlap in full colour"
     before, lit = frame.to_grid(step.before), frame.to_grid(lit)
     return replace(
-        lit_map(before, lit, view.image, view.colours, theme=view.theme, alt=alt),
+        view.lit_map(before, lit, alt),
         points=_conditioning_points(view),
         marks=[box_mark(view.part_of_grid, view.theme.reference, "the patch")],
         trail=[] if view.is_volume else _trail(view.trace, step),
@@ -168,32 +187,6 @@ def grid_map(view: PatchView) -> CellMap:
 def centre_of_patch(view: PatchView) -> list[int]:
     """Return the middle cell of the patch, through which the slices of the grid are drawn."""
     return [(side.start + side.stop) // 2 for side in view.part_of_grid]
-
-
-def lit_map(
-    facies_grid: Bytes,
-    lit: Mask,
-    image: TrainingImage,
-    colours: Sequence[str],
-    theme: Theme,
-    alt: str,
-) -> CellMap:
-    """Return a map of facies; cells that are not `lit` are dimmed, and UNKNOWN cells are blank."""
-    n, simulated = image.n_facies, facies_grid != UNKNOWN
-    has_dim = n <= MAX_LIT
-    indices = np.where(simulated, facies_grid, n).astype(int)
-    if has_dim:
-        indices = np.where(simulated & ~lit, n + 1 + indices, indices)
-    dim = [mixed(colour, theme.paper, DIM) for colour in colours] if has_dim else []
-    names = list(image.facies_names)
-    return CellMap(
-        indices=indices.astype(np.uint8),
-        colours=[*colours, theme.hairline, *dim],
-        labels=[*names, "not simulated yet", *(names if has_dim else [])],
-        alt=alt,
-        keys=list(zip(names, colours, strict=True))[:6],
-        point_colours=colours,
-    )
 
 
 def _conditioning_points(view: PatchView) -> list[list[int]]:
@@ -236,11 +229,10 @@ def score_map(view: PatchView, with_costs: bool) -> CellMap:
     whole = np.full(frame.shape, np.nan)
     whole[: values.shape[0], : values.shape[1]] = values
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
-    scores = value_map(
+    scores = view.value_map(
         frame.to_grid(whole),
         name,
         (low, high),
-        view.theme,
         alt=f"CCW score map of patch {step.patch.number + 1}",
         colours=CIVIDIS if step.correlation and not with_costs else CIVIDIS[::-1],
         absent=absent,
@@ -263,11 +255,10 @@ def score_volume(view: PatchView) -> CellMap:
     point_colours = [CANDIDATE_COLOUR, view.theme.reference, REJECTED_COLOUR]
     keys = list(zip((*kinds, "rejected"), point_colours, strict=True))
     return replace(
-        value_map(
+        view.value_map(
             frame.to_grid(scores),
             "CCW",
             ends,
-            view.theme,
             alt=f"CCW score of each location for patch {step.patch.number + 1}",
             colours=CIVIDIS if step.correlation else CIVIDIS[::-1],
             absent="would only extend the piece copied by a neighbouring patch",

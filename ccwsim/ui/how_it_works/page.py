@@ -20,7 +20,7 @@ from ccwsim.model.sizes import levels, overlap_sizes
 from ccwsim.ui.frontend.cells import draw_cells
 from ccwsim.ui.frontend.component import run_script
 from ccwsim.ui.how_it_works import maps, words
-from ccwsim.ui.how_it_works.maps import PatchView
+from ccwsim.ui.how_it_works.maps import PatchView, TraceView
 from ccwsim.ui.how_it_works.resimulation import draw_resimulation
 from ccwsim.ui.how_it_works.run import How, forget_own, page_parameters, set_own, trace_of, use_own
 from ccwsim.ui.how_it_works.words import say
@@ -82,7 +82,8 @@ def _after(state: State) -> None:
     page_state.resimulated = page_state.traced
     with error_boundary():
         if page_state.trace is not None:
-            draw_resimulation(page_state, page_state.trace, colours_of(state), chart_theme())
+            view = TraceView(page_state.trace, colours_of(state), chart_theme())
+            draw_resimulation(page_state, view)
 
 
 def _draw_top(state: State) -> None:
@@ -246,7 +247,7 @@ def _draw_setting(state: State) -> None:
 def _draw_patch(page_state: How, trace: Trace, colours: list[str]) -> None:
     """Draw the steps of the patch, the table of locations, and the wavelet sub-bands."""
     step = trace.at(page_state.patch)
-    view = PatchView(trace, step, fates(step), colours, chart_theme())
+    view = PatchView(trace, colours, chart_theme(), step, fates(step))
     if view.is_volume:
         grid, overlap = st.columns(STEP_WIDTHS_VOLUME, gap="medium")
         score, candidates = st.columns(STEP_WIDTHS_VOLUME, gap="medium")
@@ -315,7 +316,7 @@ def _draw_overlap(page_state: How, view: PatchView) -> None:
     name = image.facies_names[facies]
     values, ends = view.trace.grid_frame.turned(step.approximation[plane]), (0, step.block_size)
     alt, absent = f"Approximation of {name}", "not in the overlap"
-    cell_map = maps.value_map(values, f"cA of {name}:", ends, view.theme, alt, absent=absent)
+    cell_map = view.value_map(values, f"cA of {name}:", ends, alt, absent=absent)
     draw_cells(cell_map, "how_approximation", **SMALL_MAP)
 
 
@@ -414,7 +415,7 @@ def _draw_bands(page_state: How, view: PatchView) -> None:
             if name == "cA":
                 ends, colours = (0, unit), CIVIDIS
             alt = f"{name}, {meaning}"
-            band_map = maps.value_map(band, name, ends, view.theme, alt=alt, colours=colours)
+            band_map = view.value_map(band, name, ends, alt, colours)
             if not view.step.source:  # otherwise, the patch is from a copy
                 band_map.marks.append(mark)
             draw_cells(

@@ -11,13 +11,12 @@ from scipy import ndimage
 
 from ccwsim.engine.stages.path import overlap_cells
 from ccwsim.engine.trace import ResimulatedWindow, Trace
-from ccwsim.figures import Theme
 from ccwsim.model.arrays import Bytes, Mask, window_at
 from ccwsim.model.ensemble import FORCED
 from ccwsim.ui.frontend.cells import CellMap, draw_cells, editor_points, facies_map
 from ccwsim.ui.hard_data.page import describe_data_status
-from ccwsim.ui.how_it_works.maps import box_mark, data_in, lit_map, patch_map
-from ccwsim.ui.how_it_works.run import How, is_volume
+from ccwsim.ui.how_it_works.maps import TraceView, box_mark, data_in
+from ccwsim.ui.how_it_works.run import How
 from ccwsim.ui.how_it_works.words import OURS, STEP_REFERENCES, describe_window, format_count, say
 from ccwsim.ui.widgets.fields import field, options_of
 from ccwsim.ui.widgets.text import page_text, pair, panel_title, step_note
@@ -31,8 +30,9 @@ N_MARKED = 20
 """Maximum number of changes by seam repair that are marked; most changes are single cells."""
 
 
-def draw_resimulation(page_state: How, trace: Trace, colours: list[str], theme: Theme) -> None:
+def draw_resimulation(page_state: How, view: TraceView) -> None:
     """Draw the corrected realization, the windows of a datum, and the changes by seam repair."""
+    trace = view.trace
     panel_title("After the last patch: local re-simulation", "mismatches are corrected")
     if not trace.study.hard_data.n:
         say("There are no hard data in this study, so there is nothing to correct.", OURS)
@@ -46,9 +46,9 @@ def draw_resimulation(page_state: How, trace: Trace, colours: list[str], theme: 
             step_note("Finishing this realization takes a while.")
             if not st.button("Place the remaining patches", key="how_finish"):
                 return
-        _draw_windows_of_data(page_state, trace, colours, theme)
+        _draw_windows_of_data(page_state, view)
     if trace.repairs:
-        _draw_repair(trace, colours, theme)
+        _draw_repair(view)
 
 
 def _takes_long(trace: Trace) -> bool:
@@ -59,8 +59,9 @@ def _takes_long(trace: Trace) -> bool:
     return len(trace.patches) * terms > MAX_UNASKED_TERMS and trace.n_done < len(trace.patches)
 
 
-def _draw_repair(trace: Trace, colours: list[str], theme: Theme) -> None:
+def _draw_repair(view: TraceView) -> None:
     """Draw the realization before and after seam repair."""
+    trace = view.trace
     panel_title("Then: seam repair", "where patches are joined in ways absent from the image")
     if _takes_long(trace):
         step_note("Seam repair is shown once all patches are placed.")
@@ -69,31 +70,30 @@ def _draw_repair(trace: Trace, colours: list[str], theme: Theme) -> None:
     if not changed.any():
         say("No change joins the patches better.", OURS)
         return
-    marked = [] if is_volume(trace) else _boxes_of(changed)
+    marked = [] if view.is_volume else _boxes_of(changed)
     n_changed, share = format_count(int(changed.sum()), "cell"), f"{100 * changed.mean():.1f}"
     note = " The largest changes are marked." if marked else ""
     say(page_text("Seam repair", cells=n_changed, share=share) + note, OURS)
-    image = trace.study.training_image
 
     def map_of(indices: Bytes, name: str) -> CellMap:
-        points = editor_points(trace.study.hard_data, image) if is_volume(trace) else []
-        marks = [box_mark(box, theme.reference, "changed") for box in marked]
-        whole = facies_map(indices, image, colours, f"The realization {name} seam repair")
+        points = editor_points(trace.study.hard_data, view.image) if view.is_volume else []
+        marks = [box_mark(box, view.theme.reference, "changed") for box in marked]
+        whole = facies_map(indices, view.image, view.colours, f"The realization {name} seam repair")
         return replace(whole, points=points, marks=marks)
 
     before, after = trace.before_repair, trace.realization.indices
     maps = {"before": map_of(before, "before"), "after": map_of(after, "after")}
-    _draw_pair(trace, maps, "how_repair", max_height=_height(trace, WINDOW_MAP_HEIGHT))
+    _draw_pair(view, maps, "how_repair", max_height=_height(view, WINDOW_MAP_HEIGHT))
 
 
-def _height(trace: Trace, of_map: int) -> int:
+def _height(view: TraceView, of_map: int) -> int:
     """Return the height in pixels of a map, or of the slices of a volume."""
-    return WINDOW_SLICES_HEIGHT if is_volume(trace) else of_map
+    return WINDOW_SLICES_HEIGHT if view.is_volume else of_map
 
 
-def _draw_pair(trace: Trace, maps: dict[str, CellMap], key: str, **options: Any) -> None:
+def _draw_pair(view: TraceView, maps: dict[str, CellMap], key: str, **options: Any) -> None:
     """Draw the maps or volumes "before" and "after" side by side."""
-    places = st.columns(2, gap="medium") if is_volume(trace) else pair()
+    places = st.columns(2, gap="medium") if view.is_volume else pair()
     for place, (name, cell_map) in zip(places, maps.items(), strict=True):
         with place:
             st.html(f'<p class="caption">{name}</p>')
@@ -111,15 +111,16 @@ def _boxes_of(changed: Mask) -> list[tuple[slice, ...]]:
     return boxes[:N_MARKED]
 
 
-def _draw_windows_of_data(page_state: How, trace: Trace, colours: list[str], theme: Theme) -> None:
+def _draw_windows_of_data(page_state: How, view: TraceView) -> None:
     """Draw the local re-simulation windows of one datum."""
+    trace = view.trace
     by_datum = windows_by_datum(trace.windows)
     say(_describe(trace, by_datum), f"{OURS}; the authors' code does not correct such data")
     if not by_datum:
         return
     with st.container(key="how_mending"):
         sides = (st.container(), st.container())
-        left, right = sides if is_volume(trace) else st.columns([1, 2], gap="medium")
+        left, right = sides if view.is_volume else st.columns([1, 2], gap="medium")
     with left:
         corrected = list(by_datum)
         page_state.datum = min(page_state.datum, len(corrected) - 1)
@@ -133,12 +134,12 @@ def _draw_windows_of_data(page_state: How, trace: Trace, colours: list[str], the
         )
         windows = by_datum[corrected[page_state.datum]]
         draw_cells(
-            replace(windows_map(trace, windows, colours, theme), wells=page_state.wells),
+            replace(windows_map(view, windows), wells=page_state.wells),
             "how_mended",
             name="corrected",
             cursor=trace.study.hard_data.cells[windows[0].datum].tolist(),
             body=False,
-            max_height=_height(trace, WINDOW_MAP_HEIGHT),
+            max_height=_height(view, WINDOW_MAP_HEIGHT),
         )
     with right:
         captions = [describe_window(window) for window in windows if not window.fits]
@@ -147,14 +148,14 @@ def _draw_windows_of_data(page_state: How, trace: Trace, colours: list[str], the
         if captions:
             st.html("".join(f'<p class="caption">{text}</p>' for text in captions))
         with st.container(
-            horizontal=not is_volume(trace),
+            horizontal=not view.is_volume,
             vertical_alignment="bottom",
             gap="medium",
             key="how_pairs",
         ):
             for window in windows:
                 if window.fits:
-                    _draw_window(trace, window, colours, theme)
+                    _draw_window(view, window)
 
 
 def windows_by_datum(windows: Sequence[ResimulatedWindow]) -> dict[int, list[ResimulatedWindow]]:
@@ -191,35 +192,35 @@ def _part_of(window: ResimulatedWindow) -> tuple[slice, ...]:
     return window_at(first, window.before.shape)
 
 
-def windows_map(
-    trace: Trace, windows: list[ResimulatedWindow], colours: list[str], theme: Theme
-) -> CellMap:
+def windows_map(view: TraceView, windows: list[ResimulatedWindow]) -> CellMap:
     """Return the realization with data and windows; in a volume, windows are in full colour."""
-    image = trace.study.training_image
+    trace, image = view.trace, view.image
     points = editor_points(trace.study.hard_data, image)
-    if is_volume(trace):
+    if view.is_volume:
         lit = np.zeros(trace.before_repair.shape, bool)
         for window in windows:
             lit[_part_of(window)] = True
         alt = "The corrected realization, with the windows of the datum in full colour"
-        cell_map = lit_map(trace.before_repair, lit, image, colours, theme=theme, alt=alt)
+        cell_map = view.lit_map(trace.before_repair, lit, alt)
         return replace(cell_map, points=points)
-    cell_map = facies_map(trace.realization.indices, image, colours, "The corrected realization")
-    marks = [box_mark(_part_of(window), theme.reference, "window") for window in windows]
+    cell_map = facies_map(
+        trace.realization.indices, image, view.colours, "The corrected realization"
+    )
+    marks = [box_mark(_part_of(window), view.theme.reference, "window") for window in windows]
     return replace(cell_map, points=points, marks=marks)
 
 
-def _draw_window(trace: Trace, w: ResimulatedWindow, colours: list[str], theme: Theme) -> None:
+def _draw_window(view: TraceView, w: ResimulatedWindow) -> None:
     """Draw a window before and after a fitting patch was pasted."""
-    image, part = trace.study.training_image, _part_of(w)
+    trace, part = view.trace, _part_of(w)
 
     def map_of(indices: Bytes, name: str) -> CellMap:
-        window = patch_map(indices, image, colours, theme, f"A window {name} local re-simulation")
-        return replace(window, points=data_in(trace, part, indices), point_colours=colours)
+        window = view.facies_map(indices, f"A window {name} local re-simulation")
+        return replace(window, points=data_in(trace, part, indices), point_colours=view.colours)
 
     key = f"how_window_{w.datum}_{w.size}_{w.isolated}"
-    with st.container(width="stretch" if is_volume(trace) else 2 * PIXELS + 16, key=key):
+    with st.container(width="stretch" if view.is_volume else 2 * PIXELS + 16, key=key):
         st.html(f'<p class="caption">{describe_window(w)}</p>')
         maps = {"before": map_of(w.before, "before"), "after": map_of(w.after, "after")}
         cursor = (trace.study.hard_data.cells[w.datum] - [side.start for side in part]).tolist()
-        _draw_pair(trace, maps, key, cursor=cursor, max_height=_height(trace, PIXELS), tools=False)
+        _draw_pair(view, maps, key, cursor=cursor, max_height=_height(view, PIXELS), tools=False)

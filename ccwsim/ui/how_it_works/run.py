@@ -74,11 +74,6 @@ def trace_of(state: State) -> Trace:
     return page_state.trace
 
 
-def is_volume(trace: Trace) -> bool:
-    """Return whether the realization of a trace is a volume."""
-    return trace.study.grid.is_volume
-
-
 def usual_patch(trace: Trace) -> int:
     """Return a patch near `SHOWN_FIRST` that overlaps earlier patches on all possible sides."""
     target = SHOWN_FIRST * len(trace.patches)

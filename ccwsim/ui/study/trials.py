@@ -92,10 +92,20 @@ class TrialsRun(PageRun[Result], Generic[Row, Result]):
         """Number of trials."""
         return len(self.trials)
 
-    @property
-    def n_finished(self) -> str:
-        """Number of finished trials as text, such as "2 of 5 settings"."""
-        return f"{len(self.rows)} of {len(self.trials)} settings"
+    def inputs(self, job: Job) -> dict[str, Any]:
+        """Return the arguments that are equal for a comparison and for a sweep of the settings."""
+        first = self.first
+        return {
+            "training_image": first.training_image,
+            "grid_shape": first.grid,
+            "hard_data": first.hard_data,
+            "secondary": first.secondary,
+            "n_realizations": self.n_realizations,
+            "seed": first.seed,
+            "facies": int(first.training_image.codes[self.facies]),
+            "progress": job.report,
+            "cancel": job.is_cancelled,
+        }
 
     def n_kept(self, trial: Trial) -> int:
         """Return the number of realizations of a trial that are in memory at a time."""
@@ -122,7 +132,8 @@ class TrialsRun(PageRun[Result], Generic[Row, Result]):
 
     def describe_stop(self) -> str:
         """Return how many trials were finished before the run was stopped."""
-        return f"Stopped after {self.n_finished}" + ("; these are shown." if self.rows else ".")
+        shown = "; these are shown" if self.rows else ""
+        return f"Stopped after {len(self.rows)} of {len(self.trials)} settings{shown}."
 
 
 @dataclass(kw_only=True)
@@ -141,21 +152,12 @@ class SweepRun(TrialsRun[SweepRow, Sweep]):
         return Demand(n_cells * self.n_realizations, self.first.n_data, largest + sources + kept)
 
     def work(self, job: Job[Sweep]) -> Sweep:
-        first = self.first
-        n_kept = CELLS_KEPT // (first.grid.n_cells * len(self.trials))
+        n_kept = CELLS_KEPT // (self.grid.n_cells * len(self.trials))
         return sweep(
-            first.training_image,
-            first.grid,
-            settings=[trial.parameters for trial in self.trials],
-            hard_data=first.hard_data,
-            n_realizations=self.n_realizations,
-            seed=first.seed,
-            progress=job.report,
-            cancel=job.is_cancelled,
+            settings=self.settings,
             found=self.rows.append,
             n_kept=min(max(n_kept, 1), MAX_KEPT_SWEEPS),
-            facies=int(first.training_image.codes[self.facies]),
-            secondary=first.secondary,
+            **self.inputs(job),
         )
 
     @property

@@ -14,7 +14,6 @@ from ccwsim.experiments.plan import ALONG_Z, RANGED, label, value_of, varied
 from ccwsim.experiments.sweep import Sweep, SweepRow
 from ccwsim.figures import sweep_chart, tile_size
 from ccwsim.io.formats.csv_table import records_as_csv
-from ccwsim.metrics import Quality
 from ccwsim.model.bounds import MAX_REALIZATIONS_OF_SWEEP
 from ccwsim.model.numbers import minus, plural, three_digits
 from ccwsim.report.settings import describe_inputs
@@ -331,46 +330,53 @@ def setting_numbers(
     row: SweepRow, rows: tuple[SweepRow, ...], run: SweepRun
 ) -> list[tuple[str, str, str]]:
     """Return rows (name, value ± spread between realizations, best value among all settings)."""
-    image, qualities = run.training_image, [r.quality for r in rows]
+    image, here, n = run.training_image, _numbers(row), run.first.hard_data.n
     worst = image.names_by_code[row.quality.proportion_facies]
-    facies = image.facies_names[run.facies]
+    table = [_numbers(other) for other in rows]
 
     def line(
         name: str,
-        value: Callable[[Quality], float],
-        spread: Callable[[Quality], float] = lambda q: float("nan"),
+        column: str,
+        spread: str = "",
+        scale: float = 1,
         best: Callable[[list[float]], float] = min,
     ) -> tuple[str, str, str]:
-        defined = [value(q) for q in qualities if not np.isnan(value(q))]
-        off = spread(row.quality)
-        text = three_digits(value(row.quality)) + ("" if np.isnan(off) else f" ± {two(off)}")
+        values = [scale * numbers[column] for numbers in table]
+        defined = [value for value in values if not np.isnan(value)]
+        text = three_digits(scale * here[column])
+        if spread and not np.isnan(here[spread]):
+            text += f" ± {two(scale * here[spread])}"
         return name, minus(text), minus(three_digits(best(defined))) if defined else "–"
 
-    lines = [
-        line("Patterns, mean (bits)", lambda q: q.pattern_distance, lambda q: q.pattern_spread),
-        line("… full", lambda q: q.pattern_distances[0]),
-        line("… half", lambda q: q.pattern_distances[1]),
-        line("… third", lambda q: q.pattern_distances[2]),
-    ]
-    for axis, direction in enumerate(("E–W", "N–S", "vertical")[: len(row.quality.tau_errors)]):
-        error, spread = (lambda q, a=axis: q.tau_errors[a]), (lambda q, a=axis: q.tau_spreads[a])
-        lines.append(line(f"τ {direction} of {facies}, error", error, spread))
+    lines = [line("Patterns, mean (bits)", "patterns", "pattern_spread")]
+    lines += [line(f"… {column.removeprefix('pattern_')}", column) for column in PATTERN_COLUMNS]
+    for direction, axis in zip(CURVE_DIRECTIONS, ("E–W", "N–S", "vertical"), strict=True):
+        if (error := f"tau_error_{direction}") in here:
+            name = f"τ {axis} of {image.facies_names[run.facies]}, error"
+            lines.append(line(name, error, f"tau_spread_{direction}"))
     lines.append(
         line(
             f"{worst}, relative to TI (%)",
-            lambda q: 100 * q.proportion_error,
-            lambda q: 100 * q.proportion_spread,
+            "proportion_error",
+            "proportion_spread",
+            scale=100,
             best=lambda values: min(values, key=abs),
         )
     )
-    copied = "Largest copy (cells)"
-    lines.append(line(copied, lambda q: q.largest_copied, lambda q: q.copied_spread))
+    lines.append(line("Largest copy (cells)", "largest_copied", "copied_spread"))
     if row.quality.n > 1:
-        lines.append(line("Differing cells (%)", lambda q: 100 * q.differing, best=max))
-    if n := run.first.hard_data.n:
-        lines.append(line(f"Re-simulated, of {n}", lambda q: q.n_resimulated + q.n_forced))
-        lines.append(line("Data not honoured", lambda q: q.n_mismatched))
-    return [*lines, line("CPU time (ms)", lambda q: 1000 * q.cpu_seconds)]
+        lines.append(line("Differing cells (%)", "differing", scale=100, best=max))
+    if n:
+        lines.append(line(f"Re-simulated, of {n}", "corrected"))
+        lines.append(line("Data not honoured", "not_honoured"))
+    return [*lines, line("CPU time (ms)", "cpu_ms")]
+
+
+def _numbers(row: SweepRow) -> dict[str, Any]:
+    """Return the numbers of the table, and two sums that only the shown setting has."""
+    q = row.quality
+    sums = {"patterns": q.pattern_distance, "corrected": q.n_resimulated + q.n_forced}
+    return row_numbers(row) | sums
 
 
 def two(spread: float) -> str:

@@ -96,7 +96,7 @@ def test_every_patch_shows_the_figures_of_the_core(choices):
         assert f"Drawn: CCW {told[0].ccw:.4g}" in said
         first = re.search(r'<tr class="drawn"><td>(.*?)</td><td>(.*?)</td>', html(app))
         assert first is not None
-        view = PatchView(trace, step, told, [], LIGHT)
+        view = PatchView(trace, [], LIGHT, step, told)
         assert first[1] == view.where(told[0])
         assert first[2] == f"{told[0].ccw:.4g}"
         if step.patch.shape:
@@ -282,7 +282,7 @@ def test_the_maps_are_the_arrays_of_the_core_in_the_world(number):
     for patch in (0, 3, 8, len(trace.patches) - 1):
         step = trace.at(patch)
         locations = fates(step)
-        view = PatchView(trace, step, locations, colours, theme)
+        view = PatchView(trace, colours, theme, step, locations)
         shown = grid_map(view)
         assert shown.indices.shape == trace.study.grid.shape
         world = trace.grid_frame.to_grid(step.before)

@@ -15,6 +15,7 @@ from ccwsim.figures import LIGHT
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.how_it_works.maps import (
     PatchView,
+    TraceView,
     centre_of_patch,
     cut_map,
     grid_map,
@@ -49,7 +50,7 @@ def view_of(number: int) -> PatchView:
     state.page(How).number = number
     trace = trace_of(state)
     step = trace.at(state.page(How).patch)
-    return PatchView(trace, step, fates(step), COLOURS, LIGHT)
+    return PatchView(trace, COLOURS, LIGHT, step, fates(step))
 
 
 def test_what_is_shown_of_the_grid_is_what_the_engine_has(view):
@@ -67,7 +68,7 @@ def test_what_is_shown_of_the_grid_is_what_the_engine_has(view):
 def test_points_are_the_data_that_condition_the_patch(view):
     for number in range(len(view.trace.patches)):
         step = view.trace.at(number)
-        own = PatchView(view.trace, step, fates(step), COLOURS, LIGHT)
+        own = PatchView(view.trace, COLOURS, LIGHT, step, fates(step))
         placed = {tuple(point[:4]) for point in grid_map(own).points}
         assert placed <= {(*cell, facies) for *cell, facies in WELL.triples}
         if step.data is not None:
@@ -122,7 +123,7 @@ def test_windows_are_those_of_local_resimulation():
     by_datum = windows_by_datum(trace.windows)
     assert by_datum
     datum, windows = next(iter(by_datum.items()))
-    shown = windows_map(trace, windows, COLOURS, LIGHT)
+    shown = windows_map(TraceView(trace, COLOURS, LIGHT), windows)
     assert shown.indices[tuple(data.cells[datum])] < 2
     lit = np.zeros(shown.indices.shape, bool)
     for w in windows:
