@@ -328,6 +328,7 @@ def draw_histogram(ensemble: Ensemble) -> None:
         y_title="cells (%)",
         x_title=f"{image.variable} ({image.units})" if image.units else image.variable,
         x_range=(float(bundle.lags[0]), float(bundle.lags[-1])),
+        y_range=(0.0, 1.1 * float(max(bundle.reference.max(), bundle.each.max()))),
     )
     titled_chart(
         title="Histogram",
