@@ -6,7 +6,6 @@ from contextvars import ContextVar
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property, partial, wraps
-from inspect import signature
 from math import prod
 from typing import Any, NamedTuple, TypeVar
 
@@ -221,13 +220,11 @@ Method = TypeVar("Method", bound=Callable[..., Any])
 
 def _part(method: Method) -> Method:
     """Make a method of `PreparedImage` return a part, which is computed once for its arguments."""
-    bind = signature(method).bind
+    defaults = method.__defaults__ or ()  # of all arguments or of none
 
     @wraps(method)
-    def stored(*args: Any, **options: Any) -> Any:
-        bound = bind(*args, **options)
-        bound.apply_defaults()
-        image, *key = bound.args
+    def stored(image: Any, *key: Any) -> Any:
+        key += defaults[len(key) :]
         return image.part((method.__name__, *key), partial(method, image, *key))
 
     return stored  # type: ignore[return-value]
