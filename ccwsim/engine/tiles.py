@@ -182,7 +182,7 @@ def make_placing(
 @part_of_kernel
 def patch_box(p, overlap):
     """Return the box of patch `p`, a row of the array from `make_patches`."""
-    return Box(p[0], p[1], p[2], p[3], p[4], p[5], p[6], *overlap)
+    return Box(p[0], p[1], p[2], p[3], p[4], p[5], p[6], overlap[0], overlap[1], overlap[2])
 
 
 @kernel
