@@ -65,8 +65,8 @@ def make_copies(study: Study) -> Copies | None:
 
     Raises `CCWSIMError` if the copies have too many cells.
     """
-    secondary = study.secondary
-    if secondary is None or not secondary.has_copies:
+    secondary = study.secondary_or_empty
+    if not secondary.has_copies:
         return None
     if (n_cells := n_cells_of_copies(study)) > MAX_COPIED_CELLS:
         raise refused("too_many_copies", n=n_cells, most=MAX_COPIED_CELLS)
@@ -122,8 +122,8 @@ def _name_of_copy(image: str, turn: Floats, flipped: tuple[int, ...]) -> str:
 
 def n_cells_of_copies(study: Study) -> int:
     """Return the number of cells of the copies of a study, or slightly more."""
-    secondary = study.secondary
-    if secondary is None or not secondary.has_copies:
+    secondary = study.secondary_or_empty
+    if not secondary.has_copies:
         return study.training_image.indices.size
     images = (study.training_image, *secondary.images)
     return _n_cells(secondary, tuple(in_layers(i.shape) for i in images), study.grid, _gap(study))
@@ -197,12 +197,9 @@ def classes_of(
 
 def _numbers(shapes: list[tuple[int, ...]]) -> list[Int32s]:
     """Return the numbers of the cells of images, one image after the other."""
-    numbers, first = [], 0
-    for shape in shapes:
-        volume = in_layers(shape)
-        numbers.append(np.arange(first, first + prod(volume), dtype=np.int32).reshape(volume))
-        first += prod(volume)
-    return numbers
+    first = np.cumsum([0, *map(prod, shapes)])
+    numbers = np.split(np.arange(first[-1], dtype=np.int32), first[1:-1])
+    return [of.reshape(in_layers(shape)) for of, shape in zip(numbers, shapes, strict=True)]
 
 
 def _flips(mirrored: Sequence[str]) -> list[tuple[int, ...]]:

@@ -24,11 +24,11 @@ def make_guide(
     `template` has the lengths along the axes of the grid; `lengths` are those of the coarsest scale
     along the path.
     """
-    study, orientation, secondary = prepared.study, path.orientation, prepared.study.secondary
+    study, orientation = prepared.study, path.orientation
     if not study.is_guided:
         return None
-    soft = secondary.probabilities if secondary else None
-    auxiliary = secondary.auxiliary if secondary else ()
+    secondary = study.secondary_or_empty
+    soft, auxiliary = secondary.probabilities, secondary.auxiliary
     located = {axis: w for axis, w in enumerate(study.parameters.location_weights) if w > 0}
     sums = prepared.oriented(orientation, template).pyramid.sums
     blocks = [t // b for t, b in zip(lengths.template, lengths.block, strict=True)]
@@ -74,7 +74,7 @@ def make_guide(
     values = prepared.part(("maps of image", *key), values_of_image)
     mismatch = guidance.mismatch_cost(lengths, len(sums))
     n_soft = 0 if soft is None else study.training_image.n_facies - 1
-    c = mismatch * guidance.NAT / USUAL_OVERLAP * (secondary.soft_weight if secondary else 0)
+    c = mismatch * guidance.NAT / USUAL_OVERLAP * secondary.soft_weight
     tables_of, weights = [*range(n_soft)], [-c] * n_soft
     for k, variable in enumerate(auxiliary):
         cost = mismatch * variable.weight
@@ -124,18 +124,18 @@ def _maps_of_image(
 
     The last maps are relative positions along the axes `located`.
     """
-    study, secondary = prepared.study, prepared.study.secondary
-    if secondary is not None and secondary.probabilities is not None:
+    study, secondary = prepared.study, prepared.study.secondary_or_empty
+    if secondary.probabilities is not None:
         for k in range(1, study.training_image.n_facies):
             yield prepared.scaled(orientation) == k, False
-    images = (study.training_image, *(secondary.images if secondary else ()))
+    images = (study.training_image, *secondary.images)
     shapes = [in_layers(training_image.shape) for training_image in images]
 
     def oriented(values: Array) -> Array:  # unknown cells of copies get any value
         copies = prepared.copies
         return to_path(values[copies.origins] if copies else values.reshape(shapes[0]), orientation)
 
-    for variable in secondary.auxiliary if secondary else ():
+    for variable in secondary.auxiliary:
         values = oriented(_in_range_of(variable.image, variable.image).ravel())
         yield values**2, True
         yield values**2, False

@@ -5,9 +5,9 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from copy import copy
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial, wraps
 from math import prod
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -104,10 +104,8 @@ def orient_image(
     illegal = np.zeros((0, 0, 0), np.uint8)
     if known_mask is not None:
         illegal = illegal_places(known_mask, lengths, places)  # type: ignore[arg-type]
-    excluded = np.append(0, np.cumsum(illegal.sum(axis=(1, 2), dtype=np.int64)))
-    n_places = layers[:, 1] * places[1] * places[2]
-    if illegal.size:
-        n_places -= excluded[layers.sum(axis=1)] - excluded[layers[:, 0]]
+    n_illegal = [np.count_nonzero(illegal[first : first + n]) for first, n in layers.tolist()]
+    n_places = layers[:, 1] * places[1] * places[2] - n_illegal
     check_pieces(copies, n_places, template)
     guided = score_bound(study, lengths, len(pyramid.sums))
     largest = largest_code(study)
@@ -213,8 +211,23 @@ def steers(study: Study) -> bool:
     location of patches in the image then determines proportions.
     """
     p, several = study.parameters, study.training_image.n_facies > 1
-    placed = max(p.location_weights[1:]) > 0 or (study.secondary and study.secondary.auxiliary)
+    placed = max(p.location_weights[1:]) > 0 or study.secondary_or_empty.auxiliary
     return several and not placed and not p.published_draw and not p.match_proportions
+
+
+Method = TypeVar("Method", bound=Callable[..., Any])
+
+
+def _part(method: Method) -> Method:
+    """Make a method of `PreparedImage` return a part, which is computed once for its arguments."""
+    defaults = method.__defaults__ or ()  # of all arguments or of none
+
+    @wraps(method)
+    def stored(image: Any, *key: Any) -> Any:
+        key += defaults[len(key) :]
+        return image.part((method.__name__, *key), partial(method, image, *key))
+
+    return stored  # type: ignore[return-value]
 
 
 @dataclass(eq=False)
@@ -238,39 +251,36 @@ class PreparedImage:
         """Everything that determines the parts: equal for studies that differ in the seed."""
         return self.study.key("seed")
 
+    @_part
     def oriented(self, orientation: int, template: Triple) -> OrientedImage:
         """Return the prepared image in one orientation, at the coarsest scale.
 
         `template` has the lengths along the axes of the grid.
         """
-
-        def make() -> OrientedImage:
-            p, study, copies = self.study.parameters, self.study, self.copies
-            lengths = lengths_of(p, study.grid.shape, template, orientation)[-1]
-            may_split = p.exact_data and study.hard_data.n > self.lengths[0].max_data
-            mask = self._known_mask
-            if copies and orientation & FROM_ABOVE:
-                first, n = copies.layers.T
-                layers = np.column_stack([len(copies.indices) - first - n, n])
-                copies = copies._replace(layers=layers)
-            oriented = orient_image(
-                study,
-                self.scaled(orientation, p.scale),
-                known_mask=None if mask is None else to_path(mask, orientation),
-                copies=copies,
-                lengths=lengths,
-                may_split=may_split,
-                other=self.oriented(0, template) if copies and orientation else None,
-            )
-            image = study.training_image
-            if not image.values:
-                return oriented
-            ranks = image.ranks_of(image.values[image.variable])
-            ranks = ranks.ravel()[copies.origins] if copies else ranks[None]
-            ranks = np.ascontiguousarray(to_path(ranks, orientation))
-            return oriented._replace(ranks=ranks, rank_phases=cells_of_blocks(ranks, lengths.block))
-
-        return self.part(("oriented", orientation, template), make)
+        p, study, copies = self.study.parameters, self.study, self.copies
+        lengths = lengths_of(p, study.grid.shape, template, orientation)[-1]
+        may_split = p.exact_data and study.hard_data.n > self.lengths[0].max_data
+        mask = self._known_mask
+        if copies and orientation & FROM_ABOVE:
+            first, n = copies.layers.T
+            layers = np.column_stack([len(copies.indices) - first - n, n])
+            copies = copies._replace(layers=layers)
+        oriented = orient_image(
+            study,
+            self.scaled(orientation, p.scale),
+            known_mask=None if mask is None else to_path(mask, orientation),
+            copies=copies,
+            lengths=lengths,
+            may_split=may_split,
+            other=self.oriented(0, template) if copies and orientation else None,
+        )
+        image = study.training_image
+        if not image.values:
+            return oriented
+        ranks = image.ranks_of(image.values[image.variable])
+        ranks = ranks.ravel()[copies.origins] if copies else ranks[None]
+        ranks = np.ascontiguousarray(to_path(ranks, orientation))
+        return oriented._replace(ranks=ranks, rank_phases=cells_of_blocks(ranks, lengths.block))
 
     def fitting(self, orientation: int, template: Triple) -> tuple[Triple, OrientedImage]:
         """Return a template, and the image prepared for it, or the next smaller one that fits.
@@ -311,115 +321,100 @@ class PreparedImage:
         mask = self.study.training_image.known
         return None if mask is None else mask.reshape(in_layers(mask.shape))
 
+    @_part
     def scaled(self, orientation: int = 0, scale: int = 0) -> Bytes:
         """Return the image, or the stack of its copies, in one orientation, shape (nz, ny, nx).
 
         The image is up-gridded `scale` times.
         """
+        if scale == 0:
+            image = self.copies.indices if self.copies else self.base
+            return np.array(to_path(image, orientation), order="C")  # kernels need it writable
+        if self.study.parameters.variant == "code":  # the cell nearest to the middle of a block
+            fine = self.scaled(orientation)
+            _, sy, sx = self.lengths[scale].along(orientation).cell_size
+            ny, nx = fine.shape[1] // sy * sy, fine.shape[2] // sx * sx
+            return np.ascontiguousarray(fine[:, sy // 2 : ny : sy, sx // 2 : nx : sx])
+        finer, coarser = (self.lengths[s].along(orientation) for s in (scale - 1, scale))
+        return upgrid(self.scaled(orientation, scale - 1), finer.cells_of(coarser))
 
-        def make() -> Bytes:
-            if scale == 0:
-                image = self.copies.indices if self.copies else self.base
-                return np.array(to_path(image, orientation), order="C")  # kernels need it writable
-            if self.study.parameters.variant == "code":  # the cell nearest to the middle of a block
-                fine = self.scaled(orientation)
-                _, sy, sx = self.lengths[scale].along(orientation).cell_size
-                ny, nx = fine.shape[1] // sy * sy, fine.shape[2] // sx * sx
-                return np.ascontiguousarray(fine[:, sy // 2 : ny : sy, sx // 2 : nx : sx])
-            finer, coarser = (self.lengths[s].along(orientation) for s in (scale - 1, scale))
-            return upgrid(self.scaled(orientation, scale - 1), finer.cells_of(coarser))
-
-        return self.part(("scaled", orientation, scale), make)
-
+    @_part
     def unknown(self, orientation: int = 0) -> Int32s:
         """Return the running numbers of unknown cells of the image; empty if all are known."""
+        if self._known_mask is None:
+            return np.zeros((0, 0, 0), np.int32)
+        return similarity.summed_up(~to_path(self._known_mask, orientation), np.int32)
 
-        def make() -> Int32s:
-            if self._known_mask is None:
-                return np.zeros((0, 0, 0), np.int32)
-            return similarity.summed_up(~to_path(self._known_mask, orientation), np.int32)
-
-        return self.part(("unknown", orientation), make)
-
+    @_part
     def bits(self) -> UInt64s:
         """Return the bits of the image, row by row, as computed by `to_bits`."""
-        return self.part(("bits",), lambda: to_bits(self.scaled()))
+        return to_bits(self.scaled())
 
+    @_part
     def square_bits(self, orientation: int = 0, scale: int = 0) -> UInt64s:
         """Return the bits of the `scaled` image in squares, as computed by `to_square_bits`."""
-        key, n_facies = ("square_bits", orientation, scale), self.study.training_image.n_facies
-        return self.part(key, lambda: to_square_bits(self.scaled(orientation, scale), n_facies))
+        return to_square_bits(self.scaled(orientation, scale), self.study.training_image.n_facies)
 
+    @_part
     def repair(self, template: Triple) -> Repair:
         """Return the inputs of seam repair, in the orientation of the grid."""
         shape, n_facies = in_layers(self.study.grid.shape), self.study.training_image.n_facies
         room = np.minimum(self.shape, shape).tolist()
         if self.copies:
             room[0] = min(room[0], int(self.copies.layers[:, 1].min()))
+        return prepare_repair(
+            self.scaled(),
+            template,
+            room=tuple(room),
+            n_facies=n_facies,
+            volume=len(self.base) > 1,
+            unknown=self.unknown(),
+        )
 
-        def make() -> Repair:
-            return prepare_repair(
-                self.scaled(),
-                template,
-                room=tuple(room),
-                n_facies=n_facies,
-                volume=len(self.base) > 1,
-                unknown=self.unknown(),
-            )
-
-        return self.part(("repair", template), make)
-
+    @_part
     def residuals(self) -> Residuals:
         """Return the inputs to correct values at the hard data of the study."""
-        return self.part(("residuals",), lambda: residuals_of(self.study))
+        return residuals_of(self.study)
 
+    @_part
     def proportions_of_data(self) -> DataProportions:
         """Return the proportions of the hard data of the study."""
         study = self.study
+        cells, facies = in_three(study.hard_data.cells), study.facies_of_data
+        proportions = np.array(study.training_image.proportions)
+        proportions = self.copies.expected if self.copies else proportions
+        shape = in_layers(study.grid.shape)
+        return proportions_of_data(cells, facies, self.base, proportions, shape)
 
-        def make() -> DataProportions:
-            cells, facies = in_three(study.hard_data.cells), study.facies_of_data
-            proportions = np.array(study.training_image.proportions)
-            proportions = self.copies.expected if self.copies else proportions
-            shape = in_layers(study.grid.shape)
-            return proportions_of_data(cells, facies, self.base, proportions, shape)
-
-        return self.part(("proportions of data",), make)
-
+    @_part
     def trend(self, orientation: int) -> Trend | None:
         """Return the proportions that probabilities or hard data suggest for each place.
 
         Return None if neither suggests any. The trend is in an orientation of the path.
         """
+        secondary, shape = self.study.secondary_or_empty, self.study.grid.shape
+        of_image = self.study.training_image.proportions
+        if self.copies and secondary.zones is not None:
+            of_image = self.copies.proportions[self.copies.kinds.reshape(shape)]
+        soft = secondary.probabilities
+        if orientation == 0 and (soft is not None or of_image.ndim > 1):
+            unknown = np.full((of_image.shape[-1], *shape), np.nan)
+            return trend_of_map(unknown if soft is None else soft, of_image)
+        if orientation == 0:
+            shape, (_, ty, tx) = in_layers(self.study.grid.shape), self.lengths[0].template
+            return trend_of_data(self.proportions_of_data(), shape, min(ty, tx) / 2)
+        trend = self.trend(0)
+        if trend is None:
+            return None
+        facies = np.moveaxis(trend.proportions, -1, 0)
+        planes = [to_path(plane[None], orientation)[0] for plane in facies]
+        return trend._replace(proportions=np.stack(planes, axis=-1))
 
-        def make() -> Trend | None:
-            secondary, copies, shape = self.study.secondary, self.copies, self.study.grid.shape
-            of_image = self.study.training_image.proportions
-            if copies and secondary and secondary.zones is not None:
-                of_image = copies.proportions[copies.kinds.reshape(shape)]
-            soft = secondary.probabilities if secondary else None
-            if orientation == 0 and (soft is not None or of_image.ndim > 1):
-                unknown = np.full((of_image.shape[-1], *shape), np.nan)
-                return trend_of_map(unknown if soft is None else soft, of_image)
-            if orientation == 0:
-                shape, (_, ty, tx) = in_layers(self.study.grid.shape), self.lengths[0].template
-                return trend_of_data(self.proportions_of_data(), shape, min(ty, tx) / 2)
-            trend = self.trend(0)
-            if trend is None:
-                return None
-            facies = np.moveaxis(trend.proportions, -1, 0)
-            planes = [to_path(plane[None], orientation)[0] for plane in facies]
-            return trend._replace(proportions=np.stack(planes, axis=-1))
-
-        return self.part(("trend", orientation), make)
-
+    @_part
     def patterns(self, orientation: int) -> Patterns:
         """Return the patterns of the image in an orientation of the path."""
         image, unknown = self.scaled(orientation), self.unknown(orientation)
-        return self.part(
-            ("patterns", orientation),
-            lambda: known_patterns(image, None, len(self.base) > 1, unknown),
-        )
+        return known_patterns(image, None, len(self.base) > 1, unknown)
 
     def part(self, key: tuple[Any, ...], make: Callable[[], Any]) -> Any:
         """Return a prepared part by its key; call `make` if the part is not in memory."""

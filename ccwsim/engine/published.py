@@ -103,7 +103,7 @@ def simulate_published(first, last, published, inputs, work, simulated, rng):
                 depth, part = depth + 1, 4 * part
                 continue
             drawn = draw_index(rng, n) if box.sides else 0
-            work.choice[0], work.choice[1], work.choice[2] = n, 1, drawn
+            work.choice[:] = n, 1, drawn
             place = location_of_number(places[drawn], n_places, block)
             # Lines 13, 14: the inverse DWT is the slice at the location; it is cut and pasted
             cut_and_paste_as_published(number, box, place, image, data, rules, cut, simulated)
@@ -136,13 +136,13 @@ def place_near(first, last, rules, inputs, placing, simulated):
 @part_of_kernel
 def cut_and_paste_as_published(number, box, place, image, data, rules, cut, simulated):
     """Paste a patch along the cut of the paper or of the authors' code; record its location."""
-    grid, locations = simulated.grid, simulated.locations
+    grid = simulated.grid
     if rules.is_code:
         keep_as_in_code(grid, image, place, box, rules.codes, cut)
     else:
         keep_old(grid, data.required, image, place, box, cut)
     paste(image, place, box, cut.keep_mask, simulated.counts, grid, simulated.sources)
-    locations[number, 0], locations[number, 1], locations[number, 2] = place
+    simulated.locations[number] = place
 
 
 @part_of_kernel

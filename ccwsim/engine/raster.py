@@ -5,6 +5,7 @@ Only "ms-ccsim" searches a scale that is coarser than the grid (see `multiscale`
 """
 
 from collections.abc import Iterator
+from functools import partial
 from math import prod
 from typing import NamedTuple
 
@@ -223,23 +224,7 @@ def _patches(
     p, splits = prepared.study.parameters, oriented.splits
     fine, coarse, active = lengths[0], lengths[-1], prepared.study.active
 
-    def make(split_of: Ints) -> Ints:
-        return make_patches(path, coarse.step, coarse.overlap, splits, split_of)
-
-    def find_before() -> Ints:
-        few = oriented.n_places.min() < FEW_LOCATIONS + 4 * p.n_candidates
-        if p.published_draw or few or fine.volume:
-            return np.zeros((len(patches), 0), np.int64)
-        return patches_before(patches, path)
-
-    if len(splits) == 1:  # without splits, equal numbers of tiles give equal patches
-        key = path.tiles, path.order, fine.template, fine.overlap
-        patches = prepared.part(
-            ("patches", *key), lambda: make(np.zeros(prod(path.tiles), np.int64))
-        )
-        if active is None:
-            before = prepared.part(("before", *key), find_before)
-    else:
+    def make() -> Ints:
         split_of = conditioning.split_tiles(
             [(z, y, x) for z, y, x in splits.tolist()],
             data,
@@ -249,13 +234,23 @@ def _patches(
             max_data=fine.max_data,
             volume=fine.volume,
         )
-        patches = make(split_of)
+        return make_patches(path, coarse.step, coarse.overlap, splits, split_of)
+
+    def find_before() -> Ints:
+        few = oriented.n_places.min() < FEW_LOCATIONS + 4 * p.n_candidates
+        if p.published_draw or few or fine.volume:
+            return np.zeros((len(patches), 0), np.int64)
+        return patches_before(patches, path)
+
+    key = path.tiles, path.order, fine.template, fine.overlap
+    is_stored = len(splits) == 1  # without splits, equal numbers of tiles give equal patches
+    patches = prepared.part(("patches", *key), make) if is_stored else make()
     if active is not None:
         mask = to_path(active.reshape(in_layers(active.shape)), path.orientation)
         sums = prepared.part(("active", path.orientation), lambda: summed_up(mask))
         patches = active_patches(patches, path, sums, coarse.step, coarse.cell_size)
-    if active is not None or len(splits) > 1:
-        before = find_before()
+        is_stored = False
+    before = prepared.part(("before", *key), find_before) if is_stored else find_before()
     if fine.volume and p.random_path and not p.published_draw:
         patches = clip_patches(patches, path, coarse.overlap, coarse.block, coarse.cell_size)
         before = before[: len(patches)]
@@ -304,14 +299,12 @@ def _steering(
     unsteered = Steering(oriented.proportions[None], margin, off, False)
     if not steers(study):
         return unsteered
-    secondary = study.secondary
-    shape = in_layers(study.grid.shape)
+    secondary, shape = study.secondary_or_empty, in_layers(study.grid.shape)
     target = draw_target(prepared.base, oriented.proportions, shape, rng)
     if shape[0] == 1:
         spread = np.where(oriented.gain_factors > 1, TARGET_SPREAD_RARE, TARGET_SPREAD)
         target = oriented.proportions + spread * (target - oriented.proportions)
-    soft = secondary is not None and secondary.probabilities is not None
-    zones = secondary is not None and secondary.zones is not None
+    soft, zones = secondary.probabilities is not None, secondary.zones is not None
     trend = prepared.trend(path.orientation) if soft or zones or study.hard_data.n else None
     if soft and trend:  # the variation is smaller, because the map explains a part of it
         mean = trend.proportions.mean(axis=(0, 1))
@@ -365,16 +358,10 @@ def _data_at(
     study, p, shape = prepared.study, prepared.study.parameters, _scaled(path.full, lengths[scale])
     in_search_only = not p.exact_data and p.variant == "ours"
     if not study.hard_data.n or (in_search_only and scale < p.scale):
-
-        def no_data() -> conditioning.PlacedData:
-            cells, facies = np.empty((0, 3), np.int64), np.empty(0, np.uint8)
-            return conditioning.place_data(cells, facies, shape)
-
-        return (
-            no_data()
-            if prod(shape) > MAX_STORED_CELLS
-            else prepared.part(("no data", shape), no_data)
-        )
+        cells, facies = np.empty((0, 3), np.int64), np.empty(0, np.uint8)
+        make = partial(conditioning.place_data, cells, facies, shape)
+        is_stored = prod(shape) <= MAX_STORED_CELLS
+        return prepared.part(("no data", shape), make) if is_stored else make()
     cells = in_three(cells_to_path(study.hard_data.cells, study.grid.shape, path.orientation))
     cells = cells + np.array(path.offset)
     of_cells = p.exact_data or p.variant == "paper" or p.scale > 0

@@ -75,10 +75,15 @@ def values_of(prepared: PreparedImage, indices: Bytes, sources: Int32s) -> Float
     image = prepared.study.training_image
     values = image.values[image.variable].ravel()[sources]
     values[sources < 0] = np.nan
+    honour_values(prepared, indices, values)
+    return values
+
+
+def honour_values(prepared: PreparedImage, indices: Bytes, values: Floats) -> None:
+    """Make the values of a realization honour the data, and update their classes, in place."""
     if prepared.study.hard_data.n:
         correct(values, prepared.residuals())
-        indices[...] = image.class_indices(values)
-    return values
+        indices[...] = prepared.study.training_image.class_indices(values)
 
 
 def finish(prepared: PreparedImage, indices: Bytes, sources: Int32s) -> Int32s:
@@ -277,7 +282,7 @@ def tiny_study(study: Study) -> Study:
     # some patches do not contain the unknown cell in the corner, wherever refinement shifts them
     shape = [max(2 * t, t + 2 * 2**j) for t, j in zip(largest, level, strict=True)][-n_axes:]
     codes = np.resize(study.training_image.codes, shape)
-    if study.training_image.known is not None or (study.secondary and study.secondary.has_copies):
+    if study.training_image.known is not None or study.secondary_or_empty.has_copies:
         codes = codes.astype(float)
         codes[(-1,) * n_axes] = np.nan
     image, grid = TrainingImage(codes), Grid.of((8,) * n_axes)
@@ -298,7 +303,6 @@ def _specialization(prepared: PreparedImage) -> tuple[object, ...]:
         largest_code=largest_code(study),
     )
     types = block_sum_type(coarse.block), scores, raster.totals_of(prepared)
-    has_copies = study.secondary is not None and study.secondary.has_copies
-    has_gaps = study.training_image.known is not None or has_copies
+    has_gaps = study.training_image.known is not None or study.secondary_or_empty.has_copies
     kinds = study.hard_data.n > 0, p.exact_data, p.scale > 0, repairs(study), has_gaps, p.variant
     return *types, len(study.grid.shape), study.is_guided, *kinds

@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from ccwsim.engine.corrections.residuals import correct
 from ccwsim.engine.corrections.resimulation import resimulate
 from ccwsim.engine.prepared_image import PreparedImage
-from ccwsim.engine.realization import finish, target_of
+from ccwsim.engine.realization import finish, honour_values, target_of
 from ccwsim.engine.stages.path import in_three
 from ccwsim.jobs.workers import run_all
 from ccwsim.model.arrays import Int16s, check_int, readonly
@@ -71,9 +70,7 @@ def revise(ensemble: Ensemble, hard_data: Any, n_workers: int | None = None) -> 
     def task(number: int, watch: Watch) -> None:
         before = time.thread_time()
         for of_variable in values.values():
-            if hard_data.n:
-                correct(of_variable[number], prepared.residuals())
-                indices[number] = study.training_image.class_indices(of_variable[number])
+            honour_values(prepared, indices[number], of_variable[number])
         key = int(ensemble.numbers[number]), 1
         rng = np.random.default_rng(np.random.SeedSequence(study.seed, spawn_key=key))
         wrong = indices[number][places] != study.facies_of_data

@@ -188,7 +188,8 @@ def patch_box(p, overlap):
 @kernel
 def simulate_patches(first, last, inputs, work, simulated, rng):
     """Simulate patches `first` to `last` − 1 of the raster path; `simulated` changes in place."""
-    patches, before, oriented, data, search, _, patterns, layers, guide = inputs
+    patches, before, layers, guide = inputs.patches, inputs.before, inputs.layers, inputs.guide
+    oriented, data, search, patterns = inputs.oriented, inputs.data, inputs.search, inputs.patterns
     image, square_bits = oriented.pyramid.image, oriented.pyramid.square_bits
     grid, block, placing = simulated.grid, search.block, work.placing
     places, n_places = work.ranking.places, (oriented.places[1], oriented.places[2])
@@ -266,7 +267,7 @@ def simulate_patches(first, last, inputs, work, simulated, rng):
                 )
             if misfit < least:
                 least, place = misfit, near
-                work.choice[0], work.choice[1], work.choice[2] = n, n_drawn, drawn
+                work.choice[:] = n, n_drawn, drawn
         # Line 13: the inverse DWT of Haar coefficients is the slice of the image at the location
         # Line 14: paste, along the cut
         cut_and_paste(number, box, place, image, data, placing.cut, simulated, ranks)
@@ -334,11 +335,12 @@ def draw(n, number, box, inputs, counts, work, rng):
 @part_of_kernel
 def cut_and_paste(number, box, place, image, data, cut, simulated, ranks=NO_RANKS):
     """Paste a patch of `image`, shape (mz, my, mx), along the cut and record its location."""
-    grid, sources, counts, locations, grid_ranks = simulated
+    grid, grid_ranks = simulated.grid, simulated.ranks
+    counts, sources = simulated.counts, simulated.sources
     if grid_ranks.size:
         keep_old(grid_ranks, data.required, ranks, place, box, cut, True)
         paste(ranks, place, box, cut.keep_mask, counts[:0], grid_ranks, sources[:0])
     else:
         keep_old(grid, data.required, image, place, box, cut)
     paste(image, place, box, cut.keep_mask, counts, grid, sources)
-    locations[number, 0], locations[number, 1], locations[number, 2] = place
+    simulated.locations[number] = place

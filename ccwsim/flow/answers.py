@@ -62,10 +62,11 @@ class EffectiveK:
     def table(self) -> tuple[list[str], list[list[object]]]:
         """Return the head and the lines of a table with a line for each realization."""
         head = ["realization", "effective_k", "harmonic_mean", "arithmetic_mean"]
-        rows = zip(self.each, self.harmonic, self.arithmetic, strict=True)
-        lines = [[r + 1, *(float(f"{v:.9g}") for v in row)] for r, row in enumerate(rows)]
-        of_image = (self.image, self.image_harmonic, self.image_arithmetic)
-        return head, [*lines, ["training_image", *(float(f"{v:.9g}") for v in of_image)]]
+        rows = np.column_stack([self.each, self.harmonic, self.arithmetic])
+        rows = np.vstack([rows, [self.image, self.image_harmonic, self.image_arithmetic]])
+        names = [*range(1, len(rows)), "training_image"]
+        lines = zip(names, rows.tolist(), strict=True)
+        return head, [[name, *(float(f"{v:.9g}") for v in line)] for name, line in lines]
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,9 +14,8 @@ LEFT_GRID, IN_WELL, STUCK = 0, 1, 2
 """End of a track: it left the grid, entered the cell of a well, or stopped in a cell."""
 MAX_CROSSINGS = 5  # maximum number of cells of a track, in sums of the sides of the grid
 STEPS_BETWEEN_CHECKS = 64
-START_INSET = (
-    1e-6  # distance of starts from a face, in cells, so that rounding keeps them in the cell
-)
+# distance of starts from a face, in cells, so that rounding keeps them in the cell
+START_INSET = 1e-6
 MAX_PARTICLES = 1_000_000  # maximum number of particles, which are all followed at once
 
 

@@ -20,10 +20,8 @@ from ccwsim.model.arrays import Array, ArrayLike, Floats, Ints, as_floats, check
 from ccwsim.model.errors import CCWSIMError, refused, shown
 
 HISTOGRAM_SHARE = 0.5  # share of the progress bar for counting; the rest is for comparing
-MAX_SMACOF_STEPS, SMALL_STEP = (
-    200,
-    1e-5,
-)  # number of SMACOF steps, and relative gain at which they end
+# number of SMACOF steps, and relative gain at which they end
+MAX_SMACOF_STEPS, SMALL_STEP = 200, 1e-5
 MIN_JACKKNIFE = 3  # realizations for a jackknife: two must remain when one is omitted
 Means = tuple[Floats, Floats]
 """Mean divergences between realizations, and of realizations from the training image."""

@@ -1,7 +1,6 @@
 """Geobodies of a facies: connectivity function, sizes, percolation, Euler number."""
 
 from dataclasses import dataclass
-from itertools import product
 from typing import cast
 
 import numpy as np
@@ -187,7 +186,8 @@ def geobody_statistics(
         inside = stack.volume(k) == index
         labels, n = _label(inside, touching)
         sizes = np.sort(np.bincount(labels.ravel(), minlength=n + 1)[1:])[::-1]
-        percolates = [_percolates(labels, n, axis) for axis in (2, 1, 0)]
+        ends = [(labels.take(0, axis), labels.take(-1, axis)) for axis in (2, 1, 0)]
+        percolates = [bool(np.intersect1d(first, last).any()) for first, last in ends]
         return sizes, percolates, _euler_number(inside, touching)
 
     each = map_parallel(one, len(stack), progress)
@@ -205,14 +205,6 @@ def geobody_statistics(
         neighbours=touching,
         percolates_vertical=vertical if stack.is_volumes else None,
     )
-
-
-def _percolates(labels: Int32s, n: int, axis: int) -> bool:
-    """Return whether one of n geobodies touches both ends of an axis."""
-    touches = np.zeros(n + 1, bool)
-    touches[labels.take(0, axis)] = True
-    touches[0] = False
-    return bool(touches[labels.take(-1, axis)].any())
 
 
 def _checked_neighbours(shape: Shape, neighbours: int | None) -> int:
@@ -264,12 +256,6 @@ def _alternating_sum(mask: Mask, combine: np.ufunc, axis: int = 0) -> int:
 
 def _count_corner_contacts(mask: Mask) -> int:
     """Count the 2 × 2 × 2 blocks in which only two cells are set, at opposite corners."""
-    n_cells = mask.view(np.uint8)
-    for axis in range(N_AXES):
-        lines = np.moveaxis(n_cells, axis, 0)
-        n_cells = np.moveaxis(lines[:-1] + lines[1:], 0, axis)
-    ends = slice(None, -1), slice(1, None)
-    opposite = np.zeros(n_cells.shape, bool)
-    for y, x in product((0, 1), repeat=2):
-        opposite |= mask[ends[0], ends[y], ends[x]] & mask[ends[1], ends[1 - y], ends[1 - x]]
-    return int(np.count_nonzero(opposite & (n_cells == 2)))
+    blocks, within = np.lib.stride_tricks.sliding_window_view(mask, (2, 2, 2)), (3, 4, 5)
+    opposite = (blocks & blocks[..., ::-1, ::-1, ::-1]).any(axis=within)
+    return int(np.count_nonzero(opposite & (blocks.sum(axis=within, dtype=np.uint8) == 2)))

@@ -515,10 +515,9 @@ class _Events:
         indices = np.minimum(indices, n_facies)  # unknown is one more digit
         self._n_digits = max(n_facies, int(indices.max()) + 1)
         self._axis = indices.ndim - (2 if indices.shape[-2] > indices.shape[-1] else 1)
-        known_cells = np.moveaxis(indices < n_facies, self._axis, 0).reshape(
-            indices.shape[self._axis], -1
-        )
-        n_before = np.cumsum(known_cells.sum(axis=1))  # known cells up to each place along the axis
+        across = tuple(np.delete(range(indices.ndim), self._axis))
+        # known cells up to each place along the axis
+        n_before = np.cumsum((indices < n_facies).sum(axis=across))
         self._middle = max(int(np.searchsorted(n_before, n_before[-1] / 2, side="right")), 1)
         self._halves = np.split(indices, [self._middle], axis=self._axis)
         self._whole = [indices]

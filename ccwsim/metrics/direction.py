@@ -130,7 +130,7 @@ def direction_error(ensemble: Ensemble, facies: int | str | None = None) -> Floa
     >>> bool(abs(direction_error(e)[20:40, 20:50]).mean() < 5)
     True
     """
-    angle = ensemble.secondary.angle if ensemble.secondary else None
+    angle = ensemble.study.secondary_or_empty.angle
     if angle is None:
         raise CCWSIMError("direction_error needs angles: simulate with Secondary(angle=...)")
     wanted = main_direction(ensemble.training_image, facies)[0] + angle

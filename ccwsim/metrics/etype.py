@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from ccwsim.jobs.workers import check_stop
-from ccwsim.metrics.stack import N_AXES, Codes, Images, as_stack, codes_or_places
+from ccwsim.metrics.stack import N_AXES, Codes, Images, Stack, as_stack, codes_or_places
 from ccwsim.model.arrays import (
     MAX_INT,
     Array,
@@ -56,14 +56,9 @@ def vertical_proportions(images: Images, codes: Codes | None = None) -> Floats:
     stack = as_stack(images, codes, N_AXES)
     if not stack.is_volumes:
         raise refused("proportions_by_layer", n=len(stack), shape=stack.shape)
-    n = stack.n_facies
-    counts = np.array(
-        [
-            [np.bincount(layer.ravel(), minlength=n)[:n] for layer in volume]
-            for volume in stack.indices
-        ]
-    )
-    return np.swapaxes(ratio(counts, counts.sum(axis=2, keepdims=True)), 1, 2)
+    layers = Stack(stack.indices.reshape(-1, *stack.shape[1:]), stack.codes)
+    shares = proportions(layers).reshape(len(stack), -1, stack.n_facies)
+    return shares.swapaxes(1, 2)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,7 +1,7 @@
 """Measures of one facies: one number for each realization and each crop of the training image."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Literal
 
@@ -260,18 +260,17 @@ def fit_measures(ensemble: Ensemble, facies: int | str, chosen: Sequence[Measure
     which = image.n_dimensions - 2
     least, spread, errors = np.array([(m.least, m.spread, m.errors[which]) for m in chosen]).T
     values = partial(_values, chosen, image, facies)
-    fit = fit_values(
+    return fit_values(
         ensemble,
         name,
         positions,
         values,
+        of_crops=partial(values, are_crops=True),
         min_gap=least,
         min_spread=spread,
-        of_crops=partial(values, are_crops=True),
         n_errors=errors,
+        one_sided=np.array([not m.words[0] for m in chosen]),
     )
-    one_sided = np.array([not m.words[0] for m in chosen])
-    return None if fit is None else replace(fit, one_sided=one_sided)
 
 
 def _values(

@@ -47,8 +47,8 @@ def codes_in(volume: Bytes, n_facies: int, height: int, size: int) -> Iterator[U
             if not (strip == UNKNOWN).any():
                 yield codes
                 continue
-            sides = height, size, size
-            n_unknown = box_sums(summed_up((strip == UNKNOWN).astype(int)), sides, (0, 0, 0), sides)
+            is_unknown = summed_up((strip == UNKNOWN).astype(int))
+            n_unknown = box_sums(is_unknown, (height, size, size))
             yield codes[n_unknown == 0]
 
 

@@ -13,6 +13,7 @@ from ccwsim.metrics.copying import copying
 from ccwsim.metrics.etype import facies_counts, proportions
 from ccwsim.metrics.lags import VERTICAL, Direction, axes_of, max_lag
 from ccwsim.metrics.patterns import pattern_distance
+from ccwsim.metrics.reference_band import moments
 from ccwsim.metrics.stack import Codes, Images, Stack, as_stack
 from ccwsim.model.arrays import Array, Ints
 
@@ -169,11 +170,9 @@ def _tau_error(ensemble: Ensemble, facies: int, way: Direction) -> tuple[float, 
     reference = connectivity(ensemble.training_image, facies, way, lags).tau[0]
     whole = ensemble.indices[(slice(None), *ensemble.study.whole_window)]
     tau = connectivity(Stack(whole, ensemble.training_image.codes), facies, way, lags).tau
-    n_known = np.count_nonzero(~np.isnan(tau), axis=0)
-    comparable = (n_known > 0) & ~np.isnan(reference)
-    if not comparable.any():
+    mean, spreads = moments(tau)
+    errors, several = np.abs(mean - reference), ~np.isnan(spreads)
+    if np.isnan(errors).all():
         return nan, nan
-    mean = np.nansum(tau, axis=0)[comparable] / n_known[comparable]
-    several = n_known > 1
-    spread = float(np.nanstd(tau[:, several], axis=0, ddof=1).mean()) if several.any() else nan
-    return float(np.abs(mean - reference[comparable]).mean()), spread
+    spread = float(spreads[several].mean()) if several.any() else nan
+    return float(np.nanmean(errors)), spread

@@ -13,7 +13,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from math import isqrt, prod
-from typing import get_args
+from typing import Any, get_args
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from scipy.special import ndtri, stdtrit
@@ -182,8 +183,8 @@ class ReferenceBand:
     crop_shape: Shape
     min_spread: ArrayLike = 0.0
     """Smallest standard deviation of each value between crops."""
-    one_sided: bool = False
-    """Whether only values above those of the crops are outside the band."""
+    one_sided: bool | Mask = False
+    """As in `Fit`."""
     useful_tolerance: tuple[float, bool] = (np.inf, True)
     """As in `USEFUL_TOLERANCES`."""
 
@@ -196,9 +197,9 @@ class ReferenceBand:
         n, n_valid = ((~np.isnan(each)).sum(axis=0) for each in (self.values, values))
         enough = n >= max(MIN_CROPS, MIN_SHARE * len(self.values))
         enough &= n_valid >= min(MIN_CROPS, len(values))
-        reference, spread = (np.where(enough, each, np.nan) for each in _moments(self.values))
+        reference, spread = (np.where(enough, each, np.nan) for each in moments(self.values))
         spread = np.maximum(spread, self.min_spread)
-        mean_of_pieces, spread_of_pieces = _moments(values)
+        mean_of_pieces, spread_of_pieces = moments(values)
         largest = MAX_OWN[len(self.crop_shape) - 2] * spread
         spread = np.maximum(spread, np.minimum(np.nan_to_num(spread_of_pieces), largest))
         k, m = np.minimum(self.n_independent, np.maximum(n, 1)), n_pieces or np.maximum(n_valid, 1)
@@ -217,7 +218,7 @@ class ReferenceBand:
         )
 
 
-def _moments(values: Floats) -> tuple[Floats, Floats]:
+def moments(values: Floats) -> tuple[Floats, Floats]:
     """Return the mean and standard deviation of each column without NaN; NaN if unknown."""
     valid = ~np.isnan(values)
     n = valid.sum(axis=0)
@@ -258,11 +259,16 @@ def shape_of_crops(ensemble: Ensemble) -> Shape | None:
     return crop_shape(ensemble.training_image.shape, ensemble.study.whole_shape)
 
 
+_asks_other_amount: WeakKeyDictionary[Ensemble, bool] = WeakKeyDictionary()
+
+
 def asks_other_amount(ensemble: Ensemble) -> bool:
     """Return whether given probabilities ask for proportions outside the band of the image's."""
-    fit = fit_proportions(ensemble) if ensemble.has_probabilities else None
-    image_shares = ensemble.training_image.proportions
-    return fit is not None and bool((np.abs(fit.reference - image_shares) > fit.tolerance).any())
+    if ensemble not in _asks_other_amount:
+        fit = fit_proportions(ensemble) if ensemble.has_probabilities else None
+        off = fit and np.abs(fit.reference - ensemble.training_image.proportions) > fit.tolerance
+        _asks_other_amount[ensemble] = off is not None and bool(off.any())
+    return _asks_other_amount[ensemble]
 
 
 def largest_crop(image_shape: Shape, grid_shape: Shape) -> Shape:
@@ -364,31 +370,20 @@ def fit_values(
     name: tuple,
     positions: Floats,
     values: ValuesOf,
-    min_gap: ArrayLike,
-    min_spread: ArrayLike = 0.0,
     of_crops: ValuesOf | None = None,
-    n_errors: ArrayLike | None = None,
+    **band: Any,
 ) -> Fit | None:
     """Compare m values of pieces of realizations with the values of crops of the training image.
 
     The first entry of the unique `name` is a key of `USEFUL_TOLERANCES`, and of `ERROR_LIMITS`
     unless `n_errors` has the allowed differences. `values` maps a stack of n images to shape
-    (n, m); `of_crops` does so for crops, by default `values`. The other arguments are those of
+    (n, m); `of_crops` does so for crops, by default `values`. `band` has other fields of
     `ReferenceBand`. The result is None if crops are too small.
     """
     image, shape = ensemble.training_image, shape_of_crops(ensemble)
     if shape is None:
         return None
-    reference = band_of_crops(
-        image,
-        name,
-        shape,
-        positions,
-        of_crops or values,
-        min_gap=min_gap,
-        min_spread=min_spread,
-        n_errors=n_errors,
-    )
+    reference = band_of_crops(image, name, shape, positions, of_crops or values, **band)
     return reference.compare(values(pieces_of(ensemble, shape)))
 
 
@@ -406,7 +401,7 @@ def fit_proportions(ensemble: Ensemble) -> Fit | None:
     array([0.73, 0.27])
     """
     image = ensemble.training_image
-    several = ensemble.secondary is not None and ensemble.secondary.images
+    several = ensemble.study.secondary_or_empty.images
     shape = None if several else crop_shape(image.shape, ensemble.study.whole_shape)
     if shape is None:
         return None
@@ -456,9 +451,10 @@ def fit_patterns(ensemble: Ensemble, sizes: Sequence[int] = PATTERN_SIZES) -> Fi
         return result
 
     positions, without_crop = np.array(sides, float), partial(distances, leave_out=True)
-    crops = band_of_crops(image, ("patterns", *sides), shape, positions, without_crop, min_gap=0.0)
-    least = MIN_PATTERN_SPREAD * np.nanmean(crops.values, axis=0)
-    crops = replace(crops, min_spread=least, one_sided=True)
+    crops = band_of_crops(
+        image, ("patterns", *sides), shape, positions, without_crop, min_gap=0.0, one_sided=True
+    )
+    crops = replace(crops, min_spread=MIN_PATTERN_SPREAD * np.nanmean(crops.values, axis=0))
     return crops.compare(distances(pieces_of(ensemble, shape)))
 
 
@@ -481,24 +477,24 @@ def band_of_crops(
     shape: Shape,
     positions: Floats,
     values: ValuesOf,
-    min_gap: ArrayLike,
-    min_spread: ArrayLike = 0.0,
-    n_errors: ArrayLike | None = None,
+    **band: Any,
 ) -> ReferenceBand:
-    """Return the band of an image's crops, which is computed once for each name and crop shape."""
+    """Return the band of an image's crops, which is computed once for each name and crop shape.
+
+    `band` has other fields of `ReferenceBand`.
+    """
 
     def computed() -> ReferenceBand:
         of_values = crops_of(image.values[image.variable], shape) if image.values else None
-        allowed = ERROR_LIMITS[name[0]][image.n_dimensions - 2] if n_errors is None else n_errors
+        if "n_errors" not in band:
+            band["n_errors"] = ERROR_LIMITS[name[0]][image.n_dimensions - 2]
         return ReferenceBand(
             at=positions,
             values=values(Stack(crops_of(image.indices, shape), image.codes, values=of_values)),
             n_independent=np.count_nonzero(image.indices < image.n_facies) / prod(shape),
-            n_errors=allowed,
-            min_gap=min_gap,
             crop_shape=shape,
-            min_spread=min_spread,
             useful_tolerance=USEFUL_TOLERANCES[name[0]],
+            **band,
         )
 
     return _bands.value((image.digest, *name, shape), computed)

@@ -44,7 +44,7 @@ def reliability(
     >>> bool(abs(reliability(e, 1, 2).observed[1] - 0.5) < 0.05)
     True
     """
-    probabilities = ensemble.secondary.probabilities if ensemble.secondary else None
+    probabilities = ensemble.study.secondary_or_empty.probabilities
     if probabilities is None:
         raise refused("no_probabilities")
     image = ensemble.training_image
@@ -171,7 +171,7 @@ def _means_of_pieces(values: Array, valid: Mask, size: tuple[int, ...]) -> Float
     volume = valid.reshape((1, *valid.shape)[-3:])
     sides = tuple(min(n, t) for n, t in zip(volume.shape, size, strict=True))
     sums = [
-        box_sums(summed_up(np.rint(1e6 * each).astype(np.int64)), sides, (0, 0, 0), sides)  # type: ignore[arg-type]
+        box_sums(summed_up(np.rint(1e6 * each).astype(np.int64)), sides)  # type: ignore[arg-type]
         for each in (np.where(volume, values.reshape(volume.shape), 0.0), volume.astype(float))
     ]
     whole = sums[1] == 1_000_000 * np.prod(sides)

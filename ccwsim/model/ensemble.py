@@ -225,12 +225,12 @@ class Ensemble:
     @property
     def is_of_other_images(self) -> bool:
         """Whether patches come from other images than the training image as it was read."""
-        return self.secondary is not None and self.secondary.is_of_other_images
+        return self.study.secondary_or_empty.is_of_other_images
 
     @property
     def has_probabilities(self) -> bool:
         """Whether probabilities of facies are given."""
-        return self.secondary is not None and self.secondary.probabilities is not None
+        return self.study.secondary_or_empty.probabilities is not None
 
     @cached_property
     def image_proportions(self) -> Floats:
@@ -238,8 +238,8 @@ class Ensemble:
 
         Images count by their weights, by the active cells of their zones, or by their cells.
         """
-        first, secondary = self.training_image, self.secondary
-        if secondary is None or not secondary.images:
+        first, secondary = self.training_image, self.study.secondary_or_empty
+        if not secondary.images:
             return first.proportions
         images, zones = (first, *secondary.images), secondary.zones
         counts = [[np.count_nonzero(i.array == code) for code in first.codes] for i in images]
@@ -258,10 +258,10 @@ class Ensemble:
         These are the means of given probabilities in the active cells, with `image_proportions`
         where no probabilities are given.
         """
-        of_image, secondary = self.image_proportions, self.secondary
-        if secondary is None or secondary.probabilities is None:
+        of_image, soft = self.image_proportions, self.study.secondary_or_empty.probabilities
+        if soft is None:
             return of_image
-        soft = secondary.probabilities[:, self.study.active_mask]
+        soft = soft[:, self.study.active_mask]
         return readonly(np.where(np.isnan(soft), of_image[:, None], soft).mean(axis=1))
 
     def probability(self, code: int | str) -> Floats:
@@ -428,20 +428,24 @@ def concatenate(ensembles: Iterable[Ensemble]) -> Ensemble:
             different.append("revision of data")
         if different:
             raise refused("ensembles_of_different_studies", k=k, different=listing(different))
-    numbers = np.concatenate([part.numbers for part in parts])
+
+    def joined(name: str) -> Array:
+        return np.concatenate([getattr(part, name) for part in parts])
+
+    numbers = joined("numbers")
     distinct, counts = np.unique(numbers, return_counts=True)
     twice = distinct[counts > 1]
     if len(twice):
         raise refused("realization_twice", index=twice[0])
-    sources = [part.sources for part in parts if part.sources is not None]
+    has_sources = all(part.sources is not None for part in parts)
     return replace(
         first,
-        indices=np.concatenate([part.indices for part in parts]),
-        cpu_seconds=np.concatenate([part.cpu_seconds for part in parts]),
+        indices=joined("indices"),
+        cpu_seconds=joined("cpu_seconds"),
         wall_seconds=sum(part.wall_seconds for part in parts),
-        data_status=np.concatenate([part.data_status for part in parts]),
+        data_status=joined("data_status"),
         numbers=numbers,
-        sources=np.concatenate(sources) if len(sources) == len(parts) else None,
+        sources=joined("sources") if has_sources else None,
         values={
             name: np.concatenate([part.values[name] for part in parts]) for name in first.values
         },

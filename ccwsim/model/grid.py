@@ -60,8 +60,6 @@ class Grid:
         for name, along_z in (("cell_size", 1.0), ("origin", 0.0)):
             numbers = _numbers(name, getattr(self, name), self.n_dimensions, along_z)
             object.__setattr__(self, name, numbers)
-        if min(self.cell_size) <= 0:
-            raise CCWSIMError(f"grid cell size {self.cell_size} must be positive")
         if self.crs != "" and (reason := fault_of_crs(self.crs)):
             raise CCWSIMError(f"grid crs = {shown(self.crs)} {reason}")
 
@@ -137,8 +135,6 @@ class Grid:
             )
         sizes = cell_size if isinstance(cell_size, (Sequence, np.ndarray)) else (cell_size,) * n
         widths = None if cell_size is None else _numbers("cell_size", sizes, n, 1.0)
-        if widths is not None and min(widths) <= 0:
-            raise CCWSIMError(f"grid cell size {widths} must be positive")
         grid = _fitting(low, high, counts, widths)
         if not grid.holds(grid.cells_of(*points.T)).all():
             raise CCWSIMError(
@@ -337,4 +333,6 @@ def _numbers(name: str, values: object, n: int, along_z: float) -> tuple[float, 
         needed = "two numbers, along x and y" if n == 2 else "three numbers, along x, y and z"
         more = "; a third one needs nz" if n == 2 and len(numbers) == 3 else ""
         raise CCWSIMError(f"grid {name} = {shown(values)} must be {needed}{more}")
+    if name == "cell_size" and min(numbers) <= 0:
+        raise CCWSIMError(f"grid cell size {numbers} must be positive")
     return numbers

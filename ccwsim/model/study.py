@@ -130,10 +130,15 @@ class Study:
         """Return a key of all inputs but those named `without`."""
         return tuple(value for name, value in self.contents.items() if name not in without)
 
+    @cached_property
+    def secondary_or_empty(self) -> Secondary:
+        """The secondary information; without any, an object whose fields have their defaults."""
+        return self.secondary or Secondary()
+
     @property
     def active(self) -> Mask | None:
         """The active cells, shape of the grid; None if all cells are active."""
-        return self.secondary.active if self.secondary else None
+        return self.secondary_or_empty.active
 
     @cached_property
     def active_mask(self) -> Mask:
@@ -154,7 +159,7 @@ class Study:
     def is_guided(self) -> bool:
         """Whether a location weight, probabilities or auxiliary variables guide the search."""
         placed = max(self.parameters.location_weights) > 0
-        return placed or (self.secondary is not None and self.secondary.guides)
+        return placed or self.secondary_or_empty.guides
 
     def around_active(self) -> tuple[Study, tuple[slice, ...]]:
         """Return the study in the smallest grid with all active cells, and the slices of this grid.
@@ -216,10 +221,10 @@ def _check_template(training_image: TrainingImage, p: Parameters) -> None:
 
 def _check_variant(study: Study) -> None:
     """Raise an error if a published variant does not allow the kind of study or its codes."""
-    variant, secondary = study.parameters.variant, study.secondary
+    variant, secondary = study.parameters.variant, study.secondary_or_empty
     if variant == "ours":
         return
-    if study.grid.is_volume or (secondary and (secondary.guides or secondary.has_copies)):
+    if study.grid.is_volume or secondary.guides or secondary.has_copies:
         raise refused("variant_of_map", variant=variant)
     codes, largest = study.training_image.codes, LARGEST_CODES[variant]
     if codes[0] < 0 or codes[-1] > largest:
@@ -229,9 +234,9 @@ def _check_variant(study: Study) -> None:
 
 def _check_values(study: Study) -> None:
     """Raise an error if a study of a continuous variable has what only facies can have."""
-    p, secondary = study.parameters, study.secondary
+    p, secondary = study.parameters, study.secondary_or_empty
     if not study.training_image.values:
-        if secondary and any(image.values for image in secondary.images):
+        if any(image.values for image in secondary.images):
             raise refused("values_with", what="further images with values", remedy="omit them")
         return
     unsuitable = {
@@ -239,8 +244,8 @@ def _check_values(study: Study) -> None:
         f"the variant {p.variant!r}": (p.variant != "ours", "use variant='ours'"),
         "exact_data=False": (not p.exact_data, "use exact_data=True"),
         f"method={p.method!r}": (p.scale > 0, "use method='ccwsim'"),
-        "probabilities of facies": (secondary and secondary.probabilities is not None, "omit them"),
-        "further images": (secondary and bool(secondary.images), "omit them"),
+        "probabilities of facies": (secondary.probabilities is not None, "omit them"),
+        "further images": (bool(secondary.images), "omit them"),
     }
     for what, (is_there, remedy) in unsuitable.items():
         if is_there:

@@ -15,7 +15,12 @@ import numpy as np
 
 from ccwsim.engine.corrections.resimulation import Target
 from ccwsim.engine.corrections.seam_repair import has_data
-from ccwsim.engine.corrections.unseen_patterns import Patterns, is_known, number_run
+from ccwsim.engine.corrections.unseen_patterns import (
+    Patterns,
+    is_known,
+    number_patterns,
+    number_run,
+)
 from ccwsim.engine.kernels import kernel, part_of_kernel
 from ccwsim.engine.stages.candidates import draw_index, location_of_number
 from ccwsim.engine.stages.path import UNKNOWN, Box, Triple
@@ -269,15 +274,10 @@ def find_unseen_patterns(patterns, part):
     """Number all patterns of a part, list the unseen patterns, and return their count."""
     numbers, rows, steps = part.numbers, part.rows, part.steps
     is_unseen, n_unseen, was_tried = part.is_unseen, part.n_unseen, part.was_tried
-    size, base = np.uint64(len(numbers)), patterns.row_base
-    n, n_in_row, n_cells = size - steps[-1], np.uint64(patterns.size[2]), np.uint64(len(steps))
+    size, n_cells = np.uint64(len(numbers)), np.uint64(len(steps))
+    n = size - steps[-1]
     number_run(part.facies, 0, rows, 0, len(rows) - patterns.reach[2], patterns, part.line)
-    for u in range(n):
-        numbers[u] = rows[u]
-    for k in range(n_in_row, n_cells, n_in_row):
-        step = steps[k]
-        for u in range(n):
-            numbers[u] = numbers[u] * base + rows[u + step]
+    number_patterns(rows.reshape(part.shape), 0, 0, n, patterns, numbers)
     for u in range(size):
         is_unseen[u] = 0
     n_found = np.int64(0)

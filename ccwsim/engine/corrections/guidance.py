@@ -94,12 +94,12 @@ class Guide(NamedTuple):
 
 def score_bound(study: Study, lengths: ScaledLengths, planes: int) -> float:
     """Return the maximum cost of a location by secondary information, in units of the scores."""
-    secondary, bound = study.secondary, 4 * sum(study.parameters.location_weights)
-    if secondary is not None:
-        soft = secondary.probabilities is not None
+    secondary = study.secondary_or_empty
+    bound = 4 * sum(study.parameters.location_weights)
+    bound += 4 * sum(each.weight for each in secondary.auxiliary)
+    if secondary.probabilities is not None:
         nats = MAX_TILT + RANDOM_COST_SPREAD * MAX_RANDOM
-        bound += soft * nats * secondary.soft_weight * NAT / USUAL_OVERLAP
-        bound += 4 * sum(each.weight for each in secondary.auxiliary)
+        bound += nats * secondary.soft_weight * NAT / USUAL_OVERLAP
     return mismatch_cost(lengths, planes) * bound
 
 

@@ -237,13 +237,8 @@ def _largest_flow(n, steps, flow):
     while n_queued > 0:
         u = np.uint64(queue[head])
         own_tree = tree[u]
-        if own_tree == FREE:
-            is_queued[u] = False
-            head = head + 1 if head + 1 < size else 0
-            n_queued -= 1
-            continue
         meets = -1
-        for a in range(6):
+        for a in range(6 if own_tree != FREE else 0):
             v = u + steps[a]
             other = tree[v]
             if other == INACTIVE:
@@ -290,49 +285,49 @@ def _augment(old, new, meets, steps, flow):
 
     Return the number of cells that the flow cuts off from their tree, and the amount of flow.
     """
+    there, back = _link(old, meets), _link(new, meets ^ 1)
+    amount = _free_capacity(old, np.int32(flow.capacity[there]), True, steps, flow)
+    amount = _free_capacity(new, amount, False, steps, flow)
+    flow.capacity[there] -= amount
+    flow.capacity[back] += amount
+    n = _send(old, amount, 0, True, steps, flow)
+    return _send(new, amount, n, False, steps, flow), amount
+
+
+@part_of_kernel
+def _free_capacity(u, amount, of_old, steps, flow):
+    """Return the flow, at most `amount`, that can pass between a cell and its root."""
+    while flow.parent[u] != TREE_ROOT:
+        a, child = np.int64(flow.parent[u]), u
+        u += steps[a]
+        link = _link(u, a ^ 1) if of_old else _link(child, a)
+        amount = min(amount, np.int32(flow.capacity[link]))
+    return min(amount, abs(flow.remaining[u]))
+
+
+@part_of_kernel
+def _send(u, amount, n, of_old, steps, flow):
+    """Send flow between a cell and its root, and list the cells that are cut off after the first n.
+
+    Return the new number of cells that are cut off.
+    """
     capacity, parent, orphans = flow.capacity, flow.parent, flow.orphans
-    remaining = flow.remaining
-    amount, u = np.int32(capacity[_link(old, meets)]), old
-    while parent[u] != TREE_ROOT:
-        a = np.int64(parent[u])
-        u += steps[a]
-        amount = min(amount, np.int32(capacity[_link(u, a ^ 1)]))
-    amount, u = min(amount, remaining[u]), new
-    while parent[u] != TREE_ROOT:
-        a = np.int64(parent[u])
-        amount = min(amount, np.int32(capacity[_link(u, a)]))
-        u += steps[a]
-    amount = min(amount, -remaining[u])
-    n = 0
-    capacity[_link(old, meets)] -= amount
-    capacity[_link(new, meets ^ 1)] += amount
-    u = old
     while parent[u] != TREE_ROOT:
         a, child = np.int64(parent[u]), u
         u += steps[a]
-        capacity[_link(u, a ^ 1)] -= amount
-        capacity[_link(child, a)] += amount
-        if capacity[_link(u, a ^ 1)] == 0:
+        there, back = _link(u, a ^ 1), _link(child, a)
+        if not of_old:
+            there, back = back, there
+        capacity[there] -= amount
+        capacity[back] += amount
+        if capacity[there] == 0:
             parent[child], orphans[n] = ORPHAN, child
             n += 1
-    remaining[u] -= amount
-    if remaining[u] == 0:
+    flow.remaining[u] -= amount if of_old else -amount
+    if flow.remaining[u] == 0:
         parent[u], orphans[n] = ORPHAN, u
         n += 1
-    u = new
-    while parent[u] != TREE_ROOT:
-        a, child = np.int64(parent[u]), u
-        u += steps[a]
-        capacity[_link(child, a)] -= amount
-        capacity[_link(u, a ^ 1)] += amount
-        if capacity[_link(child, a)] == 0:
-            parent[child], orphans[n] = ORPHAN, child
-            n += 1
-    remaining[u] += amount
-    if remaining[u] == 0:
-        parent[u], orphans[n] = ORPHAN, u
-        n += 1
-    return n, amount
+    return n
 
 
 @part_of_kernel

@@ -68,7 +68,7 @@ def patch_shares(sums: Integers, size: Triple, n_cells: int, illegal: Bytes) -> 
     """
     planes, most = [], min(MAX_LOCATIONS, MAX_SHARES // len(sums))
     for plane in sums:
-        counts = box_sums(summed_up(plane.astype(np.int64)), size, (0, 0, 0), size).ravel()
+        counts = box_sums(summed_up(plane.astype(np.int64)), size).ravel()
         counts = counts[illegal.ravel() == 0] if illegal.size and not illegal.all() else counts
         planes.append(counts[:: -(-len(counts) // most)])
     return np.stack(planes, axis=1) / n_cells

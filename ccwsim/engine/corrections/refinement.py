@@ -37,11 +37,8 @@ def refine_place(
     over the overlap and, times `missed`, over data.
     """
     best_z, best_y, best_x = place
-    words, shape = square_bits.reshape(-1), square_bits.shape
-    if ranks.size:
-        best = _misfit_of_ranks(ranks, grid_ranks, box, place, at_stake, missed)
-    else:
-        best = _misfit(image, words, shape, at_stake, missed, place, strips, np.int64(1 << 60))
+    compared = image, square_bits, strips, ranks, grid_ranks
+    best = _misfit(compared, box, place, at_stake, missed, np.int64(1 << 60))
     last_z, last_y = image.shape[0] - box.nz, image.shape[1] - box.ny
     last_x = image.shape[2] - box.nx
     stride = max(block[0], block[1], block[2]) // 2
@@ -55,11 +52,7 @@ def refine_place(
                 for x in range(max(middle_x - dx, 0), min(middle_x + dx, last_x) + 1, max(dx, 1)):
                     if z == middle_z and y == middle_y and x == middle_x:
                         continue
-                    near = z, y, x
-                    if ranks.size:
-                        misfit = _misfit_of_ranks(ranks, grid_ranks, box, near, at_stake, missed)
-                    else:
-                        misfit = _misfit(image, words, shape, at_stake, missed, near, strips, best)
+                    misfit = _misfit(compared, box, (z, y, x), at_stake, missed, best)
                     if misfit < best:
                         best, best_z, best_y, best_x = misfit, z, y, x
         stride //= 2
@@ -86,23 +79,25 @@ def data_at_stake(grid, data, box, at_stake):
                     continue
                 facies = data.required[z, y, box.x0 + x]
                 if facies != UNKNOWN and (x >= width or grid[z, y, box.x0 + x] != facies):
-                    at_stake[n, 0], at_stake[n, 1] = z - box.z0, y - box.y0
-                    at_stake[n, 2], at_stake[n, 3] = x, facies
+                    at_stake[n] = z - box.z0, y - box.y0, x, np.int64(facies)
                     n += 1
     return n
 
 
 @part_of_kernel
-def _misfit(image, words, shape, at_stake, missed, place, strips, limit):
+def _misfit(compared, box, place, at_stake, missed, limit):
     """Return the misfit of a location (see `refine_place`); counting may end at `limit`."""
-    tz, ty, tx = place
-    wrong = np.int64(0)
+    image, square_bits, strips, ranks, grid_ranks = compared
+    if ranks.size:
+        return _misfit_of_ranks(ranks, grid_ranks, box, place, at_stake, missed)
+    (tz, ty, tx), wrong = place, np.int64(0)
     for i in range(len(at_stake)):
         facies = image[tz + at_stake[i, 0], ty + at_stake[i, 1], tx + at_stake[i, 2]]
         wrong += missed * (facies != at_stake[i, 3])
     if wrong >= limit:
         return wrong
-    return wrong + n_different(words, shape, place, strips, limit - wrong)
+    words = square_bits.reshape(-1)
+    return wrong + n_different(words, square_bits.shape, place, strips, limit - wrong)
 
 
 @part_of_kernel

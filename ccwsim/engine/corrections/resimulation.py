@@ -270,7 +270,7 @@ def resimulate_windows(target, cells, size, tolerance, anyway, most, rng, work, 
     """
     image, data, grid, sources = target.image, target.data, target.grid, target.sources
     for i in range(len(cells)):
-        z, y, x = cells[i, 0], cells[i, 1], cells[i, 2]
+        z, y, x = cells[i]
         if grid[z, y, x] == data[z, y, x] and not anyway:
             fits[i] = True
             continue
@@ -531,7 +531,7 @@ def _take(best, n, worst, misfit, pz, py, px):
         for k in range(1, n):
             if best[k, 0] > best[row, 0]:
                 row = k
-    best[row, 0], best[row, 1], best[row, 2], best[row, 3] = misfit, pz, py, px
+    best[row] = misfit, pz, py, px
     if n == len(best):
         worst = best[0, 0]
         for k in range(1, n):

@@ -142,15 +142,14 @@ def prepare_repair(
     wide = tuple(n // b for n, b in zip(ring, block, strict=True))
     inner = tuple(n - b for n, b in zip(size, wide, strict=True))
     table = summed_squares(sums)
-    energy = box_sums(table, size, (0, 0, 0), size) - box_sums(table, size, wide, inner)  # type: ignore[arg-type]
+    energy = box_sums(table, size) - box_sums(table, size, wide, inner)  # type: ignore[arg-type]
     both = tuple(2 * n for n in ring)
     kind = score_type(level, window, both, excludes=unknown.size > 0)  # type: ignore[arg-type]
     running = running_sums(sums, level, window)  # type: ignore[arg-type]
     spans = np.zeros((0, 0, 2), np.int64)
     if unknown.size:
-        n_unknown = box_sums(unknown, window, (0, 0, 0), window)
         blocks = tuple(slice(0, n * b, b) for n, b in zip(energy.shape, block, strict=True))
-        illegal = n_unknown[blocks] > 0
+        illegal = box_sums(unknown, window)[blocks] > 0
         spans = legal_spans(illegal.astype(np.uint8))
         energy[illegal] = np.iinfo(kind).max
     least = MIN_UNSEEN_VOLUME if volume else MIN_UNSEEN
@@ -347,5 +346,5 @@ def well_fitting_windows(target, box, repair, rng, work):
         misfit, z, y, x = refine_place(
             image, square_bits, box, block, near, work.strips, work.no_data, missed
         )
-        work.best[k, 0], work.best[k, 1], work.best[k, 2], work.best[k, 3] = misfit, z, y, x
+        work.best[k] = misfit, z, y, x
     return len(places)

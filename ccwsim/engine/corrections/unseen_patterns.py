@@ -16,12 +16,9 @@ from ccwsim.engine.stages.similarity import box_sums
 from ccwsim.model.arrays import Bytes, Floats, Int32s, Ints, Mask, Shape, UInt32s
 from ccwsim.model.watch import UNWATCHED, Watch
 
-UNSEEN_SIDE, UNSEEN_SPACING = (
-    4,
-    2,
-)  # side of a pattern in a map, and spacing of the cells in a pattern
+UNSEEN_SIDE, UNSEEN_SPACING = 4, 2
 UNSEEN_SIDE_VOLUME, UNSEEN_SPACING_VOLUME = 3, 1
-"""Side of a pattern in a volume, and spacing of the cells in a pattern."""
+"""Sides of patterns in maps and in volumes, and spacings of the cells in a pattern."""
 NUMBER_BITS, NUMBER_BITS_VOLUME = 22, 24
 """Number of bits of a pattern number. If there are more possible patterns than numbers, patterns
 share numbers, and an unseen pattern may be overlooked."""
@@ -117,9 +114,8 @@ def known_patterns(
         shift=0 if exact else 32 - bits,
     )
     strip = 1, min(IMAGE_ROWS_AT_ONCE, image.shape[1]), image.shape[2]
-    extent, n_unknown = tuple(n + 1 for n in reach), unknown
-    if unknown.size:
-        n_unknown = box_sums(unknown, extent, (0, 0, 0), extent)  # type: ignore[arg-type]
+    extent = tuple(n + 1 for n in reach)
+    n_unknown = box_sums(unknown, extent) if unknown.size else unknown  # type: ignore[arg-type]
     rows, line = _pattern_buffers(patterns, strip)
     mark_known(image, patterns, n_unknown > 0, rows, line)
     return patterns

@@ -256,9 +256,8 @@ def add_missed(
                 if cost == 0 or n_layers == 0 or n_rows == 0 or n_columns == 0:
                     continue
                 phase = (up * uy + down) * ux + along
-                terms[0, n] = ((phase * mz + layer + dz) * my + dy) * mx + dx
-                terms[1, n], terms[2, n], terms[3, n] = n_layers, n_rows, n_columns
-                terms[4, n], terms[5, n] = facies, cost
+                first = ((phase * mz + layer + dz) * my + dy) * mx + dx
+                terms[:, n] = first, n_layers, n_rows, n_columns, np.int64(facies), cost
                 n += 1
                 if n == terms.shape[1]:
                     _count_misses(of_image, my, mx, terms, n, work, totals)

@@ -11,13 +11,11 @@ import numpy as np
 from ccwsim.engine.corrections.minimum_cut import FlowWorkspace, make_flow, minimum_cut
 from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.stages.bits import n_bits
-from ccwsim.engine.stages.conditioning import KEEP_OLD, TAKE_NEW, forced_side
 from ccwsim.engine.stages.path import BOTTOM, LEFT, RIGHT, TOP, UNKNOWN, Triple
 from ccwsim.model.arrays import Ints, Mask, UInt64s
 
-MISSED_DATUM_COST = (
-    1 << 16
-)  # cost of a datum that the cut does not honour; it exceeds any cost without data
+# cost of a datum that the cut does not honour; it exceeds any cost without data
+MISSED_DATUM_COST = 1 << 16
 RANK_DATUM_COST = 8  # cost of a datum of a continuous variable, per rank, relative to a cell
 MAX_BIT_COST = 32
 """Cost of a boundary below which bits represent all boundaries of a line at once in the search."""
@@ -27,8 +25,8 @@ class CutWorkspace(NamedTuple):
     """Workspace to cut a patch, large enough for the overlap on each side."""
 
     keep_mask: Mask  # shape (nz, ny, nx): cells of the grid that stay old
-    # shape (n_words, size): cells that differ between old and new, for each line of cells across
-    # the boundary; bit c % 64 of word c // 64 is the cell at a distance of c cells from the side
+    # shape (size,): cells that differ between old and new, for each line of cells across the
+    # boundary; bit c % 64 is the cell at a distance of c cells from the side
     error: UInt64s
     # shape (size, overlap): cost of a boundary beside each cell, where old and new differ
     off: Ints
@@ -47,7 +45,7 @@ def make_cut(template: Triple, overlap: Triple) -> CutWorkspace:
     size, width = max(template[1:]), max(overlap[1:])
     return CutWorkspace(
         keep_mask=np.zeros(template, np.bool_),
-        error=np.zeros(((width + 63) // 64, size), np.uint64),
+        error=np.zeros(size, np.uint64),
         off=np.zeros((size, width), np.int64),
         loss=np.zeros((size, width), np.int64),
         cost=np.zeros((size, width + 1), np.int64),
@@ -97,11 +95,6 @@ def boundary(cut, n, m):
 
 
 @part_of_kernel
-def _bit(words, c):
-    return np.int64(words[c >> 6] >> np.uint64(c & 63) & np.uint64(1))
-
-
-@part_of_kernel
 def bit_boundary(cut, n, m):
     """Fill `cut.path` like `boundary` without data, if the cost is less than MAX_BIT_COST.
 
@@ -118,7 +111,7 @@ def bit_boundary(cut, n, m):
         cost += 1
         boundaries = reached[cost, 0] = full
         for i in range(n):
-            before, after = _sides(error[0, i], last)
+            before, after = _sides(error[i], last)
             boundaries = _next(boundaries) & ~(before | after) | _next(reached[cost - 2, i])
             boundaries = (boundaries | _next(reached[cost - 1, i]) & ~(before & after)) & full
             reached[cost, i + 1] = boundaries
@@ -127,7 +120,7 @@ def bit_boundary(cut, n, m):
     c = np.uint64(n_bits((boundaries & (~boundaries + one)) - one))
     for i in range(n - 1, -1, -1):
         path[i] = c
-        before, after = _sides(error[0, i], last)
+        before, after = _sides(error[i], last)
         cost -= np.int64((before >> c & one) + (after >> c & one))
         boundaries = reached[cost, i]
         if not boundaries >> c & one:
@@ -185,16 +178,14 @@ def _cut_strips(grid, data, image, place, box, cut, keep_mask, by_rank):
             continue
         upright, far = side & (LEFT | RIGHT) != 0, side & (RIGHT | BOTTOM) != 0
         n, m = (box.ny, box.ox) if upright else (box.nx, box.oy)
-        if by_rank:
-            _compare_ranks(grid, data, image, place, box, upright, far, cut, keep_mask)
-            boundary(cut, n, m)
-        else:
+        differ = has_data = True
+        if not by_rank:
             differ, has_data = _compare(grid, data, image, place, box, upright, far, cut, keep_mask)
-            if not differ:
-                continue
-            if has_data or m > 63 or not bit_boundary(cut, n, m):
-                _demand(grid, data, image, place, box, upright, far, cut)
-                boundary(cut, n, m)
+        if not differ:
+            continue
+        if has_data or m > 63 or not bit_boundary(cut, n, m):
+            _demand(grid, data, image, place, box, upright, far, cut, keep_mask, by_rank)
+            boundary(cut, n, m)
         for i in range(n):
             for c in range(cut.path[i]):
                 y, x = _cell_of(i, c, box, upright, far)
@@ -216,9 +207,8 @@ def _compare(grid, data, image, place, box, upright, far, cut, keep_mask):
     of_data, keep = data.reshape(-1), keep_mask.reshape(-1)
     error, end = cut.error, np.uint64(m - 1)
     differences, has_data = np.uint64(0), False
-    for w in range((m + 63) // 64):
-        for i in range(n):
-            error[w, i] = 0
+    for i in range(n):
+        error[i] = 0
     for i in range(rows):
         y = y0 + i
         kept = np.uint64(y * keep_mask.shape[1] + x0)
@@ -226,24 +216,20 @@ def _compare(grid, data, image, place, box, upright, far, cut, keep_mask):
         datum = np.uint64((box.y0 + y) * data.shape[1] + box.x0 + x0)
         new = np.uint64((ty + y) * image.shape[1] + tx + x0)
         if upright:
-            for w in range((m + 63) // 64):
-                start, stop = 64 * w, min(64 * w + 64, m)
-                if far:
-                    start, stop = m - stop, m - start
-                word = np.uint64(0)
-                for x in range(np.uint64(start), np.uint64(stop)):
-                    differs = (of_grid[first + x] != of_image[new + x]) & (not keep[kept + x])
-                    c = end - x if far else x
-                    word |= np.uint64(differs) << (c & np.uint64(63))
-                error[w, i] = word
-                differences |= word
+            word = np.uint64(0)
+            for x in range(np.uint64(columns)):
+                differs = (of_grid[first + x] != of_image[new + x]) & (not keep[kept + x])
+                c = end - x if far else x
+                word |= np.uint64(differs) << (c & np.uint64(63))
+            error[i] = word
+            differences |= word
         else:
             c = m - 1 - i if far else i
-            w, shift = c >> 6, np.uint64(c & 63)
+            shift = np.uint64(c & 63)
             for x in range(np.uint64(columns)):
                 differs = (of_grid[first + x] != of_image[new + x]) & (not keep[kept + x])
                 word = np.uint64(differs) << shift
-                error[w, x] |= word
+                error[x] |= word
                 differences |= word
         for x in range(np.uint64(columns)):
             has_data |= of_data[datum + x] != UNKNOWN
@@ -251,23 +237,8 @@ def _compare(grid, data, image, place, box, upright, far, cut, keep_mask):
 
 
 @part_of_kernel
-def _demand(grid, data, image, place, box, upright, far, cut):
-    """Fill `cut.off` and `cut.loss` for a strip for which `cut.error` is filled."""
-    _, ty, tx = place
-    n, m = (box.ny, box.ox) if upright else (box.nx, box.oy)
-    for i in range(n):
-        for c in range(m):
-            y, x = _cell_of(i, c, box, upright, far)
-            old, new = grid[box.y0 + y, box.x0 + x], image[ty + y, tx + x]
-            side = forced_side(old, new, data[box.y0 + y, box.x0 + x])
-            off = _bit(cut.error[:, i], c)
-            cut.off[i, c] = off
-            cut.loss[i, c] = off * MISSED_DATUM_COST * ((side == KEEP_OLD) - (side == TAKE_NEW))
-
-
-@part_of_kernel
-def _compare_ranks(grid, data, image, place, box, upright, far, cut, keep_mask):
-    """Fill `cut.off` and `cut.loss` for a strip of ranks; a marked cell stays old anyway."""
+def _demand(grid, data, image, place, box, upright, far, cut, keep_mask, by_rank):
+    """Fill `cut.off` and `cut.loss` for a strip; a cell that is marked stays old anyway."""
     _, ty, tx = place
     n, m = (box.ny, box.ox) if upright else (box.nx, box.oy)
     for i in range(n):
@@ -275,11 +246,14 @@ def _compare_ranks(grid, data, image, place, box, upright, far, cut, keep_mask):
             y, x = _cell_of(i, c, box, upright, far)
             old = np.int64(grid[box.y0 + y, box.x0 + x])
             new = np.int64(image[ty + y, tx + x])
-            is_free = old != UNKNOWN and not keep_mask[y, x]
             datum = np.int64(data[box.y0 + y, box.x0 + x])
-            cut.off[i, c] = abs(new - old) if is_free else 0
-            loss = abs(new - datum) - abs(old - datum)
-            cut.loss[i, c] = RANK_DATUM_COST * loss if is_free and datum != UNKNOWN else 0
+            off, loss = np.int64(old != new), np.int64(new != datum) - np.int64(old != datum)
+            cost, is_free = MISSED_DATUM_COST, not keep_mask[y, x]
+            if by_rank:
+                off, loss = abs(new - old), abs(new - datum) - abs(old - datum)
+                cost, is_free = RANK_DATUM_COST, is_free and old != UNKNOWN
+            cut.off[i, c] = off if is_free else 0
+            cut.loss[i, c] = cost * loss if is_free and datum != UNKNOWN else 0
 
 
 @part_of_kernel

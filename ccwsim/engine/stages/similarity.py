@@ -109,13 +109,15 @@ def summed_up(values: Array, kind: type[np.number[Any]] = np.int64) -> Array:
     return table
 
 
-def box_sums(table: Ints, size: Triple, first: Triple, last: Triple) -> Ints:
-    """Return the sum of values `first` to `last` − 1 of each window of `size` values.
+def box_sums(
+    table: Ints, size: Triple, first: Triple = (0, 0, 0), last: Triple | None = None
+) -> Ints:
+    """Return the sum of values `first` to `last` − 1 of each window of `size` values, or of all.
 
     `table` comes from `summed_up`.
     """
     sums = table
-    for axis, (start, end, t) in enumerate(zip(first, last, size, strict=True)):
+    for axis, (start, end, t) in enumerate(zip(first, last or size, size, strict=True)):
         lines, n = np.moveaxis(sums, axis, 0), table.shape[axis] - t
         sums = np.moveaxis(lines[end : end + n] - lines[start : start + n], 0, axis)
     return sums

@@ -226,18 +226,20 @@ def draw_threshold_field(state: State, image: TrainingImage) -> None:
     """Draw the slider of the threshold of probability map and connectivity."""
     low, high = image.sorted_values[[0, -1]].tolist()
     step = (high - low) / N_THRESHOLDS
-    field(
-        st.slider,
-        f"Threshold of {image.variable}",
-        key="threshold",
-        min_value=low,
-        max_value=high - step,
-        step=step,
-        width=260,
-        label_visibility="collapsed",
-        format="%.4g",
-        **bound_to(state, "threshold", value=threshold_of(state, image)),
-    )
+    with in_row("threshold_row"):
+        step_note("Threshold")
+        field(
+            st.slider,
+            f"Threshold of {image.variable}",
+            key="threshold",
+            min_value=low,
+            max_value=high - step,
+            step=step,
+            width=200,
+            label_visibility="collapsed",
+            format="%.4g",
+            **bound_to(state, "threshold", value=threshold_of(state, image)),
+        )
 
 
 @cached(max_entries=16)

@@ -28,7 +28,7 @@ def cut_of(error: np.ndarray, demand: np.ndarray) -> CutWorkspace:
     loss = MISSED_DATUM_COST * ((demand == KEEP_OLD).astype(np.int64) - (demand == TAKE_NEW))
     workspace = make_cut((1, n, n), (0, m, m))._replace(off=error.astype(np.int64), loss=loss)
     for c in range(m):
-        workspace.error[c // 64, :n] |= error[:, c].astype(np.uint64) << np.uint64(c % 64)
+        workspace.error[:n] |= error[:, c].astype(np.uint64) << np.uint64(c % 64)
     return workspace
 
 
