@@ -97,7 +97,7 @@ def data_png(
     for (row, column), index in zip(cells.tolist(), indices.tolist(), strict=True):
         x = (column + 0.5) / shape[1] * width
         y = height - (row + 0.5) / shape[0] * height
-        pen.ellipse((x - radius, y - radius, x + radius, y + radius), fill=str(colours[index]))
+        pen.circle((x, y), radius, fill=str(colours[index]))
     return png_of(picture)
 
 
@@ -171,10 +171,10 @@ def data_map(indices: Bytes, colours: Sequence[str], dots: Dots, scale: int) -> 
     radius = max(1.5, min(5.0, 0.18 * (picture.width * picture.height / len(dots.cells)) ** 0.5))
     for k in np.argsort(dots.wrong, kind="stable").tolist():
         row, column = dots.cells[k]
-        x, y = (column + 0.5) * scale, (height - row - 0.5) * scale
-        _ring(pen, x, y, radius + 1.6, WRONG_COLOUR if bool(dots.wrong[k]) else INK)
-        _ring(pen, x, y, radius + 0.8, "#FFFFFF")
-        _ring(pen, x, y, radius - 0.4, dots.colours[k])
+        centre = (column + 0.5) * scale, (height - row - 0.5) * scale
+        pen.circle(centre, radius + 1.6, fill=WRONG_COLOUR if dots.wrong[k] else INK)
+        pen.circle(centre, radius + 0.8, fill="#FFFFFF")
+        pen.circle(centre, radius - 0.4, fill=dots.colours[k])
     return picture
 
 
@@ -184,10 +184,6 @@ def steps_of(shares: Floats) -> tuple[Bytes, list[str]]:
         np.isnan(shares), UNKNOWN, np.rint(np.clip(shares, 0, 1) * (N_SHARE_COLOURS - 1))
     )
     return steps.astype(np.uint8), ramp(CIVIDIS, N_SHARE_COLOURS)
-
-
-def _ring(pen: ImageDraw.ImageDraw, x: float, y: float, radius: float, colour: str) -> None:
-    pen.ellipse((x - radius, y - radius, x + radius, y + radius), fill=colour)
 
 
 def _coloured(indices: Bytes, colours: Sequence[str]) -> Image.Image:
