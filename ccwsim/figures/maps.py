@@ -159,12 +159,12 @@ def data_map_png(
     return png_of(picture.quantize(64, dither=Image.Dither.NONE), optimize=True)
 
 
-def data_map(indices: Bytes, colours: Sequence[str], dots: Dots, scale: int) -> Image.Image:
+def data_map(indices: Bytes, colours: Sequence[str], dots: Dots | None, scale: int) -> Image.Image:
     """Return a map with cells of `scale` pixels and with hard data; wrong data are drawn last."""
     size = indices.shape[1] * scale, indices.shape[0] * scale
     picture = _coloured(indices, colours).resize(size, Image.Resampling.NEAREST).convert("RGB")
     picture.info.clear()  # unknown cells are white here
-    if not len(dots.cells):
+    if dots is None or not len(dots.cells):
         return picture
     pen = ImageDraw.Draw(picture)
     height = indices.shape[0]
@@ -271,8 +271,7 @@ def slices_png(
 
 def _with_wells(section: VolumeSlice, colours: Sequence[str], scale: int) -> Image.Image:
     """Return a section with hard data as framed cells, because discs along a well would overlap."""
-    no_dots = Dots(np.empty((0, 2), np.int64), [], np.empty(0, bool))
-    picture = data_map(section.indices, colours, no_dots, scale)
+    picture = data_map(section.indices, colours, None, scale)
     pen, dots = ImageDraw.Draw(picture), section.dots
     frames = ["#FFFFFF"] * len(dots.cells)
     edges = [WRONG_COLOUR if wrong else INK for wrong in dots.wrong.tolist()]
