@@ -299,13 +299,13 @@ def grid_of(options: Any) -> Grid:
     if options.grid is None and options.hard_data in datasets.BUNDLED_DATA:
         shape = datasets.hard_data_grid_shape(options.hard_data)
     cell, origin = options.cell_size or (1.0, 1.0), options.origin or (0.0, 0.0)
-    height, bottom = options.cell_height, options.bottom
-    if len(shape) == 2:
-        if height is not None or bottom is not None:
-            raise refused("heights_of_volumes_only")
-        return Grid(shape[-2], shape[-1], cell, origin, crs=options.crs or "")
-    cell, origin = (*cell, 1.0 if height is None else height), (*origin, bottom or 0.0)
-    return Grid(shape[-2], shape[-1], cell, origin, nz=shape[0], crs=options.crs or "")
+    height, bottom, nz = options.cell_height, options.bottom, None
+    if len(shape) == 3:
+        nz = shape[0]
+        cell, origin = (*cell, 1.0 if height is None else height), (*origin, bottom or 0.0)
+    elif height is not None or bottom is not None:
+        raise refused("heights_of_volumes_only")
+    return Grid(shape[-2], shape[-1], cell, origin, nz=nz, crs=options.crs or "")
 
 
 def _grid_of_image(options: Any) -> Grid | None:

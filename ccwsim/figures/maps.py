@@ -100,7 +100,7 @@ def data_png(
     for (row, column), index in zip(cells.tolist(), indices.tolist(), strict=True):
         x = (column + 0.5) / shape[1] * width
         y = height - (row + 0.5) / shape[0] * height
-        pen.ellipse((x - radius, y - radius, x + radius, y + radius), fill=str(colours[index]))
+        pen.circle((x, y), radius, fill=str(colours[index]))
     return png_of(picture)
 
 
@@ -162,22 +162,22 @@ def data_map_png(
     return png_of(picture.quantize(64, dither=Image.Dither.NONE), optimize=True)
 
 
-def data_map(indices: Bytes, colours: Sequence[str], dots: Dots, scale: int) -> Image.Image:
+def data_map(indices: Bytes, colours: Sequence[str], dots: Dots | None, scale: int) -> Image.Image:
     """Return a map with cells of `scale` pixels and with hard data; wrong data are drawn last."""
     size = indices.shape[1] * scale, indices.shape[0] * scale
     picture = _coloured(indices, colours).resize(size, Image.Resampling.NEAREST).convert("RGB")
     picture.info.clear()  # unknown cells are white here
-    if not len(dots.cells):
+    if dots is None or not len(dots.cells):
         return picture
     pen = ImageDraw.Draw(picture)
     height = indices.shape[0]
     radius = max(1.5, min(5.0, 0.18 * (picture.width * picture.height / len(dots.cells)) ** 0.5))
     for k in np.argsort(dots.wrong, kind="stable").tolist():
         row, column = dots.cells[k]
-        x, y = (column + 0.5) * scale, (height - row - 0.5) * scale
-        _ring(pen, x, y, radius + 1.6, WRONG_COLOUR if bool(dots.wrong[k]) else INK)
-        _ring(pen, x, y, radius + 0.8, "#FFFFFF")
-        _ring(pen, x, y, radius - 0.4, dots.colours[k])
+        centre = (column + 0.5) * scale, (height - row - 0.5) * scale
+        pen.circle(centre, radius + 1.6, fill=WRONG_COLOUR if dots.wrong[k] else INK)
+        pen.circle(centre, radius + 0.8, fill="#FFFFFF")
+        pen.circle(centre, radius - 0.4, fill=dots.colours[k])
     return picture
 
 
@@ -193,10 +193,6 @@ def steps_of(
     steps = np.full(numbers.shape, UNKNOWN, np.uint8)
     steps[valid] = np.rint(shares * N_STEPS)
     return steps, _ramp(colours, N_STEPS + 1)
-
-
-def _ring(pen: ImageDraw.ImageDraw, x: float, y: float, radius: float, colour: str) -> None:
-    pen.ellipse((x - radius, y - radius, x + radius, y + radius), fill=colour)
 
 
 def _coloured(indices: Bytes, colours: Sequence[str]) -> Image.Image:
@@ -284,8 +280,7 @@ def slices_png(
 
 def _with_wells(section: VolumeSlice, colours: Sequence[str], scale: int) -> Image.Image:
     """Return a section with hard data as framed cells, because discs along a well would overlap."""
-    no_dots = Dots(np.empty((0, 2), np.int64), [], np.empty(0, bool))
-    picture = data_map(section.indices, colours, no_dots, scale)
+    picture = data_map(section.indices, colours, None, scale)
     pen, dots = ImageDraw.Draw(picture), section.dots
     frames = ["#FFFFFF"] * len(dots.cells)
     edges = [WRONG_COLOUR if wrong else INK for wrong in dots.wrong.tolist()]

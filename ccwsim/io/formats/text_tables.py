@@ -7,7 +7,7 @@ import re
 from collections.abc import Collection, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -207,9 +207,7 @@ def read_delimited(content: bytes, name: str) -> DataFile:
     line_numbers = np.array(lines.numbers, dtype=np.int64)
     if not names:
         values, line_numbers = _without_margins(np.stack(columns, axis=1), line_numbers)
-        return DataFile(
-            "text matrix", name, {"matrix": values[None]}, lines=line_numbers, **_OF_MATRIX
-        )
+        return _matrix_file(name, values, line_numbers)
     named = dict(zip(distinct_names(list(names)), columns, strict=True))
     if names[0] in ("", "Unnamed: 0") and n > 1 and _counts_up(columns[0]):  # the index of pandas
         del named[next(iter(named))]
@@ -228,7 +226,16 @@ def read_delimited(content: bytes, name: str) -> DataFile:
     return replace(table, columns=keys, missing=header.missing)
 
 
-_OF_MATRIX: dict[str, Any] = {"south_first": False, "asks_up": True}
+def _matrix_file(name: str, values: Floats, lines: Ints) -> DataFile:
+    """Return a matrix as a file with one layer, whose first row is assumed to be the north."""
+    return DataFile(
+        "text matrix",
+        name,
+        {"matrix": values[None]},
+        lines=lines,
+        south_first=False,
+        asks_up=True,
+    )
 
 
 def _without_margins(values: Floats, lines: Ints) -> tuple[Floats, Ints]:
@@ -329,8 +336,8 @@ def _matrix_of_names(lines: _Lines, marks: _Marks, name: str) -> DataFile | None
     if len(names) > MAX_FACIES:
         return None
     check_cells(name, (len(rows), len(rows[0])))
-    line_numbers, grid = np.array(lines.numbers, np.int64), values.reshape(1, len(rows), -1)
-    file = DataFile("text matrix", name, {"matrix": grid}, lines=line_numbers, **_OF_MATRIX)
+    line_numbers = np.array(lines.numbers, np.int64)
+    file = _matrix_file(name, values.reshape(len(rows), -1), line_numbers)
     return replace(file, labels={"matrix": names})
 
 

@@ -457,14 +457,25 @@ def _report(
     clashing = np.concatenate([*placed.collisions, np.empty(0, np.int64)])
     n_dropped = int(np.count_nonzero(~keep))
     n_repeated = points.n - n_dropped - hard_data.n
-    counted = {"missing": points.n_missing, "outside": n_outside, "unknown": n_unknown}
-    counted |= {"clashing": len(clashing), "ties": ties, "repeated": n_repeated}
-    counted |= {"off_centre": int(np.count_nonzero(placed.offsets[keep] > 1e-6))}
-    told: dict[str, Any] = {"of": points.n, "rejected": n_dropped - n_outside - n_unknown}
-    told |= {"outside": points.named(placed.outside), "unknown": points.named(placed.unknown)}
     kept = clashing[keep[clashing]]
-    chosen = points.named(kept) if len(kept) else "none"
-    told |= {"collisions": len(placed.collisions), "chosen": chosen, "kept": points.n - n_dropped}
+    counted = {
+        "missing": points.n_missing,
+        "outside": n_outside,
+        "unknown": n_unknown,
+        "clashing": len(clashing),
+        "ties": ties,
+        "repeated": n_repeated,
+        "off_centre": int(np.count_nonzero(placed.offsets[keep] > 1e-6)),
+    }
+    told = {
+        "of": points.n,
+        "rejected": n_dropped - n_outside - n_unknown,
+        "outside": points.named(placed.outside),
+        "unknown": points.named(placed.unknown),
+        "collisions": len(placed.collisions),
+        "chosen": points.named(kept) if len(kept) else "none",
+        "kept": points.n - n_dropped,
+    }
     sentences = (_NOTES["placed"][what].format(n=n, **told) for what, n in counted.items() if n)
     notes = (*points.notes, *notes_on_rows, *sentences)
     return HardDataImport(
