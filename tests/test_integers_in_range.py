@@ -175,9 +175,6 @@ IMAGES: dict[str, Act] = {
     "variogram_map.images": lambda of: m.variogram_map(some(of), 1, 2),
     "variogram_of_values.images": lambda of: m.variogram_of_values(some(of)),
     "vertical_proportions.images": lambda of: m.vertical_proportions(some(of)[None, None]),
-    "RunningStatistics.add.realization": lambda of: m.RunningStatistics((16, 16), [0, 1]).add(
-        some(of)
-    ),
     "sample_random.field": lambda of: sample_random(of(1, 1), 1),
     "sample_grid.field": lambda of: sample_grid(of(1, 1), 1),
     "sample_wells.field": lambda of: sample_wells(of(1, 1), 1),
@@ -225,13 +222,8 @@ OTHERS: dict[str, Act] = {
             "vertical_proportions": lambda codes: m.vertical_proportions(
                 SQUARES[None, None], codes
             ),
-            "RunningStatistics.__init__": lambda codes: m.RunningStatistics((9, 9), codes).add(
-                np.full((9, 9), 1)
-            ),
         }.items()
     },
-    "RunningStatistics.__init__.shape": lambda of: m.RunningStatistics(of(2), [0, 1]),
-    "RunningStatistics.__init__.facies": lambda of: m.RunningStatistics((9, 9), [0, 1], of(1)),
     "anodi.factors": lambda of: m.anodi(SQUARES, SQUARES, factors=of(1), weights=[1]),
     "pattern_distance.factors": lambda of: m.pattern_distance(SQUARES, SQUARES, factors=of(1)),
     "pyramid_histograms.factors": lambda of: m.pyramid_histograms(SQUARES, factors=of(1)),
@@ -302,7 +294,7 @@ INTEGERS = re.compile(
     r"Images|Codes|Lags|Direction\b|ArrayLike|Shape|Ints\b|Bytes\b|Integers\b|Int\d+s\b|NDArray\[np\.u?int"
     r"|Sequence\[int\]|tuple\[int"
 )
-CLASSES = (TrainingImage, HardData, Grid, Parameters, m.RunningStatistics, m.RunningCurves)
+CLASSES = (TrainingImage, HardData, Grid, Parameters)
 CALLS = {**IMAGES, **OTHERS, **FREE}
 
 

@@ -108,13 +108,9 @@ def patterns(i: Whole) -> Any:
 
 def scores(i: Whole) -> Any:
     p, truth = [SHARES, 1 - SHARES], np.array([[0, 1, 1, 0]] * 3)
-    running = m.RunningStatistics((i(3), i(4)), [i(0), i(1)], [i(1)], max_lag=i(2))
-    running.add(truth)
     return (
         m.score_reference(p, truth, i(4)),
         m.calibration(p, truth, i(1), i(5)),
-        running.summary().etype.probability,
-        m.RunningCurves(i(2), 0.0, 1.0, i(200)).nbytes,
     )
 
 

@@ -34,9 +34,6 @@ from ccwsim.metrics.anodi import (
 )
 from ccwsim.metrics.bands import (
     Band as Band,
-    RunningCurves as RunningCurves,
-    RunningStatistics as RunningStatistics,
-    RunningSummary as RunningSummary,
     band as band,
 )
 from ccwsim.metrics.checks import Check as Check, check_ensemble as check_ensemble

@@ -133,12 +133,6 @@ def test_what_results_name_are_codes(ensemble):
     fit = m.fit_proportions(ensemble)
     assert fit is not None
     assert fit.at.tolist() == [3, 7, 9]
-    running = m.RunningStatistics((40, 50), CODES, max_lag=5)
-    for realization in ensemble:
-        running.add(realization)
-    summary = running.summary()
-    assert {code for code, _ in summary.variograms} == {3, 7, 9}
-    assert same(summary.etype.most_likely, m.etype(ensemble).most_likely)
 
 
 def test_experiments_take_and_name_codes(ensemble):

@@ -10,7 +10,6 @@ from skimage.measure import euler_number
 from ccwsim import HardData, TrainingImage
 from ccwsim.metrics import (
     EType,
-    RunningStatistics,
     calibration,
     connected_geobodies,
     connectivity,
@@ -164,26 +163,6 @@ def test_maps_keep_their_neighbours_and_the_labels_of_scipy():
     found = geobody_statistics(image, 1)
     assert found.neighbours == 8
     assert found.percolates_vertical is None
-
-
-def test_running_statistics_of_volumes_are_those_of_all_at_once():
-    volumes = np.array([a_volume(seed, (4, 11, 12)) for seed in range(6)])
-    running = RunningStatistics((4, 11, 12), [0, 1], max_lag=8)
-    for volume in volumes:
-        running.add(volume)
-    summary = running.summary()
-    np.testing.assert_array_equal(summary.etype.probability, etype(volumes).probability)
-    assert set(summary.variograms) == {(1, way) for way in ("E-W", "N-S", "vertical")}
-    for way, n in (("E-W", 9), ("vertical", 4)):
-        gamma = variogram(volumes, 1, way, summary.lags[:n]).gamma
-        np.testing.assert_allclose(summary.variograms[1, way].mean, gamma.mean(axis=0))
-        tau = connectivity(volumes, 1, way, summary.lags[:n]).tau
-        np.testing.assert_allclose(summary.connectivity[1, way].mean, np.nanmean(tau, axis=0))
-    with pytest.raises(CCWSIMError, match=r"shape \(4, 11, 12\)"):
-        running.add(volumes[0, 0])
-    thin = RunningStatistics((1, 11, 12), [0, 1], max_lag=3)
-    thin.add(volumes[0, :1])
-    assert thin.summary().variograms[1, "vertical"].mean.shape == (1,)
 
 
 def test_data_in_layers_are_compared_with_their_cells():

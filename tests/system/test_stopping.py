@@ -12,7 +12,7 @@ from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.realization import random_numbers
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.workers import check_stop, run_all, stoppable
-from ccwsim.metrics import RunningStatistics, connectivity, pattern_codes, stack, variogram
+from ccwsim.metrics import connectivity, pattern_codes, stack, variogram
 from ccwsim.metrics.patterns import pattern_histogram
 from ccwsim.model.study import Study
 from ccwsim.model.watch import Watch
@@ -93,21 +93,6 @@ def test_tasks_on_other_threads_stop_with_the_work_that_runs_them():
     with pytest.raises(Cancelled), stoppable(lambda: True):
         run_all(task, 3, 2)
     assert run_all(task, 3, 2) == [0, 1, 2]
-
-
-def test_running_statistics_that_were_stopped_have_added_nothing(small_pieces):
-    running = RunningStatistics(IMAGE.shape, range(3), max_lag=10)
-    with pytest.raises(Cancelled), stoppable(After(5)):
-        running.add(IMAGE)
-    assert running.n == 0
-    running.add(IMAGE)
-    alone = RunningStatistics(IMAGE.shape, range(3), max_lag=10)
-    alone.add(IMAGE)
-    ours, theirs = running.summary(), alone.summary()
-    assert np.array_equal(ours.etype.probability, theirs.etype.probability)
-    assert np.array_equal(ours.proportions.mean, theirs.proportions.mean)
-    for key, curve in ours.variograms.items():
-        assert np.array_equal(curve.mean, theirs.variograms[key].mean)
 
 
 def test_a_job_stops_in_the_midst_of_a_statistic(small_pieces):
