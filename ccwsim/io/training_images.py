@@ -30,7 +30,7 @@ from ccwsim.model.errors import CCWSIMError, refused, shown, warn
 
 IMAGE_FORMATS = ("npy", "sgems", "gslib", "dat", "grdecl", "png")  # named by file ending
 
-NAMES_OF_FORMATS = ("array", "band 1", "grid", "matrix")
+USUAL_NAMES = ("array", "band 1", "grid", "matrix")
 """Names that readers give to the only variable of a file without names."""
 PREFERRED_VARIABLES = ("ti", "training_image")  # variables that are preferred if a file has several
 
@@ -129,7 +129,7 @@ def read_training_image(
             classes=classes,
             name=name,
             continuous=True,
-            variable=(key in NAMES_OF_FORMATS and Path(file.name).stem) or key,
+            variable=(key in USUAL_NAMES and Path(file.name).stem) or key,
             units=units,
         )
     as_codes = threshold is None and asks_for_codes(classes)
