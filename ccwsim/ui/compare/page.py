@@ -29,7 +29,7 @@ from ccwsim.ui.compare.settings import (
     ComparePageState,
     ComparisonRun,
 )
-from ccwsim.ui.frontend.cells import draw_cells, facies_map
+from ccwsim.ui.frontend.cells import draw_cells
 from ccwsim.ui.results import charts, maps
 from ccwsim.ui.session.file_names import grid_part
 from ccwsim.ui.session.fragments import error_boundary
@@ -344,7 +344,7 @@ def draw_maps(state: State, run: ComparisonRun, comparison: Comparison) -> None:
         first, *others = st.columns([share] + [1.0] * len(run.names), gap="medium")
     with first:
         panel_title("Training image")
-        cell_map = facies_map(image.indices, image, colours, f"Training image {image.name}")
+        cell_map = maps.map_of_image(image, colours)
         link = "grid" if grid.is_volume else "image"
         draw_cells(cell_map, "image", name="training_image", link=link, leads=False, **options)
         _draw_times_and_proportions(comparison)
@@ -373,7 +373,7 @@ def _draw_two_images(
     name = maps.pretty(image.name)
     alt = f"{name}, realization {r + 1}"
     panels = {
-        f"Second image: {name}": facies_map(image.indices, image, colours, f"Image {name}"),
+        f"Second image: {name}": maps.map_of_image(image, colours),
         f"A with {name}": maps.realization_map(state, second, colours, r, alt),
         f"E-type with {name}": maps.uncertainty_map(state, second, colours),
         "E-type of both images": maps.uncertainty_map(

@@ -15,8 +15,8 @@ from ccwsim.metrics import diagnose
 from ccwsim.model.arrays import describe_shape
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, WellTables
 from ccwsim.sharing.codec import MAX_LETTERS
-from ccwsim.ui.frontend.cells import MAX_WELL_NAMES, CellMap, draw_cells, facies_map, number_map
-from ccwsim.ui.results.maps import colours_of, middle_cells
+from ccwsim.ui.frontend.cells import MAX_WELL_NAMES, CellMap, draw_cells, number_map
+from ccwsim.ui.results.maps import colours_of, map_of_image, middle_cells
 from ccwsim.ui.session import resolve
 from ccwsim.ui.session.cached import cached
 from ccwsim.ui.session.fragments import error_boundary
@@ -169,11 +169,12 @@ def _pictures(choice: ImageChoice, image: TrainingImage | None, asked: tuple[str
     if image is not None:
         with places[-1]:
             size = describe_shape(image.shape)
-            kind = "classes of values" if image.values else "facies"
-            panel_title(f"As {kind}", f"{size} cells, {image.n_facies} {kind}")
+            if image.values:
+                panel_title("As values", f"{size} cells, {image.variable}")
+            else:
+                panel_title("As facies", f"{size} cells, {image.n_facies} facies")
             colours = facies_colours(image, dict(choice.colours))
-            cell_map = facies_map(image.indices, image, colours, f"Training image {image.name}")
-            draw_cells(cell_map, "import", link="import", name="training_image")
+            draw_cells(map_of_image(image, colours), "import", link="import", name="training_image")
 
 
 def _file_map(choice: ImageChoice, asked_part: bool) -> None:

@@ -324,12 +324,17 @@ def draw_given(cell_map: CellMap, name: str, **options: Any) -> None:
 def draw_training_image(image: TrainingImage, colours: Sequence[str]) -> None:
     """Draw the training image with its name; volumes share the cursor of the results."""
     panel_title("Training image", pretty(image.name))
-    alt = f"Training image {image.name}"
-    cell_map = facies_map(image.indices, image, colours, alt)
-    if image.values:
-        cell_map = map_of_values(image.values[image.variable], image, HardData(), alt)
+    cell_map = map_of_image(image, colours)
     link = "grid" if image.n_dimensions == 3 else "image"
     draw_cells(cell_map, "image", name="training_image", link=link, scale="maps", leads=False)
+
+
+def map_of_image(image: TrainingImage, colours: Sequence[str]) -> CellMap:
+    """Return a training image in the colours of its facies, or of values."""
+    alt = f"Training image {image.name}"
+    if image.values:
+        return map_of_values(image.values[image.variable], image, HardData(), alt)
+    return facies_map(image.indices, image, colours, alt)
 
 
 def map_of(ensemble: Ensemble, r: int, colours: Sequence[str], alt: str) -> CellMap:

@@ -58,7 +58,7 @@ def test_measured_points_become_the_probability_of_high_ground(film, files):
     film.see("120 × 100 cells, 2 facies")
     film.take("a-threshold-is-guessed")
     page.get_by_text("keep values", exact=True).click(timeout=SLOW)
-    film.see("8 classes of values")
+    film.see("120 × 100 cells, elevation")
     units = page.get_by_label("Units, such as m or %")
     units.fill("m", timeout=SLOW)
     units.press("Enter")

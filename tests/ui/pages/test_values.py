@@ -205,7 +205,7 @@ def test_the_import_page_keeps_values_and_hides_names_of_classes():
     named(app.get("button_group"), "ask_values").set_value("keep values").run()
     state = app.session_state[KEY]
     assert dict(state.image_draft.answers)["continuous"] is True
-    assert "8 classes of values" in html(app)
+    assert "100 × 90 cells, elevation" in html(app)
     named(app.text_input, "ask_units").set_value("m").run()
     state = app.session_state[KEY]
     assert dict(state.image_draft.answers)["units"] == "m"
