@@ -8,6 +8,8 @@ Three kinds of fields are judged as if they were the realizations of a training 
 - faults: 12 realizations with poor settings.
 - altered: 12 realizations of the altered image, judged by the image itself.
 
+Volumes have 32 × 96 × 96 cells; theirs are "true volumes" of the bundled images, and faults.
+
 A row of FILE (CSV) has the checks of one ensemble. Rows in FILE are not computed again, so a run
 can be interrupted. The tables of the rows in FILE are printed at the end.
 """
@@ -27,10 +29,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
-from benchmarks.reproduction import AS_PUBLISHED, SIDE, as_ensemble, with_indices
+from benchmarks.reproduction import AS_PUBLISHED, SIDE, VOLUME_SHAPE, as_ensemble, with_indices
 from ccwsim import Ensemble, Parameters, TrainingImage, read_training_image, simulate
 from ccwsim.metrics import check_ensemble, default_parameters
-from tools.datasets import GENERATORS, generate
+from tools.datasets import GENERATORS, VOLUMES, generate, generate_volume
 
 CHOSEN = ("channels", "stone_wall", "lenses", "levees")
 """Generators whose rates chose the constants of the bands; the others and real images confirm."""
@@ -48,6 +50,7 @@ GROUPS = {
     40: [slice(0, 40)],
 }
 """Fields of each ensemble, by the number of fields."""
+GROUPS_OF_VOLUMES = (*(slice(k, k + 1) for k in range(4)), slice(4, 12), slice(0, 12))
 FAULTS = {
     "default": Parameters(),
     "T 8": Parameters(template_size=8, overlap_size=4),
@@ -66,10 +69,10 @@ def dilated(image: NDArray) -> NDArray:
 
 
 ALTERED: dict[str, Callable[[NDArray], NDArray]] = {
-    "turned": np.rot90,
-    "mirrored": np.fliplr,
-    "× 2": lambda a: np.kron(a[: len(a) // 2, : a.shape[1] // 2], np.ones((2, 2), a.dtype)),
-    "× ½": lambda a: a[::2, ::2],
+    "turned": lambda a: np.rot90(a, axes=(-2, -1)),
+    "mirrored": lambda a: a[..., ::-1],
+    "× 2": lambda a: a[..., : a.shape[-2] // 2, : a.shape[-1] // 2].repeat(2, -2).repeat(2, -1),
+    "× ½": lambda a: a[..., ::2, ::2],
     "dilated": dilated,
 }
 
@@ -77,7 +80,7 @@ ALTERED: dict[str, Callable[[NDArray], NDArray]] = {
 @cache
 def image_of(name: str, seed: int | None) -> TrainingImage:
     """Return the bundled image, or another image of the same generator and shape."""
-    return generate(name, seed=seed)
+    return (generate_volume if name in VOLUMES else generate)(name, seed=seed)
 
 
 @cache
@@ -87,7 +90,11 @@ def fields(name: str, seed: int) -> list[TrainingImage]:
     They are as large as the image, because some generators draw other proportions in other sizes:
     levees have 73 % flood plain in 256² cells, but 68 % in the bundled size.
     """
-    return [generate(name, seed=1000 * seed + k) for k in range(N_FIELDS)]
+    seeds = [1000 * seed + k for k in range(N_FIELDS)]
+    if name in VOLUMES:
+        n = GROUPS_OF_VOLUMES[-1].stop
+        return [generate_volume(name, shape=VOLUME_SHAPE, seed=each) for each in seeds[:n]]
+    return [generate(name, seed=each) for each in seeds]
 
 
 def real_images() -> dict[str, TrainingImage]:
@@ -130,6 +137,17 @@ def ensembles(n_seeds: int) -> Iterator[tuple[Key, Callable[[], Ensemble]]]:
             fields.cache_clear()
         for name, image in real.items():
             yield from _poor(name, lambda image=image: image, seed)
+        for name in VOLUMES:
+            for k, group in enumerate(GROUPS_OF_VOLUMES):
+                m = str(group.stop - group.start)
+                for case, number in (
+                    ("true volumes, bundled", None),
+                    ("true volumes, other", seed),
+                ):
+                    key = case, name, str(seed), m, str(k)
+                    yield key, lambda a=(name, seed, number, group): true_ensemble(*a)
+            yield from _poor(name, partial(image_of, name, seed), seed)
+            fields.cache_clear()
 
 
 def true_ensemble(name: str, seed: int, number: int | None, group: slice) -> Ensemble:
@@ -148,7 +166,7 @@ def _poor(
 
 def simulated(image: TrainingImage, case: str, seed: int) -> Ensemble:
     """Return realizations with poor settings, or of the altered image, judged by the image."""
-    grid = SIDE, SIDE
+    grid = VOLUME_SHAPE if image.n_dimensions == 3 else (SIDE, SIDE)
     if case in FAULTS:
         return simulate(image, grid, FAULTS[case], None, N_REALIZATIONS, seed)
     altered = TrainingImage(np.ascontiguousarray(ALTERED[case](image.array)))

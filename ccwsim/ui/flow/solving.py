@@ -191,9 +191,14 @@ def rock_name(image: TrainingImage, k: int) -> str:
 
 
 def rock_of(choice: FlowChoice, image: TrainingImage, k: int) -> tuple[float, float]:
-    """Return the conductivity in m/s and the porosity of a facies, chosen or at first."""
-    first = ROCKS[k == int(np.argmax(image.proportions))], POROSITY
-    return dict(choice.rocks).get(rock_name(image, k), first)
+    """Return the conductivity in m/s and the porosity of a facies, chosen or at first.
+
+    The first conductivities of classes of values rise with the values.
+    """
+    first = ROCKS[k == int(np.argmax(image.proportions))]
+    if image.values:
+        first = float(np.geomspace(ROCKS[1], ROCKS[0], image.n_facies)[k])
+    return dict(choice.rocks).get(rock_name(image, k), (first, POROSITY))
 
 
 def flow_settings(choice: FlowChoice, ensemble: Ensemble) -> FlowSettings:
