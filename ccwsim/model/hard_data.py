@@ -38,9 +38,9 @@ class HardData(ReadOnly):
     """Cells with a known facies, one datum for each cell.
 
     Arrays are read-only int64, sorted by layer, row, then column, without duplicates. Empty data,
-    of shape (0, 2) or (0, 3), suit maps and volumes. Data are equal if their cells and facies are
-    equal. Raises `CCWSIMError` for a wrong shape, for values that are not integers, and for two
-    facies in one cell; the message lists such data.
+    of shape (0, 2) or (0, 3), suit maps and volumes. Data are equal if their cells, and facies or
+    values, are equal. Raises `CCWSIMError` for a wrong shape, for values that are not integers, and
+    for two facies in one cell; the message lists such data.
 
     Parameters
     ----------
@@ -207,9 +207,9 @@ class HardData(ReadOnly):
     @cached_property
     def digest(self) -> str:
         """Hash of the content, equal for equal data in any order."""
-        measured = [part for item in self.values.items() for part in item if self.n]
-        cells = self.cells if self.n else np.empty((0, 2), np.int64)
-        return digest(cells, self.facies, *measured)
+        if not self.n:
+            return digest(np.empty((0, 2), np.int64), self.facies)
+        return digest(self.cells, self.measured, *self.values)  # facies of values are classes
 
     @property
     def measured(self) -> Array:

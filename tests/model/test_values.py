@@ -301,3 +301,12 @@ def test_facies_have_no_indicator():
     e = simulate(np.tile([[0], [0], [1], [1]], (16, 64)), (40, 50), SMALL)
     with pytest.raises(CCWSIMError, match="only facies"):
         e.indicator(0.5)
+
+
+def test_equal_values_are_equal_data_whatever_their_classes():
+    cells, values = [[3, 4], [5, 6]], {"porosity": [-1.0, 1.0]}
+    data = HardData(cells, values=values)
+    assert data == data.of_image(image_of())
+    assert data != HardData(cells, values={"porosity": [-1.0, 1.5]})
+    assert data != HardData(cells, values={"K": [-1.0, 1.0]})
+    assert HardData() == HardData([], values={"porosity": []})
