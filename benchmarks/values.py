@@ -6,11 +6,17 @@ same ratio at 1 cell, Jensen–Shannon divergence of the patterns of 3 × 3 cell
 share of left-out cells in the interval of 80 %, root mean square error of the mean there divided by
 the standard deviation, and CPU time in ms, also divided by that of the same study of 8 classes. The
 other method is a Gaussian field with the covariance of the image, kriged to the data.
+
+``python -m benchmarks.values verdicts`` prints in how many ensembles a verdict of *Validate*
+differs: the variogram of the values, or a check of what is above the median. The ensembles are true
+fields, which are other images of the generator, and realizations with and without faults.
 """
 
 from __future__ import annotations
 
+import sys
 import time
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -19,8 +25,10 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.special import ndtri
 
-from ccwsim import HardData, Parameters, TrainingImage, simulate
+from benchmarks.reproduction import with_indices
+from ccwsim import Ensemble, HardData, Parameters, TrainingImage, simulate
 from ccwsim.engine.corrections.residuals import correct, residuals_of
+from ccwsim.metrics import check_ensemble, fit_curve
 from ccwsim.model.study import Study
 
 Floats = NDArray[np.floating[Any]]
@@ -151,8 +159,56 @@ def line(name: str, values: Floats, image: Floats, truth: Floats, left_out: Floa
     )
 
 
-def main() -> None:
+def as_ensemble(image: TrainingImage, fields: list[Floats]) -> Ensemble:
+    """Return fields as the realizations of an image."""
+    e = with_indices(image, np.array([image.class_indices(field) for field in fields]))
+    return replace(e, values={image.variable: np.array(fields)})
+
+
+def differing(e: Ensemble) -> list[str]:
+    """Return the kinds of verdicts that differ."""
+    curves = [fit_curve(e, "values", 0, way) for way in ("E-W", "N-S")]
+    kinds = ["variogram of values" for fit in curves if fit is not None and not fit.fits]
+    above = e.indicator(e.training_image.median)
+    return kinds + [check.kind for check in check_ensemble(above) if not check.fit.fits]
+
+
+def judged(kind: Any, seed: int) -> Iterator[tuple[str, list[str]]]:
+    """Yield the name of each case, and the verdicts that differ."""
+    image = TrainingImage.from_array(kind(seed), continuous=True)
+    fields = [kind(1000 * seed + k) for k in range(12)]
+    for k in range(3):
+        yield "1 true field", differing(as_ensemble(image, fields[k : k + 1]))
+    yield "8 true fields", differing(as_ensemble(image, fields[:8]))
+    yield "12 true fields", differing(as_ensemble(image, fields))
+    for name, p in (("default", Parameters()), ("template of 8 cells", Parameters(8, 4))):
+        yield name, differing(simulate(image, GRID, p, None, 12, seed))
+    half = kind(seed)[: SIDE // 2, : SIDE // 2].repeat(2, axis=0).repeat(2, axis=1)
+    twice = simulate(TrainingImage.from_array(half, continuous=True), GRID, None, None, 12, seed)
+    yield "image scaled × 2", differing(as_ensemble(image, [*twice.values_of()]))
+
+
+def print_verdicts(seeds: range = range(60, 64)) -> None:
+    """Print the share of ensembles in which a verdict differs, by case and generator."""
+    found: dict[str, dict[str, list[list[str]]]] = {}
+    for kind in KINDS:
+        for seed in seeds:
+            for case, kinds in judged(kind, seed):
+                found.setdefault(case, {}).setdefault(kind.__name__, []).append(kinds)
+    print(f"| ensembles | {' | '.join(kind.__name__ for kind in KINDS)} | all | of values |")
+    for case, by_kind in found.items():
+        each = [*by_kind.values(), [kinds for all_ in by_kind.values() for kinds in all_]]
+        cells = [f"{sum(map(bool, kinds))} of {len(kinds)}" for kinds in each]
+        print(
+            f"| {case} | {' | '.join(cells)} | {sum('values' in ' '.join(k) for k in each[-1])} |"
+        )
+
+
+def main(what: str = "quality") -> None:
     """Print the table."""
+    if what == "verdicts":
+        print_verdicts()
+        return
     print("| image | data | method | KS | ln γ | γ(1) | JS | in 80 % | error | ms | ratio |")
     for kind in KINDS:
         image, truth = kind(SEEDS[0]), kind(SEEDS[1])[: GRID[0], : GRID[1]]
@@ -181,4 +237,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    main(*sys.argv[1:])

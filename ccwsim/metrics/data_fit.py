@@ -58,6 +58,7 @@ MIN_GAIN = 0.02  # smallest expected gain in nats per datum; below it, too few d
 MIN_Z = 2.0  # smallest difference of two mean scores in standard errors that is reported
 MIN_JUDGED_DATA = 10  # minimum number of data, or of wells in a volume, for a verdict
 MIN_VARIANT_Z = 3.5  # smallest z of an image as given if a variant is said to fit better
+N_EXCHANGED = 4  # number of facies, the most frequent ones, of which two are exchanged
 AS_GIVEN = "as given"
 MIN_RANKED = 200  # minimum number of data for naming the image that predicts them best
 RANGES = (6.0, 12.0, 24.0, 48.0, 96.0)
@@ -271,8 +272,9 @@ def rank_variants(
 ) -> tuple[ImageRank, ...]:
     """Rank a training image "as given" and its variants by how well they predict hard data.
 
-    The variants are turned by 90°, 180° and 270°, mirrored, scaled by ½ and 2, and with two facies
-    exchanged; see `rank_images` for the rows and errors. Volumes are turned about the z axis.
+    The variants are turned by 90°, 180° and 270°, mirrored, scaled by ½ and 2, and with two of the
+    four most frequent facies exchanged (not classes of values); see `rank_images` for the rows and
+    errors. Volumes are turned about the z axis.
 
     Examples
     --------
@@ -297,7 +299,8 @@ def _variants(image: TrainingImage) -> list[TrainingImage]:
     arrays["scaled by ½"] = given[..., ::2, ::2]
     arrays["scaled by 2"] = given.repeat(2, axis=-2).repeat(2, axis=-1)
     names = image.names_by_code
-    for one, other in combinations(names, 2):
+    frequent = np.argsort(-image.proportions)[: 0 if image.values else N_EXCHANGED]
+    for one, other in combinations(image.codes[np.sort(frequent)].tolist(), 2):
         exchanged = np.where(given == one, other, np.where(given == other, one, given))
         arrays[f"{names[one]} and {names[other]} exchanged"] = exchanged
     return [

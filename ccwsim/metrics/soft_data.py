@@ -11,7 +11,7 @@ from ccwsim.engine.stages.similarity import box_sums, summed_up
 from ccwsim.metrics.direction import MAX_SPREAD, main_direction
 from ccwsim.metrics.etype import facies_counts
 from ccwsim.metrics.reference import Calibration, pooled_calibration
-from ccwsim.model.arrays import Array, Floats, Mask, listing
+from ccwsim.model.arrays import Array, Floats, Mask, listing, window_at
 from ccwsim.model.errors import refused
 from ccwsim.model.missing import UNKNOWN
 from ccwsim.model.numbers import minus
@@ -148,14 +148,14 @@ def _warn_of_few_locations(
     guide, places = inputs.guide, inputs.oriented.places
     assert guide is not None
     patches = inputs.patches[:: -(-len(inputs.patches) // N_PATCHES)]
-    cell_offsets = np.ravel_multi_index(np.indices(places), guide.values.shape[1:])  # type: ignore[arg-type]
     n_few, slack = 0, CANDIDATE_SLACK * inputs.search.cell_cost
     for patch in patches[:, :7].tolist():
         box = Box._make([*patch, *inputs.search.overlap])
         n, _ = guide_terms.__wrapped__(guide, box)  # not compiled, as there are few patches
         costs = np.zeros(places)
         for first, factor in zip(guide.offsets[:n], guide.terms[:n], strict=True):
-            costs += factor * guide.values.ravel()[first + cell_offsets]
+            k, *corner = np.unravel_index(first, guide.values.shape)
+            costs += factor * guide.values[k][window_at(corner, places)]
         n_few += np.count_nonzero(costs <= costs.min() + slack) < MIN_FITTING_LOCATIONS
     share = 100 * n_few // len(patches)
     note = (
