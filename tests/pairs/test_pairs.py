@@ -169,9 +169,9 @@ def test_each_kind_of_study_is_simulated_by_a_new_process(tmp_path):
 @pytest.mark.slow
 def test_kernels_stay_within_their_arrays(tmp_path):
     environment = {**os.environ, "NUMBA_BOUNDSCHECK": "1", "XDG_CACHE_HOME": str(tmp_path)}
-    command = [sys.executable, "-m", "tests.pairs.studies", "--number", "200"]
+    command = [sys.executable, "-m", "tests.pairs.studies", "--number", "100"]
     ended = subprocess.run(command, env=environment, capture_output=True, text=True, cwd=ROOT)
-    assert "200 studies with bounds checks: 0 with faults" in ended.stdout, ended.stderr[-2000:]
+    assert "100 studies with bounds checks: 0 with faults" in ended.stdout, ended.stderr[-2000:]
     assert ended.returncode == 0
 
 
