@@ -93,7 +93,7 @@ def fields(name: str, seed: int) -> list[TrainingImage]:
     seeds = [1000 * seed + k for k in range(N_FIELDS)]
     if name in VOLUMES:
         n = GROUPS_OF_VOLUMES[-1].stop
-        return [generate_volume(name, shape=VOLUME_SHAPE, seed=each) for each in seeds[:n]]
+        return [generate_volume(name, seed=each) for each in seeds[:n]]
     return [generate(name, seed=each) for each in seeds]
 
 

@@ -441,6 +441,8 @@ EXCEPTIONS = {
     (QUALITY, "512², no data"): TIMES,
     (COMPARED, "| no data | 397 data |"): TIMES,
     (MEASURES, "| realizations | reported |"): "hundreds of ensembles, by benchmarks.verdicts",
+    (MEASURES, "| realizations of values |"): "a hundred ensembles, by benchmarks.values",
+    (MEASURES, "| true volumes of |"): "hundreds of ensembles, by benchmarks.verdicts",
     (COMPARED, "| method | level | CPU time |"): TIMES,
 }
 """Tables without a figure: part of the header line, and the reason."""

@@ -82,9 +82,9 @@ MIN_PROPORTION_GAP = 0.05  # smallest reported difference, relative to the image
 PATTERN_SIZES = (2, 3)  # sides of compared patterns, which are squares, or cubes in volumes
 MIN_GAMMA_GAP, MIN_PERCOLATION_GAP = 0.1, 0.25
 """Smallest reported differences of Γ and of the share of pieces that percolate."""
-MIN_SPREADS = {"connectivity": (0.1, 0.12), "geobodies": (0.1, 0.2)}
-"""Smallest standard deviation between crops of τ, and of Γ and the share that percolates, for maps
-and for volumes: crops of one image share its long bodies, so they differ less than images do."""
+MIN_SPREADS = {"connectivity": (0.1, 0.12), "Γ": (0.1, 0.2), "percolation": (0.1, 0.35)}
+"""Smallest standard deviation between crops of τ, Γ and the share that percolates, for maps and for
+volumes: crops of one image share its long bodies, so they differ less than images do."""
 MIN_PATTERN_SPREAD = 0.5  # smallest deviation of pattern distances, relative to their mean
 ValuesOf = Callable[[Stack], Floats]
 
@@ -360,7 +360,8 @@ def fit_geobodies(
 
     gap = np.array([MIN_GAMMA_GAP, *[MIN_PERCOLATION_GAP] * image.n_dimensions])
     positions, name = np.arange(len(gap), dtype=float), ("geobodies", facies, neighbours)
-    spread = MIN_SPREADS["geobodies"][image.n_dimensions - 2]
+    of_gamma, others = (MIN_SPREADS[key][image.n_dimensions - 2] for key in ("Γ", "percolation"))
+    spread = np.array([of_gamma, *[others] * image.n_dimensions])
     return fit_values(ensemble, name, positions, values, min_gap=gap, min_spread=spread)
 
 
