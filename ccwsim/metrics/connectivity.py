@@ -181,18 +181,19 @@ def geobody_statistics(
     stack = known_part(images)
     index = stack.index_of(facies)
     touching = _checked_neighbours(stack.shape, neighbours)
+    axes = (2, 1, 0) if stack.is_volumes else (2, 1)
 
     def one(k: int) -> tuple[Ints, list[bool], int]:
         inside = stack.volume(k) == index
         labels, n = _label(inside, touching)
         sizes = np.sort(np.bincount(labels.ravel(), minlength=n + 1)[1:])[::-1]
-        ends = [(labels.take(0, axis), labels.take(-1, axis)) for axis in (2, 1, 0)]
+        ends = [(labels.take(0, axis), labels.take(-1, axis)) for axis in axes]
         percolates = [bool(np.intersect1d(first, last).any()) for first, last in ends]
         return sizes, percolates, _euler_number(inside, touching)
 
     each = map_parallel(one, len(stack), progress)
     sizes = tuple(body_sizes for body_sizes, _, _ in each)
-    ew, ns, vertical = np.array([edges for _, edges, _ in each], bool).reshape(-1, 3).T
+    ew, ns, *vertical = np.array([edges for _, edges, _ in each], bool).reshape(-1, len(axes)).T
     totals = np.array([body_sizes.sum() for body_sizes in sizes], dtype=float)
     squares = np.array([(body_sizes.astype(float) ** 2).sum() for body_sizes in sizes])
     return Geobodies(
@@ -203,7 +204,7 @@ def geobody_statistics(
         percolates_ns=ns,
         euler_number=np.array([euler for _, _, euler in each]),
         neighbours=touching,
-        percolates_vertical=vertical if stack.is_volumes else None,
+        percolates_vertical=vertical[0] if vertical else None,
     )
 
 

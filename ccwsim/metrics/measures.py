@@ -72,7 +72,7 @@ class Measure:
     """Number of decimals on screen."""
     volumes: bool | None = None
     """True for measures of volumes, False for measures of maps, None for measures of both."""
-    errors: tuple[float, float] = (3.3, 3.75)
+    errors: tuple[float, float] = (3.3, 3.0)
     """Allowed differences from crops in standard errors, for maps and for volumes."""
     spread: float = 0.0
     """Smallest standard deviation between crops, in units of the value."""
@@ -207,7 +207,7 @@ MEASURES = (
         "Unseen patterns, %",
         f"Share of the patterns (all facies, {PATTERN_SIDE} cells along a side) that do not occur "
         "in the training image.",
-        _unseen, 0.0005, ("", "too many"), factor=100, errors=(2.0, 3.75), checked="image",
+        _unseen, 0.0005, ("", "too many"), factor=100, errors=(2.0, 3.0), checked="image",
     ),
 )  # fmt: skip
 """All measures, in the order on screen."""

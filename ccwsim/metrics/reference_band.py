@@ -82,9 +82,9 @@ MIN_PROPORTION_GAP = 0.05  # smallest reported difference, relative to the image
 PATTERN_SIZES = (2, 3)  # sides of compared patterns, which are squares, or cubes in volumes
 MIN_GAMMA_GAP, MIN_PERCOLATION_GAP = 0.1, 0.25
 """Smallest reported differences of Γ and of the share of pieces that percolate."""
-MIN_SPREADS = {"connectivity": (0.1, 0.12), "Γ": (0.1, 0.2), "percolation": (0.1, 0.35)}
-"""Smallest standard deviation between crops of τ, Γ and the share that percolates, for maps and for
-volumes: crops of one image share its long bodies, so they differ less than images do."""
+MIN_CONNECTED_SPREAD = 0.1
+"""Smallest standard deviation between crops of τ, Γ and the share that percolates: crops of one
+image share its long bodies, so they differ less than images do."""
 MIN_PATTERN_SPREAD = 0.5  # smallest deviation of pattern distances, relative to their mean
 ValuesOf = Callable[[Stack], Floats]
 
@@ -332,7 +332,7 @@ def fit_curve(
     def values(images: Stack) -> Floats:
         return curves_of(statistic, images, facies, direction, lags[1:])
 
-    gap, spread = MIN_GAP, MIN_SPREADS["connectivity"][image.n_dimensions - 2]
+    gap, spread = MIN_GAP, MIN_CONNECTED_SPREAD
     if statistic == "values":
         gap, spread = MIN_GAP * float(image.sorted_values.var()), 0.0
     elif statistic == "variogram":
@@ -360,9 +360,9 @@ def fit_geobodies(
 
     gap = np.array([MIN_GAMMA_GAP, *[MIN_PERCOLATION_GAP] * image.n_dimensions])
     positions, name = np.arange(len(gap), dtype=float), ("geobodies", facies, neighbours)
-    of_gamma, others = (MIN_SPREADS[key][image.n_dimensions - 2] for key in ("Γ", "percolation"))
-    spread = np.array([of_gamma, *[others] * image.n_dimensions])
-    return fit_values(ensemble, name, positions, values, min_gap=gap, min_spread=spread)
+    return fit_values(
+        ensemble, name, positions, values, min_gap=gap, min_spread=MIN_CONNECTED_SPREAD
+    )
 
 
 def fit_values(

@@ -6,7 +6,6 @@ import numpy as np
 from scipy import fft
 
 from ccwsim.engine.kernels import allocating_kernel
-from ccwsim.metrics.etype import proportions
 from ccwsim.metrics.lags import Direction, Lags, count_pairs, lags_within
 from ccwsim.metrics.stack import (
     N_AXES,
@@ -75,7 +74,8 @@ def variogram(
         return unequal / (2 * count_pairs(stack.shape, offsets))
 
     gamma = np.array(map_parallel(one, len(stack), progress), np.float64)
-    shares = proportions(stack)[:, index]
+    counts = [[np.count_nonzero(i == index), np.count_nonzero(i != UNKNOWN)] for i in stack.indices]
+    shares = ratio(*np.array(counts).T)
     return Variogram(steps, gamma, shares * (1 - shares))
 
 

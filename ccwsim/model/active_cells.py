@@ -19,6 +19,8 @@ Window = tuple[slice, ...]
 
 def smallest_box(mask: Mask) -> Window:
     """Return the smallest window with all cells of a mask, which has at least one."""
+    if mask.all():
+        return tuple(slice(0, side) for side in mask.shape)
     return ndimage.find_objects(mask.astype(np.uint8))[0]
 
 

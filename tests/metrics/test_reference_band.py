@@ -21,7 +21,7 @@ from ccwsim.metrics.checks import Check, check_ensemble
 from ccwsim.metrics.lags import max_lag
 from ccwsim.metrics.reference_band import (
     ERROR_LIMITS,
-    MIN_SPREADS,
+    MIN_CONNECTED_SPREAD,
     USEFUL_TOLERANCES,
     Fit,
     ReferenceBand,
@@ -196,7 +196,7 @@ def test_the_tolerance_is_some_standard_errors_of_crops_and_pieces():
     each, own = (connectivity(images, 2, "E-W", lags).tau for images in (crops, pieces))
     fit = fit_curve(found, "connectivity", 2, "E-W")
     np.testing.assert_allclose(fit.reference, each.mean(axis=0))
-    wanted = tolerance(each, own, "connectivity", MIN_SPREADS["connectivity"][0], 10)
+    wanted = tolerance(each, own, "connectivity", MIN_CONNECTED_SPREAD, 10)
     np.testing.assert_allclose(fit.tolerance, np.maximum(wanted, 0.1))
     np.testing.assert_allclose(fit.found, own.mean(axis=0))
     shares, own = (
