@@ -50,8 +50,9 @@ def fill_with_times(page) -> None:
     """Run the measurement of the page Benchmark."""
     end = ".st-key-results .note:has-text('median of')"
     press(page, ".st-key-measure button:not([disabled])", f".st-key-benchmark_cancel, {end}")
-    page.wait_for_selector(end, timeout=SLOW)
-    page.wait_for_selector(".st-key-measure button:not([disabled])", timeout=SLOW)
+    # times are measured when no other run is going, which may be a while on a busy server
+    page.wait_for_selector(end, timeout=2 * SLOW)
+    page.wait_for_selector(".st-key-measure button:not([disabled])", timeout=2 * SLOW)
 
 
 def fill_with_experiments(page) -> None:
