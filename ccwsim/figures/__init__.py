@@ -34,7 +34,6 @@ from ccwsim.figures.maps import (
     placement_svg as placement_svg,
     slices_of as slices_of,
     slices_png as slices_png,
-    steps_of as steps_of,
     tile_size as tile_size,
 )
 from ccwsim.figures.proportions import (
@@ -56,6 +55,7 @@ from ccwsim.figures.style import (
     mixed as mixed,
     packed_plotly as packed_plotly,
     ramp as ramp,
+    steps_of as steps_of,
 )
 from ccwsim.figures.sweep import sweep_chart as sweep_chart
 from ccwsim.figures.times import (

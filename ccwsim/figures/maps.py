@@ -6,7 +6,6 @@ shape of the grid, and `longest` is the length in pixels of the longer side of a
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
 from html import escape
 from io import BytesIO
 from typing import Any, NamedTuple
@@ -15,11 +14,10 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from ccwsim import CCWSIMError
-from ccwsim.figures.style import CIVIDIS, bytes_of, ramp
+from ccwsim.figures.style import bytes_of
 from ccwsim.model.arrays import (
     CELL_AXES,
     Bytes,
-    Floats,
     Integers,
     Mask,
     Shape,
@@ -30,11 +28,8 @@ from ccwsim.model.missing import UNKNOWN
 
 MAX_SHEET_SIDE = 8192
 WRONG_COLOUR = "#C8321F"
-N_STEPS = 200
-"""Number of colour steps of a map of numbers; shares of 200 realizations are not rounded."""
 SLICE_GAP, LABEL_HEIGHT, LETTER_SIZE = 12, 22, 13
 """Gap between two slices, height of the labels above slices, and size of letters, in pixels."""
-_ramp = cache(ramp)
 LABEL_GREY = "#6B737C"  # colour of the labels, legible in both themes
 INK = "#1B1F24"
 
@@ -179,20 +174,6 @@ def data_map(indices: Bytes, colours: Sequence[str], dots: Dots | None, scale: i
         pen.circle(centre, radius + 0.8, fill="#FFFFFF")
         pen.circle(centre, radius - 0.4, fill=dots.colours[k])
     return picture
-
-
-def steps_of(
-    numbers: Floats,
-    limits: tuple[float, float] = (0.0, 1.0),
-    colours: tuple[str, ...] = CIVIDIS,
-) -> tuple[Bytes, list[str]]:
-    """Convert numbers between limits, or NaN, to indices of the colours of a ramp; return both."""
-    low, high = limits
-    valid = ~np.isnan(numbers)  # inactive cells have no colour
-    shares = np.clip((numbers[valid] - low) / ((high - low) or 1.0), 0.0, 1.0)
-    steps = np.full(numbers.shape, UNKNOWN, np.uint8)
-    steps[valid] = np.rint(shares * N_STEPS)
-    return steps, _ramp(colours, N_STEPS + 1)
 
 
 def _coloured(indices: Bytes, colours: Sequence[str]) -> Image.Image:

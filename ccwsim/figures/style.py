@@ -18,7 +18,9 @@ from numpy.typing import ArrayLike
 from plotly.offline import get_plotlyjs
 
 from ccwsim import CCWSIMError, TrainingImage
+from ccwsim.model.arrays import Bytes, Floats
 from ccwsim.model.assets import read_toml
+from ccwsim.model.missing import UNKNOWN
 from ccwsim.model.numbers import with_power
 
 FACIES = ("#173F6B", "#F0AD2E", "#3A9E7E", "#A63A26", "#A78BD0", "#D5D8DC")
@@ -32,7 +34,8 @@ LOG_STEPS = [
 ]
 HEX = re.compile(r"#[0-9a-fA-F]{6}")
 CIVIDIS = tuple(plotly.colors.sequential.Cividis)  # the cividis ramp, used for probabilities
-N_OF_SCALE = 201  # number of colours of a scale
+N_STEPS = 200
+"""Number of colour steps of a map of numbers; shares of 200 realizations are not rounded."""
 VALUE_COLOURS = tuple(plotly.colors.sequential.Viridis)  # for values of a continuous variable
 ENTROPY = ("#F3EEF8", "#C9B4DE", "#8E6BB5", "#5B3788", "#33145C")
 """Colours of the one-hue ramp for entropy; cells without uncertainty are pale."""
@@ -82,10 +85,10 @@ def facies_colours(
     codes = training_image.codes.tolist()
     usual = [default_colour(k) for k in range(len(codes))]
     if training_image.values:  # the colour of the median of a class on the scale of values
-        values, low = training_image.class_medians, training_image.sorted_values[0]
-        span = training_image.sorted_values[-1] - low or 1.0
-        scale = ramp(VALUE_COLOURS, N_OF_SCALE)
-        usual = [scale[round((value - low) / span * (N_OF_SCALE - 1))] for value in values]
+        low, high = training_image.sorted_values[[0, -1]].tolist()
+        medians = np.array(training_image.class_medians)
+        steps, scale = steps_of(medians, (low, high), VALUE_COLOURS)
+        usual = [scale[step] for step in steps.tolist()]
     colours = [chosen.get(code, colour) for code, colour in zip(codes, usual, strict=True)]
     for colour in colours:
         if not HEX.fullmatch(colour):
@@ -124,6 +127,23 @@ def ramp(steps: Sequence[str], n: int) -> list[str]:
         mixed = [round(a + share * (b - a)) for a, b in zip(rgb[low], rgb[low + 1], strict=True)]
         colours.append("#" + "".join(f"{c:02X}" for c in mixed))
     return colours
+
+
+def steps_of(
+    numbers: Floats,
+    limits: tuple[float, float] = (0.0, 1.0),
+    colours: tuple[str, ...] = CIVIDIS,
+) -> tuple[Bytes, list[str]]:
+    """Convert numbers between limits, or NaN, to indices of the colours of a ramp; return both."""
+    low, high = limits
+    valid = ~np.isnan(numbers)  # inactive cells have no colour
+    shares = np.clip((numbers[valid] - low) / ((high - low) or 1.0), 0.0, 1.0)
+    steps = np.full(numbers.shape, UNKNOWN, np.uint8)
+    steps[valid] = np.rint(shares * N_STEPS)
+    return steps, _cached_ramp(colours, N_STEPS + 1)
+
+
+_cached_ramp = cache(ramp)
 
 
 def written(text: str) -> str:

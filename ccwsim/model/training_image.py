@@ -340,7 +340,7 @@ class TrainingImage(arrays.ReadOnly):
             numbering="values",
         )
 
-    @property
+    @cached_property
     def median(self) -> float:
         """Median of the continuous variable, below its largest value unless all are equal."""
         values = self.sorted_values

@@ -10,7 +10,7 @@ import pytest
 from streamlit.testing.v1 import AppTest
 
 from ccwsim import Grid, HardData, TrainingImage
-from ccwsim.figures.maps import N_STEPS
+from ccwsim.figures.style import N_STEPS
 from ccwsim.ui.frontend.cells import (
     editor_points,
     facies_map,

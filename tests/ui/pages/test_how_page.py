@@ -15,7 +15,7 @@ from streamlit.testing.v1 import AppTest
 from ccwsim import Grid, HardData, Parameters, datasets
 from ccwsim.engine.trace import Trace, fates
 from ccwsim.figures import LIGHT
-from ccwsim.figures.maps import N_STEPS
+from ccwsim.figures.style import N_STEPS
 from ccwsim.model.study import Study
 from ccwsim.sharing.choices import Choices, DataChoice, GuideChoice, ImageChoice
 from ccwsim.ui.how_it_works.maps import (
