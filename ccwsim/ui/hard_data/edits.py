@@ -81,6 +81,11 @@ class Editor:
     layers: tuple[int, int] | None = None
 
 
+def by_cell(data: HardData) -> dict[Cell, float]:
+    """Return the facies or value of each datum, by cell."""
+    return dict(zip(map(tuple, data.cells.tolist()), data.measured.tolist(), strict=True))
+
+
 def with_changes(
     data: HardData, changes: Mapping[Cell, float | None], image: TrainingImage
 ) -> HardData:
@@ -88,8 +93,8 @@ def with_changes(
 
     A cell is mapped to None for removal.
     """
-    before = dict(zip(map(tuple, data.cells.tolist()), data.measured.tolist(), strict=True))
-    merged = {cell: code for cell, code in {**before, **changes}.items() if code is not None}
+    merged = {**by_cell(data), **changes}
+    merged = {cell: code for cell, code in merged.items() if code is not None}
     return HardData.measured_as(image, list(merged), list(merged.values()))
 
 
@@ -152,16 +157,16 @@ def _take_edit(state: State, edit: Mapping[str, Any]) -> None:
     else:
         image, data = state.image, data_of(state.choices)
         (ny, nx), codes = state.grid.shape, brush_values(image)
-        sets = edit.get("set", [])
         changes = {
             (int(row), int(column)): codes[facies] if facies >= 0 else None
-            for row, column, facies in sets
+            for row, column, facies in edit.get("set", [])
             if 0 <= row < ny and 0 <= column < nx and facies < len(codes)
         }
-        moved = [cell for cell, code in changes.items() if code is None]
-        if image.values and len(moved) == 1 and len(changes) == 2:  # a moved datum keeps its value
-            before = dict(zip(map(tuple, data.cells.tolist()), data.measured.tolist(), strict=True))
-            changes |= {cell: before[moved[0]] for cell in changes if cell != moved[0]}
+        before = by_cell(data)
+        left = [cell for cell, code in changes.items() if code is None and cell in before]
+        placed = [cell for cell, code in changes.items() if code is not None]
+        if image.values and len(left) == len(placed) == 1:  # a moved datum keeps its value
+            changes[placed[0]] = before[left[0]]
         take_data(state, with_changes(data, changes, image), state.reference)
 
 

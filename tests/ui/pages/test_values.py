@@ -162,6 +162,11 @@ def test_a_brush_places_the_median_of_a_class_and_a_moved_datum_keeps_its_value(
     index = int(placed.facies[placed.triples.index((20, 30, 310.25))])
     take_edits(state, [{"seq": 2, "set": [[20, 30, -1], [21, 31, index]]}])
     assert (21, 31, 310.25) in data_of(state.choices).triples
+    n = data_of(state.choices).n
+    take_edits(state, [{"seq": 3, "set": [[21, 31, -1], [22, 32, -1]]}])  # one cell is empty
+    assert data_of(state.choices).n == n - 1
+    take_edits(state, [{"seq": 4, "set": [[0, 0, -1], [5, 5, 0]]}])  # nothing was moved
+    assert (5, 5, image.class_medians[0]) in data_of(state.choices).triples
 
 
 @pytest.mark.parametrize("way", ["sampled", "menu"])
