@@ -8,8 +8,6 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from ccwsim.model import backends
-
 if TYPE_CHECKING:
     from ccwsim import (
         datasets as datasets,
@@ -26,13 +24,18 @@ if TYPE_CHECKING:
         read_training_image as read_training_image,
         write_realizations as write_realizations,
     )
-    from ccwsim.model.ensemble import Ensemble as Ensemble, concatenate as concatenate
-    from ccwsim.model.errors import Cancelled as Cancelled, CCWSIMError as CCWSIMError
-    from ccwsim.model.grid import Grid as Grid
-    from ccwsim.model.hard_data import HardData as HardData
-    from ccwsim.model.parameters import Parameters as Parameters
-    from ccwsim.model.secondary import Auxiliary as Auxiliary, Secondary as Secondary
-    from ccwsim.model.training_image import TrainingImage as TrainingImage
+    from ccwsim.model import (
+        Auxiliary as Auxiliary,
+        Cancelled as Cancelled,
+        CCWSIMError as CCWSIMError,
+        Ensemble as Ensemble,
+        Grid as Grid,
+        HardData as HardData,
+        Parameters as Parameters,
+        Secondary as Secondary,
+        TrainingImage as TrainingImage,
+        concatenate as concatenate,
+    )
     from ccwsim.run.simulation import simulate as simulate
     from ccwsim.sharing.project import (
         Project as Project,
@@ -45,13 +48,18 @@ __version__ = "0.1.0"
 _NAMES = {  # imported on first use, so that the command line starts quickly
     "engine.revision": ("revise",),
     "io": ("read_hard_data", "read_realizations", "read_training_image", "write_realizations"),
-    "model.ensemble": ("Ensemble", "concatenate"),
-    "model.errors": ("CCWSIMError", "Cancelled"),
-    "model.grid": ("Grid",),
-    "model.hard_data": ("HardData",),
-    "model.parameters": ("Parameters",),
-    "model.secondary": ("Auxiliary", "Secondary"),
-    "model.training_image": ("TrainingImage",),
+    "model": (
+        "Auxiliary",
+        "CCWSIMError",
+        "Cancelled",
+        "Ensemble",
+        "Grid",
+        "HardData",
+        "Parameters",
+        "Secondary",
+        "TrainingImage",
+        "concatenate",
+    ),
     "run.simulation": ("simulate",),
     "sharing.project": ("Project", "read_project", "save_project"),
 }
@@ -59,9 +67,6 @@ _HOMES = {name: home for home, names in _NAMES.items() for name in names}
 """Module that defines each public name."""
 _FOLDERS = ("datasets", "experiments", "figures", "flow", "io", "metrics")
 """Subpackages that are available after `import ccwsim`."""
-
-
-backends.drawing, backends.reading = "ccwsim.figures.notebook", "ccwsim.io"
 
 
 def __getattr__(name: str) -> Any:

@@ -9,7 +9,7 @@ import click
 
 import ccwsim
 from ccwsim import CCWSIMError
-from ccwsim.model.extras import check_installed
+from ccwsim.model import check_installed
 
 
 @click.command(context_settings={"ignore_unknown_options": True})

@@ -10,7 +10,7 @@ import click
 
 from ccwsim.cli.inputs import input_file, options_in
 from ccwsim.cli.options import EPILOGS, output_file, quiet
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model import CCWSIMError, shown
 
 if TYPE_CHECKING:
     from ccwsim.flow import EffectiveK

@@ -16,8 +16,7 @@ import click
 from ccwsim import Auxiliary, CCWSIMError, Grid, HardData, Parameters, Secondary, TrainingImage
 from ccwsim.cli import options as types
 from ccwsim.cli.options import GroupedOption, suggestion
-from ccwsim.model.errors import refused, shown
-from ccwsim.model.parameters import PARAMETER_CHOICES, PER_AXIS, parameter_table
+from ccwsim.model import PARAMETER_CHOICES, PER_AXIS, parameter_table, refused, shown
 from ccwsim.sharing.codec import fields_of
 
 DEFAULT_SHAPE = (256, 256)

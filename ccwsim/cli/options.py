@@ -17,7 +17,7 @@ import click
 from click.shell_completion import CompletionItem
 
 if TYPE_CHECKING:
-    from ccwsim.model.classes import Classes
+    from ccwsim.model import Classes
 
 EPILOGS = tomllib.loads(Path(__file__).with_name("epilogs.toml").read_text("utf-8"))
 """Last part of the help of commands, by name."""

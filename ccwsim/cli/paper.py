@@ -9,7 +9,7 @@ import click
 from ccwsim import CCWSIMError
 from ccwsim.cli.inputs import options_in
 from ccwsim.cli.options import EPILOGS, quiet
-from ccwsim.model.numbers import duration
+from ccwsim.model import duration
 from ccwsim.system.whole_files import check_writable
 
 

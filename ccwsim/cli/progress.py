@@ -13,7 +13,7 @@ import click
 from tqdm import tqdm
 
 from ccwsim.cli.program import PROGRAM
-from ccwsim.model.numbers import duration
+from ccwsim.model import duration
 
 SECONDS_A_LINE = 5.0  # time between progress lines if there is no terminal, as in a batch system
 STARTING = "starting …"

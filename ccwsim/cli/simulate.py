@@ -16,12 +16,10 @@ import click
 
 from ccwsim.cli.inputs import image_and_data_options, inputs_of
 from ccwsim.cli.options import EPILOGS, GroupedCommand, output_file, quiet
-from ccwsim.model.errors import Cancelled, CCWSIMError, refused
-from ccwsim.model.extras import check_installed
+from ccwsim.model import Cancelled, CCWSIMError, check_installed, refused
 
 if TYPE_CHECKING:
-    from ccwsim.model.arrays import Shape
-    from ccwsim.model.ensemble import Ensemble
+    from ccwsim.model import Ensemble, Shape
 
 STREAMED = "npy"  # file ending of the only format that is written during the run
 
@@ -134,7 +132,7 @@ def ensemble_summary(e: Ensemble) -> str:
     """Return a summary of an ensemble: size, times, honoured data and proportions."""
     import numpy as np
 
-    from ccwsim.model.arrays import describe_shape
+    from ccwsim.model import describe_shape
 
     ti, n = e.training_image, e.hard_data.n
     milliseconds = 1e3 * median(e.cpu_seconds)

@@ -14,9 +14,7 @@ import numpy as np
 from PIL import Image
 
 from ccwsim import Grid, HardData, TrainingImage
-from ccwsim.model.arrays import Bytes, Shape, describe_shape
-from ccwsim.model.assets import read_toml
-from ccwsim.model.errors import CCWSIMError, refused, shown
+from ccwsim.model import Bytes, CCWSIMError, Shape, describe_shape, read_toml, refused, shown
 
 ASSETS = Path(__file__).parents[1] / "assets"
 Row = TypeVar("Row")

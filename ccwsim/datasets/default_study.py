@@ -8,7 +8,7 @@ import numpy as np
 
 from ccwsim import Ensemble, Grid
 from ccwsim.datasets.catalogue import ASSETS, load, load_hard_data
-from ccwsim.model.study import Study
+from ccwsim.model import Study
 
 STORED_ENSEMBLE = ASSETS / "default_study.npz"
 DEFAULT_IMAGE, DEFAULT_DATA, DEFAULT_STUDY_SHAPE, DEFAULT_N_REALIZATIONS = (

@@ -7,8 +7,9 @@ import numpy as np
 from numpy.random import RandomState
 
 from ccwsim import HardData
-from ccwsim.model.arrays import (
+from ccwsim.model import (
     Array,
+    CCWSIMError,
     Floats,
     Integers,
     Ints,
@@ -16,8 +17,9 @@ from ccwsim.model.arrays import (
     as_integers,
     as_seed,
     check_int,
+    refused,
+    shown,
 )
-from ccwsim.model.errors import CCWSIMError, refused, shown
 
 DIRECTIONS = ("N-S", "E-W")
 VERTICAL_WELLS = "vertical"

@@ -15,12 +15,21 @@ from typing import NamedTuple
 import numpy as np
 
 from ccwsim.engine.stages.path import Triple, in_layers
-from ccwsim.model.arrays import Array, Bytes, Floats, Int32s, Ints, Mask, describe_shape
-from ccwsim.model.errors import CCWSIMError, refused
-from ccwsim.model.grid import Grid
-from ccwsim.model.missing import UNKNOWN
-from ccwsim.model.secondary import Secondary
-from ccwsim.model.study import Study
+from ccwsim.model import (
+    UNKNOWN,
+    Array,
+    Bytes,
+    CCWSIMError,
+    Floats,
+    Grid,
+    Int32s,
+    Ints,
+    Mask,
+    Secondary,
+    Study,
+    describe_shape,
+    refused,
+)
 
 MAX_TURNS = 16  # maximum number of combinations of angle, scale and dip
 WIDER = 1.25  # factor by which tolerances grow until there are at most MAX_TURNS combinations

@@ -10,7 +10,7 @@ from ccwsim.engine.lengths import USUAL_OVERLAP, ScaledLengths
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.stages.path import FROM_ABOVE, RasterPath, Triple, along_path, in_layers, to_path
 from ccwsim.engine.stages.similarity import summed_up
-from ccwsim.model.arrays import Array, Float32s, Floats
+from ccwsim.model import Array, Float32s, Floats
 
 N_PARTS = (2, 4, 4)
 """Number of parts of a patch along z, y and x; one part along an axis of one block."""

@@ -6,10 +6,7 @@ from typing import NamedTuple
 
 from ccwsim.engine.stages.conditioning import MAX_PATCH_DATA
 from ccwsim.engine.stages.path import Triple, along_path, overlap_cells
-from ccwsim.model.arrays import Shape
-from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
-from ccwsim.model.parameters import Parameters
-from ccwsim.model.sizes import largest_sides, legal_sizes
+from ccwsim.model import MAX_TEMPLATE, MIN_TEMPLATE, Parameters, Shape, largest_sides, legal_sizes
 
 USUAL_OVERLAP = 448
 """Overlap cells of a patch with T = 32 and OR = 8, for which the weights of data were chosen."""

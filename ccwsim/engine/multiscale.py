@@ -20,7 +20,7 @@ from ccwsim.engine.stages.conditioning import PlacedData
 from ccwsim.engine.stages.path import Triple
 from ccwsim.engine.tiles import Simulated, cut_and_paste, make_placing, patch_box
 from ccwsim.jobs.workers import Watch
-from ccwsim.model.arrays import Bytes, Ints, UInt64s
+from ccwsim.model import Bytes, Ints, UInt64s
 
 CELLS_PER_CALL = 100_000_000  # number of cells compared between two reports of progress
 

@@ -34,9 +34,18 @@ from ccwsim.engine.stages.path import FROM_ABOVE, Triple, in_layers, in_three, t
 from ccwsim.engine.stages.pyramid import Pyramid, build_pyramid, cells_of_blocks, upgrid
 from ccwsim.jobs.memo import Memo
 from ccwsim.jobs.workers import check_stop
-from ccwsim.model.arrays import Array, Bytes, Floats, Int32s, Integers, Ints, Mask, UInt64s
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.study import Study
+from ccwsim.model import (
+    Array,
+    Bytes,
+    CCWSIMError,
+    Floats,
+    Int32s,
+    Integers,
+    Ints,
+    Mask,
+    Study,
+    UInt64s,
+)
 
 MAX_PARTS_BYTES = 500_000_000
 """Maximum total size, in bytes, of the prepared parts of an image that are stored in memory."""

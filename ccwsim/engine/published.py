@@ -31,9 +31,7 @@ from ccwsim.engine.stages.similarity import (
     score_places,
 )
 from ccwsim.engine.tiles import patch_box
-from ccwsim.model.arrays import Ints
-from ccwsim.model.bounds import MIN_TEMPLATE
-from ccwsim.model.study import Study
+from ccwsim.model import MIN_TEMPLATE, Ints, Study
 
 
 class Published(NamedTuple):

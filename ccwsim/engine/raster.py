@@ -42,10 +42,7 @@ from ccwsim.engine.stages.path import (
 )
 from ccwsim.engine.stages.pyramid import upgrid_data
 from ccwsim.engine.stages.similarity import summed_up
-from ccwsim.model.arrays import Array, Bytes, Int32s, Ints, Shape, window_at
-from ccwsim.model.parameters import Parameters
-from ccwsim.model.study import Study
-from ccwsim.model.watch import Watch
+from ccwsim.model import Array, Bytes, Int32s, Ints, Parameters, Shape, Study, Watch, window_at
 
 TERMS_PER_CALL = 500_000_000  # number of terms of scores computed between two reports of progress
 MAX_PATCHES_PER_CALL = 512

@@ -19,13 +19,20 @@ from ccwsim.engine.stages.conditioning import data_grid
 from ccwsim.engine.stages.path import UNKNOWN, Triple, in_layers, in_three
 from ccwsim.engine.stages.pyramid import block_sum_type
 from ccwsim.engine.stages.similarity import score_type
-from ccwsim.model.arrays import Bytes, Floats, Int16s, Int32s
-from ccwsim.model.ensemble import FORCED, WRONG
-from ccwsim.model.grid import Grid
-from ccwsim.model.hard_data import HardData
-from ccwsim.model.study import Study
-from ccwsim.model.training_image import TrainingImage
-from ccwsim.model.watch import UNWATCHED, Watch
+from ccwsim.model import (
+    FORCED,
+    UNWATCHED,
+    WRONG,
+    Bytes,
+    Floats,
+    Grid,
+    HardData,
+    Int16s,
+    Int32s,
+    Study,
+    TrainingImage,
+    Watch,
+)
 
 TRIALS_A_CELL, TRIALS_A_CELL_DATA = 40, 400
 """Maximum number of changes of single cells that are tried per cell in a pass of seam repair,

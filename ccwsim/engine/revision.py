@@ -11,10 +11,7 @@ from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.realization import finish, honour_values, target_of
 from ccwsim.engine.stages.path import in_three
 from ccwsim.jobs.workers import run_all
-from ccwsim.model.arrays import Int16s, check_int, readonly
-from ccwsim.model.ensemble import FORCED, WRONG, Ensemble
-from ccwsim.model.hard_data import HardData
-from ccwsim.model.watch import Watch
+from ccwsim.model import FORCED, WRONG, Ensemble, HardData, Int16s, Watch, check_int, readonly
 from ccwsim.system.machine import n_cores
 
 UNCHANGED = -2  # source of a cell that no window has changed

@@ -53,7 +53,7 @@ from ccwsim.engine.stages.similarity import (
     overlap_terms,
     score_places,
 )
-from ccwsim.model.arrays import Array, Bytes, Floats, Int32s, Integers, Ints, UInt64s
+from ccwsim.model import Array, Bytes, Floats, Int32s, Integers, Ints, UInt64s
 
 UNSEEN = 64
 """Misfit of an unseen pattern, in wrong cells of overlap, if several locations are compared."""

@@ -13,10 +13,20 @@ from ccwsim.experiments.trials import Trial, run_trials
 from ccwsim.metrics import Anodi, Band, Fit, Scaling, anodi, band, fit_curve
 from ccwsim.metrics.bands import STATISTICS, curves_of
 from ccwsim.metrics.lags import axes_of, max_lag
-from ccwsim.model.arrays import ArrayLike, Floats, Ints, Shape
-from ccwsim.model.bounds import MAX_SETTINGS, MIN_SETTINGS
-from ccwsim.model.errors import Cancelled, CCWSIMError, refused
-from ccwsim.model.watch import Cancel, Progress, Watch
+from ccwsim.model import (
+    MAX_SETTINGS,
+    MIN_SETTINGS,
+    ArrayLike,
+    Cancel,
+    Cancelled,
+    CCWSIMError,
+    Floats,
+    Ints,
+    Progress,
+    Shape,
+    Watch,
+    refused,
+)
 
 SIMULATED, CURVES_DONE = 0.7, 0.85  # share of work finished after simulation, and after curves
 LOW_QUANTILE, HIGH_QUANTILE = 0.05, 0.95  # quantiles that bound the bands of curves of a setting

@@ -7,11 +7,18 @@ from typing import Any
 
 from ccwsim import TrainingImage
 from ccwsim.metrics.diagnosis import recommended_parameters, resolving_levels
-from ccwsim.model.arrays import Shape
-from ccwsim.model.bounds import MAX_CANDIDATES, MAX_TEMPLATE, MIN_TEMPLATE
-from ccwsim.model.errors import CCWSIMError, shown
-from ccwsim.model.parameters import PER_AXIS, Parameters, fitted
-from ccwsim.model.sizes import levels
+from ccwsim.model import (
+    MAX_CANDIDATES,
+    MAX_TEMPLATE,
+    MIN_TEMPLATE,
+    PER_AXIS,
+    CCWSIMError,
+    Parameters,
+    Shape,
+    fitted,
+    levels,
+    shown,
+)
 
 RANGED = {
     "method": "",

@@ -14,10 +14,20 @@ from ccwsim.experiments.timing import typical
 from ccwsim.experiments.trials import Trial, TrialResult, run_trials
 from ccwsim.metrics import Quality, judge
 from ccwsim.metrics.diagnosis import MIN_ACROSS, resolving_levels, templates_that_fit
-from ccwsim.model.arrays import ArrayLike, Floats, Integers, Ints, Shape, check_int, frozen
-from ccwsim.model.assets import read_toml
-from ccwsim.model.numbers import duration
-from ccwsim.model.watch import Cancel, Progress, Watch
+from ccwsim.model import (
+    ArrayLike,
+    Cancel,
+    Floats,
+    Integers,
+    Ints,
+    Progress,
+    Shape,
+    Watch,
+    check_int,
+    duration,
+    frozen,
+    read_toml,
+)
 
 _SENTENCES = read_toml("experiments/sweep.toml")
 SWEEP_ERRORS = {

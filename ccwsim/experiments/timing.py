@@ -13,9 +13,17 @@ from ccwsim.engine.corrections.resimulation import MAX_COMPARED_LOCATIONS
 from ccwsim.engine.stages.conditioning import MAX_PATCH_DATA
 from ccwsim.experiments.plan import value_of
 from ccwsim.experiments.trials import Trial, TrialResult, run_trials
-from ccwsim.model.arrays import Floats, Integers, Shape, check_int, frozen
-from ccwsim.model.errors import refused
-from ccwsim.model.watch import Cancel, Progress, Watch
+from ccwsim.model import (
+    Cancel,
+    Floats,
+    Integers,
+    Progress,
+    Shape,
+    Watch,
+    check_int,
+    frozen,
+    refused,
+)
 
 CELLS_AT_ONCE = 32_000_000  # maximum cells of realizations in memory; a cell takes one byte
 

@@ -9,9 +9,7 @@ import numpy as np
 
 from ccwsim import Cancelled, Ensemble, Parameters
 from ccwsim.engine.prepared_image import fresh_images
-from ccwsim.model.arrays import Floats, Ints
-from ccwsim.model.study import Study
-from ccwsim.model.watch import UNWATCHED, Watch
+from ccwsim.model import UNWATCHED, Floats, Ints, Study, Watch
 from ccwsim.run.simulation import simulate_study
 
 Item = TypeVar("Item")

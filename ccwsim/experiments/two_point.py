@@ -10,8 +10,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from ccwsim import Ensemble, Grid, TrainingImage
-from ccwsim.model.arrays import Array, ArrayLike, Floats, Mask, Shape, as_seed, check_int
-from ccwsim.model.study import Study
+from ccwsim.model import Array, ArrayLike, Floats, Mask, Shape, Study, as_seed, check_int
 
 
 def simulate_two_point(

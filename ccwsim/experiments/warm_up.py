@@ -11,9 +11,7 @@ from ccwsim.engine.compilation import LATER, SOON, ask_for
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.realization import walk_through
 from ccwsim.metrics import connectivity, etype, variogram
-from ccwsim.model.arrays import Shape
-from ccwsim.model.study import Study
-from ccwsim.model.watch import Watch
+from ccwsim.model import Shape, Study, Watch
 
 MAP_SHAPE, VOLUME_SHAPE = (64, 64), (32, 32, 32)  # shapes of the training images and grids
 STUDIES = {

@@ -5,7 +5,7 @@ facies, and `colours` are the colours of the facies as "#rrggbb".
 """
 # ruff: noqa: E402 - the modules below import plotly
 
-from ccwsim.model.extras import check_installed
+from ccwsim.model import check_installed
 
 check_installed("plotly")
 

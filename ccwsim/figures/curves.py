@@ -18,7 +18,7 @@ from ccwsim.figures.style import (
     with_opacity,
     written,
 )
-from ccwsim.model.arrays import Array, ArrayLike, Floats, Integers
+from ccwsim.model import Array, ArrayLike, Floats, Integers
 
 BAND_OPACITY = 0.13  # opacity of the bands of settings; low enough to see four overlapping bands
 UNIFIED = "x unified"  # hovering shows the values of all curves at a lag

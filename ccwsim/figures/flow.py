@@ -6,8 +6,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from ccwsim.figures.style import Theme, blank_chart, line, log_axis, written
-from ccwsim.model.arrays import Floats
-from ccwsim.model.numbers import with_power
+from ccwsim.model import Floats, with_power
 
 N_BINS = 16
 

@@ -15,16 +15,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from ccwsim import CCWSIMError
 from ccwsim.figures.style import bytes_of
-from ccwsim.model.arrays import (
-    CELL_AXES,
-    Bytes,
-    Integers,
-    Mask,
-    Shape,
-    as_integers,
-    check_int,
-)
-from ccwsim.model.missing import UNKNOWN
+from ccwsim.model import CELL_AXES, UNKNOWN, Bytes, Integers, Mask, Shape, as_integers, check_int
 
 MAX_SHEET_SIDE = 8192
 WRONG_COLOUR = "#C8321F"

@@ -11,7 +11,7 @@ from plotly.subplots import make_subplots
 from ccwsim import Ensemble, Grid, HardData, TrainingImage
 from ccwsim.figures.maps import contact_sheet, data_png
 from ccwsim.figures.style import as_written, facies_colours, written
-from ccwsim.model.arrays import Bytes, Floats, Mask, describe_shape
+from ccwsim.model import Bytes, Floats, Mask, describe_shape
 
 # length in pixels of the longer side of a picture; halved if there are many pictures
 NOTEBOOK_PIXELS = 240

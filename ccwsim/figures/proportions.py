@@ -14,7 +14,7 @@ from ccwsim.figures.style import (
     line,
     rows_axis,
 )
-from ccwsim.model.arrays import Floats
+from ccwsim.model import Floats
 
 LINE = 18  # height in pixels of a line of dots
 

@@ -18,10 +18,7 @@ from numpy.typing import ArrayLike
 from plotly.offline import get_plotlyjs
 
 from ccwsim import CCWSIMError, TrainingImage
-from ccwsim.model.arrays import Bytes, Floats
-from ccwsim.model.assets import read_toml
-from ccwsim.model.missing import UNKNOWN
-from ccwsim.model.numbers import with_power
+from ccwsim.model import UNKNOWN, Bytes, Floats, read_toml, with_power
 
 FACIES = ("#173F6B", "#F0AD2E", "#3A9E7E", "#A63A26", "#A78BD0", "#D5D8DC")
 """Default facies colours: deep blue, amber, green, brick, violet and grey. They are distinct for

@@ -9,7 +9,7 @@ import plotly.graph_objects as go
 from numpy.typing import ArrayLike
 
 from ccwsim.figures.style import CLEAR, Theme, as_written, blank_chart, dots, line, log_axis
-from ccwsim.model.arrays import Floats
+from ccwsim.model import Floats
 
 LETTER_WIDTH, LINE_HEIGHT, POINT_GAP = 6.6, 15.0, 9.0
 """Letter width at font size 12, line height, and gap between a point and its label, in pixels."""

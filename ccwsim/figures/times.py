@@ -8,7 +8,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from ccwsim.figures import style
-from ccwsim.model.arrays import Floats
+from ccwsim.model import Floats
 
 BAR_HEIGHT = 40  # height in pixels of a bar including the space above and below the bar
 LEVEL_SYMBOLS = ("x", "circle", "square", "diamond", "triangle-up", "star", "pentagon")

@@ -18,7 +18,7 @@ from ccwsim.figures.style import (
     rows_axis,
     written,
 )
-from ccwsim.model.arrays import Floats, Integers
+from ccwsim.model import Floats, Integers
 
 MAX_DOT, MIN_DOT = 22, 5  # largest and smallest diameter in pixels of the dots of a calibration
 MAX_CENTRED_X = 0.4  # largest |x| of a point whose name is centred; farther out it does not fit

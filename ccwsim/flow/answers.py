@@ -12,23 +12,31 @@ from ccwsim.flow.boundary import Edge
 from ccwsim.flow.darcy import Ends, Floats, Flow, array_axis, checked_cell, darcy
 from ccwsim.flow.tracks import IN_WELL, LEFT_GRID, MAX_PARTICLES, cells_at, starts_at_inflow, tracks
 from ccwsim.jobs.workers import run_all
-from ccwsim.model.arrays import (
+from ccwsim.model import (
+    MAX_CONTRAST,
+    MAX_MAGNITUDE,
     ArrayLike,
     Bytes,
+    Cancel,
+    Cancelled,
+    CCWSIMError,
+    FaciesValues,
     Ints,
     Mask,
+    Progress,
     Shape,
+    Watch,
     as_array,
     as_floats,
+    cell_values,
     check_callable,
     check_int,
     check_number,
     check_type,
+    refused,
+    shown,
+    values_by_facies,
 )
-from ccwsim.model.bounds import MAX_CONTRAST, MAX_MAGNITUDE
-from ccwsim.model.errors import Cancelled, CCWSIMError, refused, shown
-from ccwsim.model.facies_property import FaciesValues, cell_values, values_by_facies
-from ccwsim.model.watch import Cancel, Progress, Watch
 from ccwsim.system.machine import n_cores
 
 Heads = tuple[float, float] | Edge

@@ -7,9 +7,19 @@ import numpy as np
 from scipy import ndimage
 
 from ccwsim import Grid
-from ccwsim.model.arrays import Array, ArrayLike, Floats, Int32s, Ints, Mask, Shape, as_floats
-from ccwsim.model.bounds import MAX_MAGNITUDE
-from ccwsim.model.errors import refused, shown
+from ccwsim.model import (
+    MAX_MAGNITUDE,
+    Array,
+    ArrayLike,
+    Floats,
+    Int32s,
+    Ints,
+    Mask,
+    Shape,
+    as_floats,
+    refused,
+    shown,
+)
 
 EndPoints = tuple[tuple[float, float], tuple[float, float]]  # (x, y) of both ends of a line
 

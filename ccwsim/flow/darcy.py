@@ -13,9 +13,12 @@ from scipy.sparse.linalg import spsolve
 from ccwsim import Grid
 from ccwsim.flow.boundary import Edge, FixedFaces, fixed_faces, side_faces
 from ccwsim.jobs.workers import check_stop
-from ccwsim.model.arrays import (
+from ccwsim.model import (
+    MAX_CONTRAST,
+    MAX_MAGNITUDE,
     Array,
     ArrayLike,
+    CCWSIMError,
     Floats,
     Int32s,
     Shape,
@@ -23,14 +26,14 @@ from ccwsim.model.arrays import (
     as_floats,
     as_integers,
     check_choice,
+    check_magnitudes,
     check_number,
     check_type,
     describe_shape,
     readonly,
+    refused,
+    shown,
 )
-from ccwsim.model.bounds import MAX_CONTRAST, MAX_MAGNITUDE
-from ccwsim.model.errors import CCWSIMError, refused, shown
-from ccwsim.model.facies_property import check_magnitudes
 
 SIDES = {"x": ("west", "east"), "y": ("south", "north"), "z": ("bottom", "top")}
 """Sides of the grid at both ends of each axis."""

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ccwsim import CCWSIMError, Grid
 from ccwsim.flow.darcy import Floats, Flow, array_axis, cell_sizes
 from ccwsim.jobs.workers import check_stop
-from ccwsim.model.arrays import ArrayLike, Ints, as_floats, check_int, check_type
+from ccwsim.model import ArrayLike, Ints, as_floats, check_int, check_type
 
 LEFT_GRID, IN_WELL, STUCK = 0, 1, 2
 """End of a track: it left the grid, entered the cell of a well, or stopped in a cell."""

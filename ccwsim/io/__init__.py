@@ -87,4 +87,4 @@ from ccwsim.io.training_images import (
     training_image_as_bytes as training_image_as_bytes,
     write_training_image as write_training_image,
 )
-from ccwsim.model.classes import class_edges as class_edges, classify as classify
+from ccwsim.model import class_edges as class_edges, classify as classify

@@ -7,9 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ccwsim.io.formats.pictures import sheet_layout
-from ccwsim.model.arrays import Shape
-from ccwsim.model.errors import CCWSIMError, refused
-from ccwsim.model.extras import check_installed
+from ccwsim.model import CCWSIMError, Shape, check_installed, refused
 from ccwsim.system.whole_files import WholeFile, check_writable, unwritable
 
 PRECONDITIONS = {

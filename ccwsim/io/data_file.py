@@ -10,10 +10,21 @@ from math import atan2, degrees, inf
 import numpy as np
 
 from ccwsim.io.limits import check_cells
-from ccwsim.model.arrays import Array, Integers, Ints, Mask, Shape, is_integer
-from ccwsim.model.errors import CCWSIMError, refused, shown
-from ccwsim.model.grid import Grid, fault_of_crs
-from ccwsim.model.missing import known_values, unknown_note
+from ccwsim.model import (
+    Array,
+    CCWSIMError,
+    Grid,
+    Integers,
+    Ints,
+    Mask,
+    Shape,
+    fault_of_crs,
+    is_integer,
+    known_values,
+    refused,
+    shown,
+    unknown_note,
+)
 
 PARALLEL = 1e-4  # maximum slope of columns and rows that count as parallel to the axes
 

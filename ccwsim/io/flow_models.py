@@ -17,17 +17,19 @@ from ccwsim.io.atomic import format_of, write_bytes
 from ccwsim.io.data_file import printable
 from ccwsim.io.formats.grdecl import geometry_as_bytes, keywords_as_bytes, regions_as_bytes
 from ccwsim.io.formats.rasters import metres_per_unit
-from ccwsim.model.arrays import (
+from ccwsim.model import (
+    MAX_CONTRAST,
+    FaciesValues,
     Floats,
     as_floats,
+    cell_values,
     check_choice,
     check_int,
     check_number,
     check_type,
+    needs,
+    values_by_facies,
 )
-from ccwsim.model.bounds import MAX_CONTRAST
-from ccwsim.model.extras import needs
-from ccwsim.model.facies_property import FaciesValues, cell_values, values_by_facies
 from ccwsim.system.whole_files import unwritable
 
 VISCOSITY, DENSITY, GRAVITY = 1.002e-3, 998.2, 9.80665

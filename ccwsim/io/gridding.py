@@ -15,8 +15,18 @@ from ccwsim.io.data_file import DataFile, Geometry
 from ccwsim.io.formats.text_tables import numbered
 from ccwsim.io.hard_data import columns as of_data
 from ccwsim.io.limits import limits
-from ccwsim.model.arrays import Array, Floats, Ints, Mask, Shape, check_int, is_integer
-from ccwsim.model.errors import CCWSIMError, refused, shown
+from ccwsim.model import (
+    Array,
+    CCWSIMError,
+    Floats,
+    Ints,
+    Mask,
+    Shape,
+    check_int,
+    is_integer,
+    refused,
+    shown,
+)
 
 Crop = tuple[int, int, int, int] | None  # first row from the south and column, numbers of both
 Layers = tuple[int, int] | None  # first layer from the bottom, number of layers

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from math import inf, prod
 from typing import Any
 
-from ccwsim.model.errors import CCWSIMError, refused, shown
+from ccwsim.model import CCWSIMError, refused, shown
 
 MIB = 2**20
 

@@ -15,8 +15,7 @@ from ccwsim.io.formats.rasters import geotiff_as_bytes
 from ccwsim.io.formats.text_grids import grid_as_bytes
 from ccwsim.io.formats.vti import vti_as_bytes
 from ccwsim.io.opening import PathOrFile
-from ccwsim.model.arrays import Array, ArrayLike, as_array
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model import Array, ArrayLike, CCWSIMError, as_array, shown
 
 MAP_FORMATS = ("npz", "gslib", "sgems", "dat", "grdecl", "vti", "tif", "nc")
 """Formats of maps, named by file ending."""

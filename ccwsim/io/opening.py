@@ -35,10 +35,7 @@ from ccwsim.io.formats.vti import is_vti, read_vti
 from ccwsim.io.gridding import FilePart, as_grid, part_of_grid
 from ccwsim.io.isolated import IsolatedFile
 from ccwsim.io.limits import check, check_arrays, limited, limits
-from ccwsim.model.arrays import Array, Shape, is_table
-from ccwsim.model.classes import are_codes
-from ccwsim.model.errors import CCWSIMError, refused
-from ccwsim.model.extras import is_installed
+from ccwsim.model import Array, CCWSIMError, Shape, are_codes, is_installed, is_table, refused
 
 
 class Readable(Protocol):

@@ -7,8 +7,7 @@ import numpy as np
 from ccwsim import Grid
 from ccwsim.io.data_file import Geometry
 from ccwsim.io.formats.rasters import moved
-from ccwsim.model.arrays import WORLD_AXES, Floats
-from ccwsim.model.errors import refused, shown
+from ccwsim.model import WORLD_AXES, Floats, refused, shown
 
 TOLERANCE = 0.1  # maximum distance between corners of a map and of the grid, in cells
 LONGITUDE_LATITUDE = "OGC:CRS84"  # the coordinate system of GeoJSON that names no other

@@ -19,12 +19,18 @@ from ccwsim.io.formats.rasters import geotiff_as_bytes
 from ccwsim.io.maps import maps_as_bytes
 from ccwsim.io.opening import PathOrFile, kind_of, open_content, read_bytes
 from ccwsim.io.secondary import KINDS_OF_ARRAYS, arrays_of_secondary, secondary_of_arrays
-from ccwsim.model import arrays
-from ccwsim.model.arrays import Array, ArrayLike, Bytes
-from ccwsim.model.errors import CCWSIMError, refused, shown
-from ccwsim.model.facies_match import match_facies
-from ccwsim.model.missing import UNKNOWN
-from ccwsim.model.study import Study
+from ccwsim.model import (
+    UNKNOWN,
+    Array,
+    ArrayLike,
+    Bytes,
+    CCWSIMError,
+    Study,
+    arrays,
+    match_facies,
+    refused,
+    shown,
+)
 
 REALIZATION_FORMATS = ("npz", "gslib", "sgems", "dat", "grdecl", "png", "vti", "tif", "nc")
 """Formats of realizations, named by file ending."""

@@ -21,12 +21,22 @@ from ccwsim.io.isolated import IsolatedFile
 from ccwsim.io.limits import limits
 from ccwsim.io.opening import PathOrFile, open_file, read_bytes, recognized
 from ccwsim.io.places import check_place, on_grid
-from ccwsim.model.arrays import Array, ArrayLike, Floats, as_floats, describe_shape, frozen
-from ccwsim.model.bounds import MAX_IMAGES
-from ccwsim.model.errors import refused, shown
-from ccwsim.model.facies_match import code_or_name
-from ccwsim.model.numbers import plural
-from ccwsim.model.secondary import Auxiliary, Secondary, cells_in_polygon
+from ccwsim.model import (
+    MAX_IMAGES,
+    Array,
+    ArrayLike,
+    Auxiliary,
+    Floats,
+    Secondary,
+    as_floats,
+    cells_in_polygon,
+    code_or_name,
+    describe_shape,
+    frozen,
+    plural,
+    refused,
+    shown,
+)
 
 PREFIX = re.compile(r"(?im)^(?:p|proba?|probability)[ _-]+(?:of[ _-]+)?(.+)$")
 """Names of probabilities, such as `P_sand` or `probability of sand`."""

@@ -17,16 +17,22 @@ from ccwsim.io.formats.text_grids import grid_as_bytes
 from ccwsim.io.gridding import Crop, FilePart, Layers, as_grid, thinning
 from ccwsim.io.limits import TooManyCells
 from ccwsim.io.opening import PathOrFile, open_file
-from ccwsim.model.arrays import Array, Floats, Mask, Shape
-from ccwsim.model.classes import (
+from ccwsim.model import (
+    Array,
+    CCWSIMError,
     Classes,
+    Floats,
+    Mask,
     Merge,
+    Shape,
     are_codes,
     asks_for_codes,
     classify,
     merge_facies,
+    refused,
+    shown,
+    warn,
 )
-from ccwsim.model.errors import CCWSIMError, refused, shown, warn
 
 IMAGE_FORMATS = ("npy", "sgems", "gslib", "dat", "grdecl", "png")  # named by file ending
 

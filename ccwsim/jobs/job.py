@@ -13,7 +13,7 @@ from typing import Any, Generic, TypeVar
 from ccwsim.jobs.limits import Demand, admit, limits_of_environment
 from ccwsim.jobs.scheduler import PAGE_TURNS, Lease, Scheduler, Usage
 from ccwsim.jobs.workers import share_cores, stoppable
-from ccwsim.model.errors import Cancelled
+from ccwsim.model import Cancelled
 
 Result = TypeVar("Result")
 MIN_FINISHED_SHARE = 0.02  # minimum finished share of the work for an estimate of the time left

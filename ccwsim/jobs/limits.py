@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ccwsim.jobs.child import memory_of_children
-from ccwsim.model.errors import CCWSIMError, refused
-from ccwsim.model.numbers import format_bytes
+from ccwsim.model import CCWSIMError, format_bytes, refused
 from ccwsim.system.machine import n_cores
 from ccwsim.system.memory import free_memory, used_memory
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from ccwsim.jobs.scheduler import PAGE_TURNS
 from ccwsim.jobs.workers import WORKER_POLL_SECONDS, check_stop
-from ccwsim.model.errors import Cancelled
+from ccwsim.model import Cancelled
 
 Value = TypeVar("Value")
 AnyFuture = TypeVar("AnyFuture", bound="Future[Any]")

@@ -11,8 +11,7 @@ from ccwsim.jobs.job import Job
 from ccwsim.jobs.memo import Memo
 from ccwsim.jobs.scheduler import PAGE_TURNS
 from ccwsim.jobs.workers import check_stop
-from ccwsim.model.errors import Cancelled, CCWSIMError
-from ccwsim.model.watch import Fraction
+from ccwsim.model import Cancelled, CCWSIMError, Fraction
 from ccwsim.system.log import reason
 
 Value = TypeVar("Value")

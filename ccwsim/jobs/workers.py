@@ -8,8 +8,7 @@ from functools import partial
 from threading import Event
 
 from ccwsim.jobs.scheduler import Cores, Lease, Usage
-from ccwsim.model.errors import Cancelled, CCWSIMError
-from ccwsim.model.watch import UNWATCHED, Cancel, Watch as Watch
+from ccwsim.model import UNWATCHED, Cancel, Cancelled, CCWSIMError, Watch as Watch
 from ccwsim.system.machine import n_cores
 
 WORKER_POLL_SECONDS = 0.05  # seconds between two checks of progress and cancel

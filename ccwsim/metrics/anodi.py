@@ -16,8 +16,18 @@ from ccwsim.metrics.patterns import (
     thinnest_n_layers,
 )
 from ccwsim.metrics.stack import Codes, Fraction, Images, Watch, as_image, as_stack
-from ccwsim.model.arrays import Array, ArrayLike, Floats, Ints, as_floats, check_int, ratio
-from ccwsim.model.errors import CCWSIMError, refused, shown
+from ccwsim.model import (
+    Array,
+    ArrayLike,
+    CCWSIMError,
+    Floats,
+    Ints,
+    as_floats,
+    check_int,
+    ratio,
+    refused,
+    shown,
+)
 
 HISTOGRAM_SHARE = 0.5  # share of the progress bar for counting; the rest is for comparing
 # number of SMACOF steps, and relative gain at which they end

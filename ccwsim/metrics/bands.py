@@ -9,12 +9,7 @@ from ccwsim.metrics.connectivity import connectivity
 from ccwsim.metrics.lags import Direction, Lags
 from ccwsim.metrics.stack import Fraction, Images
 from ccwsim.metrics.variograms import variogram, variogram_of_values
-from ccwsim.model.arrays import (
-    ArrayLike,
-    Floats,
-    as_floats,
-)
-from ccwsim.model.errors import CCWSIMError, refused, shown
+from ccwsim.model import ArrayLike, CCWSIMError, Floats, as_floats, refused, shown
 
 Statistic = Literal["variogram", "connectivity", "values"]
 STATISTICS: tuple[Statistic, ...] = ("variogram", "connectivity")

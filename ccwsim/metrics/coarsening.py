@@ -6,10 +6,18 @@ import numpy as np
 
 from ccwsim.engine.kernels import allocating_kernel
 from ccwsim.metrics.stack import N_AXES, Codes, Images, as_image
-from ccwsim.model.arrays import Bytes, Floats, Integers, Ints, as_array, check_int
-from ccwsim.model.ensemble import codes_with_nan
-from ccwsim.model.errors import refused, shown
-from ccwsim.model.missing import UNKNOWN
+from ccwsim.model import (
+    UNKNOWN,
+    Bytes,
+    Floats,
+    Integers,
+    Ints,
+    as_array,
+    check_int,
+    codes_with_nan,
+    refused,
+    shown,
+)
 
 TIE = 1e-9  # minimum difference between shares; smaller differences are rounding errors, thus ties
 

@@ -17,9 +17,11 @@ from ccwsim.metrics.stack import (
     known_part,
     map_parallel,
 )
-from ccwsim.model.arrays import (
+from ccwsim.model import (
+    UNKNOWN,
     Array,
     ArrayLike,
+    CCWSIMError,
     Floats,
     Int32s,
     Integers,
@@ -28,9 +30,8 @@ from ccwsim.model.arrays import (
     Shape,
     as_floats,
     ratio,
+    shown,
 )
-from ccwsim.model.errors import CCWSIMError, shown
-from ccwsim.model.missing import UNKNOWN
 
 NEIGHBOURS = {2: (8, 4), 3: (26, 18, 6)}
 """Allowed numbers of neighbours of a cell, by number of axes; the first number is the default."""

@@ -8,8 +8,7 @@ import numpy as np
 from ccwsim import Grid
 from ccwsim.engine.kernels import allocating_kernel, kernel
 from ccwsim.metrics.stack import N_AXES, as_volume
-from ccwsim.model.arrays import ArrayLike, Bytes, Ints, Mask, Shape, as_array, as_integers
-from ccwsim.model.errors import refused
+from ccwsim.model import ArrayLike, Bytes, Ints, Mask, Shape, as_array, as_integers, refused
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,22 +20,25 @@ from ccwsim import CCWSIMError, Grid, HardData, Parameters, TrainingImage
 from ccwsim.jobs.workers import check_stop
 from ccwsim.metrics.etype import proportions
 from ccwsim.metrics.stack import N_AXES, Stack
-from ccwsim.model.arrays import (
+from ccwsim.model import (
     Array,
     Bytes,
+    Cancel,
     Float32s,
     Floats,
+    Fraction,
     Int32s,
     Ints,
     Shape,
+    Study,
+    Watch,
     check_int,
+    largest_sides,
+    per_axis,
     ratio,
+    refused,
     window_at,
 )
-from ccwsim.model.errors import refused
-from ccwsim.model.sizes import largest_sides, per_axis
-from ccwsim.model.study import Study
-from ccwsim.model.watch import Cancel, Fraction, Watch
 from ccwsim.run.simulation import simulate_study
 
 MAX_NEIGHBOURS = 5  # maximum number of data in the event of a datum

@@ -15,11 +15,20 @@ from ccwsim.metrics.lags import VERTICAL, Direction, lags_that_fit
 from ccwsim.metrics.stack import N_AXES, Codes, Images, Stack, as_image
 from ccwsim.metrics.stationarity import IMAGE_PARTS, QUARTERS, Stationarity, stationarity
 from ccwsim.metrics.variograms import variogram
-from ccwsim.model.arrays import ArrayLike, Floats, Ints, Mask, Shape, check_int
-from ccwsim.model.assets import read_toml
-from ccwsim.model.bounds import MAX_TEMPLATE, MIN_TEMPLATE
-from ccwsim.model.numbers import plural
-from ccwsim.model.parameters import PER_AXIS, fitted
+from ccwsim.model import (
+    MAX_TEMPLATE,
+    MIN_TEMPLATE,
+    PER_AXIS,
+    ArrayLike,
+    Floats,
+    Ints,
+    Mask,
+    Shape,
+    check_int,
+    fitted,
+    plural,
+    read_toml,
+)
 
 _TEXTS = read_toml("assets/advice.toml")
 SILL_SHARE = 0.95

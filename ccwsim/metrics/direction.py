@@ -5,10 +5,16 @@ import numpy as np
 from ccwsim import CCWSIMError, Ensemble, TrainingImage
 from ccwsim.metrics.lags import Direction
 from ccwsim.metrics.stack import Images, as_stack
-from ccwsim.model.active_cells import smallest_box, window_shape
-from ccwsim.model.arrays import ArrayLike, Floats, check_number, describe_shape
-from ccwsim.model.errors import refused
-from ccwsim.model.missing import UNKNOWN
+from ccwsim.model import (
+    UNKNOWN,
+    ArrayLike,
+    Floats,
+    check_number,
+    describe_shape,
+    refused,
+    smallest_box,
+    window_shape,
+)
 
 GRADIENT_SIGMA = 1.5  # standard deviation, in cells, of the Gaussian whose gradients are taken
 AVERAGING_SIGMA = 24.0

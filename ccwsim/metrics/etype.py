@@ -7,22 +7,23 @@ import numpy as np
 
 from ccwsim.jobs.workers import check_stop
 from ccwsim.metrics.stack import N_AXES, Codes, Images, Stack, as_stack, codes_or_places
-from ccwsim.model.arrays import (
+from ccwsim.model import (
     MAX_INT,
+    UNKNOWN,
     Array,
     ArrayLike,
     Bytes,
+    CCWSIMError,
     Floats,
     Int32s,
     Integers,
     as_array,
     as_floats,
     as_integers,
+    codes_with_nan,
     ratio,
+    refused,
 )
-from ccwsim.model.ensemble import codes_with_nan
-from ccwsim.model.errors import CCWSIMError, refused
-from ccwsim.model.missing import UNKNOWN
 
 CELLS_OF_ENTROPY = 1_000_000  # number of cells whose entropy is computed at a time
 

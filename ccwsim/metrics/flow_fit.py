@@ -8,7 +8,7 @@ from ccwsim import Ensemble
 from ccwsim.flow import flow_efficiency
 from ccwsim.metrics.reference_band import Fit, fit_values
 from ccwsim.metrics.stack import Fraction, Stack, map_parallel
-from ccwsim.model.arrays import Bytes, Floats
+from ccwsim.model import Bytes, Floats
 
 MAX_SOLVED = 12  # realizations that are solved as a whole; a solution takes up to seconds
 MIN_EFFICIENCY_GAP, MIN_EFFICIENCY_SPREAD = 0.05, 0.02

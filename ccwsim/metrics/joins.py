@@ -11,7 +11,7 @@ from ccwsim import Ensemble
 from ccwsim.metrics.connectivity import connected_geobodies, geobody_statistics
 from ccwsim.metrics.reference_band import Fit, fit_values
 from ccwsim.metrics.stack import Stack
-from ccwsim.model.arrays import Mask
+from ccwsim.model import Mask
 
 JOINS_SIDE, JOINS_MARGIN = 28, 9
 """Side of a square, and width of the margin that an end crosses, in cells."""

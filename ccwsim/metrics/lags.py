@@ -6,9 +6,17 @@ from typing import Literal, TypeGuard
 import numpy as np
 
 from ccwsim.metrics.stack import N_AXES
-from ccwsim.model.arrays import Floats, Integers, Ints, Shape, as_array, as_integers
-from ccwsim.model.bounds import MAX_LAG
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model import (
+    MAX_LAG,
+    CCWSIMError,
+    Floats,
+    Integers,
+    Ints,
+    Shape,
+    as_array,
+    as_integers,
+    shown,
+)
 
 DirectionName = Literal["E-W", "N-S", "NE-SW", "NW-SE", "vertical"]
 DIRECTION_STEPS: dict[DirectionName, tuple[int, int]] = {

@@ -13,8 +13,7 @@ from ccwsim.metrics.pattern_codes import count_patterns
 from ccwsim.metrics.patterns import thinnest_n_layers, unseen_patterns
 from ccwsim.metrics.reference_band import Fit, fit_values
 from ccwsim.metrics.stack import Fraction, Stack, as_stack, map_parallel
-from ccwsim.model.arrays import Floats, Ints, Mask, ratio
-from ccwsim.model.numbers import minus
+from ccwsim.model import Floats, Ints, Mask, minus, ratio
 
 MAX_MEASURED = 200  # maximum number of measured realizations; later realizations are not measured
 PER_CELLS, PER_CELLS_VOLUME = 10_000, 1_000_000

@@ -7,8 +7,7 @@ import numpy as np
 from ccwsim.engine.kernels import allocating_kernel, kernel, part_of_kernel
 from ccwsim.engine.stages.similarity import box_sums, summed_up
 from ccwsim.jobs.workers import check_stop
-from ccwsim.model.arrays import Bytes, Ints, Mask, UInt64s
-from ccwsim.model.missing import UNKNOWN
+from ccwsim.model import UNKNOWN, Bytes, Ints, Mask, UInt64s
 
 CELLS_OF_STRIP = 4_000_000  # number of cells whose patterns are counted at a time
 MAX_TABLE = 2**20  # possible patterns that are counted in a table; otherwise codes are sorted

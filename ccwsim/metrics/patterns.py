@@ -19,10 +19,11 @@ from ccwsim.metrics.stack import (
     known_part,
     map_parallel,
 )
-from ccwsim.model.arrays import (
+from ccwsim.model import (
     Array,
     ArrayLike,
     Bytes,
+    CCWSIMError,
     Floats,
     Integers,
     Mask,
@@ -32,8 +33,9 @@ from ccwsim.model.arrays import (
     as_integers,
     check_int,
     ratio,
+    refused,
+    shown,
 )
-from ccwsim.model.errors import CCWSIMError, refused, shown
 
 PATTERN_SIZE, VOLUME_PATTERN_SIZE = 4, 3  # default side of patterns in maps and in volumes
 FACTORS = (1, 2, 3)  # coarsening factors of full, half and third resolution

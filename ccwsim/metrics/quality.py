@@ -15,7 +15,7 @@ from ccwsim.metrics.lags import VERTICAL, Direction, axes_of, max_lag
 from ccwsim.metrics.patterns import pattern_distance
 from ccwsim.metrics.reference_band import moments
 from ccwsim.metrics.stack import Codes, Images, Stack, as_stack
-from ccwsim.model.arrays import Array, Ints
+from ccwsim.model import Array, Ints
 
 CELLS_COMPARED = 1_000_000  # number of cells of each realization that are compared at a time
 

@@ -9,21 +9,25 @@ from ccwsim import Grid, HardData, TrainingImage
 from ccwsim.metrics.data_fit import MIN_Z, paired_z, smooth_data, well_numbers
 from ccwsim.metrics.etype import EType
 from ccwsim.metrics.stack import Codes, Images, as_image, as_values, codes_or_places, index_of
-from ccwsim.model.arrays import (
+from ccwsim.model import (
+    UNKNOWN,
     ArrayLike,
+    Cancel,
+    CCWSIMError,
     Floats,
+    Fraction,
     Integers,
     Ints,
     Mask,
+    Study,
+    Watch,
     as_floats,
     check_int,
     check_type,
     ratio,
+    refused,
+    shown,
 )
-from ccwsim.model.errors import CCWSIMError, refused, shown
-from ccwsim.model.missing import UNKNOWN
-from ccwsim.model.study import Study
-from ccwsim.model.watch import Cancel, Fraction, Watch
 from ccwsim.run.simulation import simulate_study
 
 

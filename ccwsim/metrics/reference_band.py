@@ -28,8 +28,7 @@ from ccwsim.metrics.lags import Direction, distinct_lags, max_lag
 from ccwsim.metrics.pattern_codes import count_patterns
 from ccwsim.metrics.patterns import PatternHistogram, js_divergence
 from ccwsim.metrics.stack import N_AXES, Stack, as_volume
-from ccwsim.model.active_cells import active_windows, even_corners, windows_at
-from ccwsim.model.arrays import (
+from ccwsim.model import (
     Array,
     ArrayLike,
     Floats,
@@ -37,12 +36,15 @@ from ccwsim.model.arrays import (
     Mask,
     Shape,
     UInt64s,
+    active_windows,
     as_floats,
     check_choice,
     check_int,
+    even_corners,
     ratio,
+    refused,
+    windows_at,
 )
-from ccwsim.model.errors import refused
 
 MIN_SIDE, MAX_SIDE = 8, 512
 """Limits of a crop's side in cells: smaller crops contain no pattern, larger crops are slow."""

@@ -11,12 +11,18 @@ from ccwsim.engine.stages.similarity import box_sums, summed_up
 from ccwsim.metrics.direction import MAX_SPREAD, main_direction
 from ccwsim.metrics.etype import facies_counts
 from ccwsim.metrics.reference import Calibration, pooled_calibration
-from ccwsim.model.arrays import Array, Floats, Mask, listing, window_at
-from ccwsim.model.errors import refused
-from ccwsim.model.missing import UNKNOWN
-from ccwsim.model.numbers import minus
-from ccwsim.model.secondary import note_on_radians
-from ccwsim.model.study import Study
+from ccwsim.model import (
+    UNKNOWN,
+    Array,
+    Floats,
+    Mask,
+    Study,
+    listing,
+    minus,
+    note_on_radians,
+    refused,
+    window_at,
+)
 
 NOTED = 0.05  # minimum noted difference between a requested and the nearest possible proportion
 MIN_BIN_SHARE = 0.02  # bins of probability with a smaller share of the cells are not noted

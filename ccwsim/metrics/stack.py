@@ -7,23 +7,28 @@ from typing import TypeVar
 import numpy as np
 
 from ccwsim.jobs.workers import check_stop, run_all
-from ccwsim.model.active_cells import smallest_box
-from ccwsim.model.arrays import (
+from ccwsim.model import (
+    MAX_FACIES,
+    UNKNOWN,
     Array,
     ArrayLike,
     Bytes,
+    CCWSIMError,
+    Ensemble,
     Floats,
+    Fraction as Fraction,
     Integers,
+    TrainingImage,
+    Watch as Watch,
     as_array,
     as_integers,
     codes_of,
+    codes_with_nan,
+    index_of,
+    refused,
+    shown,
+    smallest_box,
 )
-from ccwsim.model.bounds import MAX_FACIES
-from ccwsim.model.ensemble import Ensemble, codes_with_nan
-from ccwsim.model.errors import CCWSIMError, refused, shown
-from ccwsim.model.missing import UNKNOWN
-from ccwsim.model.training_image import TrainingImage, index_of
-from ccwsim.model.watch import Fraction as Fraction, Watch as Watch
 from ccwsim.system.machine import n_cores
 
 N_AXES = 3  # axes of a volume: layers from the bottom, rows from the south, columns from the west

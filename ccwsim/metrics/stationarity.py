@@ -10,9 +10,7 @@ import numpy as np
 from ccwsim.metrics.etype import proportions
 from ccwsim.metrics.stack import Codes, Images, Stack, as_image, as_volume
 from ccwsim.metrics.variograms import variogram
-from ccwsim.model.arrays import Array, Float32s, Floats, Int32s, Ints, Mask, ratio
-from ccwsim.model.errors import refused
-from ccwsim.model.missing import UNKNOWN
+from ccwsim.model import UNKNOWN, Array, Float32s, Floats, Int32s, Ints, Mask, ratio, refused
 
 QUARTERS = ("south-west", "south-east", "north-west", "north-east")
 IMAGE_PARTS = (

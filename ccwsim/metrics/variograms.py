@@ -17,10 +17,18 @@ from ccwsim.metrics.stack import (
     in_pieces,
     map_parallel,
 )
-from ccwsim.model.arrays import Array, Bytes, Floats, Ints, Shape, check_int, ratio
-from ccwsim.model.bounds import MAX_LAG
-from ccwsim.model.errors import refused
-from ccwsim.model.missing import UNKNOWN
+from ccwsim.model import (
+    MAX_LAG,
+    UNKNOWN,
+    Array,
+    Bytes,
+    Floats,
+    Ints,
+    Shape,
+    check_int,
+    ratio,
+    refused,
+)
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,6 @@ from collections.abc import Iterable, Sequence
 from itertools import product
 
 import numpy as np
-from scipy import ndimage
 
 from ccwsim.model.arrays import Ints, Mask, Shape
 
@@ -19,9 +18,9 @@ Window = tuple[slice, ...]
 
 def smallest_box(mask: Mask) -> Window:
     """Return the smallest window with all cells of a mask, which has at least one."""
-    if mask.all():
-        return tuple(slice(0, side) for side in mask.shape)
-    return ndimage.find_objects(mask.astype(np.uint8))[0]
+    axes = set(range(mask.ndim))
+    indices = [np.flatnonzero(mask.any(axis=tuple(axes - {axis}))) for axis in sorted(axes)]
+    return tuple(slice(int(along[0]), int(along[-1]) + 1) for along in indices)
 
 
 def window_shape(window: Window) -> Shape:

@@ -3,17 +3,12 @@
 from importlib import import_module
 from typing import Any
 
-drawing = ""
-"""Name of the drawing module, set by `ccwsim` so that `model` does not depend on `figures`."""
-reading = ""
-"""Name of the module that reads tables, set by `ccwsim` so that `model` does not depend on `io`."""
-
 
 def notebook() -> Any:
     """Import and return the drawing module; scripts that draw nothing do not load plotly."""
-    return import_module(drawing)
+    return import_module("ccwsim.figures.notebook")
 
 
 def reader() -> Any:
     """Import and return the module that reads tables like files."""
-    return import_module(reading)
+    return import_module("ccwsim.io")

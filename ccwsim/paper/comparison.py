@@ -12,9 +12,7 @@ from ccwsim import Ensemble, HardData, TrainingImage
 from ccwsim.figures import LIGHT, Group, mds_chart, mds_title
 from ccwsim.metrics import Anodi, anodi
 from ccwsim.metrics.stack import Stack
-from ccwsim.model.arrays import Array, Bytes, Floats
-from ccwsim.model.parameters import Method
-from ccwsim.model.published import Variant
+from ccwsim.model import Array, Bytes, Floats, Method, Variant
 from ccwsim.paper import methods, verdicts
 from ccwsim.paper.experiment import PAPER_IMAGES, PAPER_TEXTS, ExperimentRun, Outcome, said
 from ccwsim.paper.methods import AUTHORS_SETTINGS, COLUMNS, COMPARED, TITLES

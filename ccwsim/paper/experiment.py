@@ -18,10 +18,7 @@ from ccwsim import (
 )
 from ccwsim.datasets.sampling import sample_random
 from ccwsim.experiments.trials import Trial
-from ccwsim.model.arrays import Bytes, Integers
-from ccwsim.model.assets import read_toml
-from ccwsim.model.errors import CCWSIMError, refused
-from ccwsim.model.watch import UNWATCHED, Watch
+from ccwsim.model import UNWATCHED, Bytes, CCWSIMError, Integers, Watch, read_toml, refused
 from ccwsim.report.document import Block, Judgement
 
 PAPER_TEXTS = read_toml("paper/texts.toml")

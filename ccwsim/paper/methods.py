@@ -9,9 +9,7 @@ from ccwsim.figures import LIGHT, Line, facies_colours, lines_chart
 from ccwsim.metrics import pattern_distance
 from ccwsim.metrics.bands import curves_of
 from ccwsim.metrics.stack import Stack
-from ccwsim.model.arrays import Array, Bytes, Floats, Ints
-from ccwsim.model.parameters import Method
-from ccwsim.model.published import Variant
+from ccwsim.model import Array, Bytes, Floats, Ints, Method, Variant
 from ccwsim.paper.experiment import PAPER_TEXTS, ExperimentRun
 from ccwsim.report.document import Chart, Picture
 from ccwsim.report.pictures import map_picture

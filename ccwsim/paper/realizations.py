@@ -12,9 +12,7 @@ from ccwsim.figures import Bundle
 from ccwsim.metrics import Stationarity, etype, main_direction, stationarity
 from ccwsim.metrics.bands import STATISTICS, Statistic, curves_of
 from ccwsim.metrics.stack import Stack
-from ccwsim.model.arrays import Bytes
-from ccwsim.model.numbers import duration
-from ccwsim.model.published import Variant
+from ccwsim.model import Bytes, Variant, duration
 from ccwsim.paper import methods, verdicts
 from ccwsim.paper.experiment import PAPER_TEXTS, ExperimentRun, Outcome, said, sample_as_dense
 from ccwsim.paper.methods import AUTHORS_SETTINGS, COLUMNS, COMPARED

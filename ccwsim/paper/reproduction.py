@@ -8,8 +8,7 @@ from functools import partial
 
 from ccwsim import Cancelled, CCWSIMError
 from ccwsim.experiments.trials import Trial, run_trials
-from ccwsim.model.numbers import duration
-from ccwsim.model.watch import Watch
+from ccwsim.model import Watch, duration
 from ccwsim.paper.comparison import compare_methods, variability
 from ccwsim.paper.experiment import (
     FULL,

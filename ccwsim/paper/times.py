@@ -9,9 +9,7 @@ from ccwsim.experiments.plan import value_of
 from ccwsim.experiments.timing import data_trials, growth, time_trials
 from ccwsim.experiments.trials import Trial, TrialResult
 from ccwsim.figures import LIGHT, TimeSeries, timings_chart
-from ccwsim.model.numbers import duration, minus
-from ccwsim.model.parameters import Method
-from ccwsim.model.published import Variant
+from ccwsim.model import Method, Variant, duration, minus
 from ccwsim.paper import methods, verdicts
 from ccwsim.paper.experiment import PAPER_TEXTS, ExperimentRun, Outcome, said
 from ccwsim.paper.methods import AUTHORS_SETTINGS, COLUMNS, COMPARED, TITLES

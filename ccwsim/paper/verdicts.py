@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from itertools import pairwise
 from math import isnan, log
 
-from ccwsim.model.numbers import duration, minus
+from ccwsim.model import duration, minus
 from ccwsim.paper.experiment import said
 from ccwsim.report.document import Judgement, Tone
 

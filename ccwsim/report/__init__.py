@@ -1,5 +1,5 @@
 """Reports as one HTML file for offline use, with text, tables, pictures, charts and judgements."""
 
-from ccwsim.model.extras import check_installed
+from ccwsim.model import check_installed
 
 check_installed("jinja2")

@@ -12,8 +12,7 @@ from ccwsim.metrics import band, vertical_proportions
 from ccwsim.metrics.bands import Statistic, curves_of
 from ccwsim.metrics.lags import Direction, distinct_lags, max_lag
 from ccwsim.metrics.stack import N_AXES, Fraction, Stack
-from ccwsim.model.arrays import Bytes, Floats, frozen
-from ccwsim.model.bounds import MAX_CURVES
+from ccwsim.model import MAX_CURVES, Bytes, Floats, frozen
 from ccwsim.report.document import Chart, Picture
 from ccwsim.report.verdicts import SIGNS, curve_title
 

@@ -4,9 +4,7 @@ from dataclasses import replace
 from typing import Any
 
 from ccwsim import Ensemble
-from ccwsim.model.arrays import describe_shape
-from ccwsim.model.numbers import plural
-from ccwsim.model.parameters import Parameters, describe_weight
+from ccwsim.model import Parameters, describe_shape, describe_weight, plural
 
 SHORT_NAMES = {
     "template_size": "template",

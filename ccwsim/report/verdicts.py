@@ -14,8 +14,7 @@ from ccwsim.metrics.joins import JOINS_SIDE
 from ccwsim.metrics.lags import VERTICAL, Direction, axes_of
 from ccwsim.metrics.measures import MEASURES, Measured
 from ccwsim.metrics.reference_band import Fit
-from ccwsim.model.arrays import Floats, describe_shape
-from ccwsim.model.numbers import minus, plural, three_digits
+from ccwsim.model import Floats, describe_shape, minus, plural, three_digits
 
 SIGNS: dict[str, str] = {"variogram": "γ", "connectivity": "τ", "values": "γ"}
 

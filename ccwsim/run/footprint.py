@@ -18,7 +18,7 @@ from ccwsim.engine.stages.path import N_ORIENTATIONS
 from ccwsim.engine.stages.pyramid import block_sum_type
 from ccwsim.engine.stages.similarity import score_type, sum_type
 from ccwsim.jobs.limits import Demand
-from ccwsim.model.study import Study
+from ccwsim.model import Study
 from ccwsim.system.machine import n_cores
 
 GRIDS_AT_WORK = 2

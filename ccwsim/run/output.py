@@ -12,10 +12,19 @@ from threading import Lock
 
 import numpy as np
 
-from ccwsim.model.arrays import Array, Bytes, Floats, Int32s, LazyStack, Shape, describe_shape
-from ccwsim.model.ensemble import codes_with_nan
-from ccwsim.model.errors import CCWSIMError, shown
-from ccwsim.model.study import Study
+from ccwsim.model import (
+    Array,
+    Bytes,
+    CCWSIMError,
+    Floats,
+    Int32s,
+    LazyStack,
+    Shape,
+    Study,
+    codes_with_nan,
+    describe_shape,
+    shown,
+)
 from ccwsim.system.whole_files import WholeFile, check_writable, unwritable
 
 Stored = tuple[Bytes, Int32s | None, Floats | None]

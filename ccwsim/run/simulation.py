@@ -14,12 +14,21 @@ from numpy.typing import ArrayLike
 
 from ccwsim import Cancelled, CCWSIMError, Ensemble, Grid, Parameters, Secondary, TrainingImage
 from ccwsim.engine.realization import Realization
-from ccwsim.model.arrays import MAX_INT, Array, Integers, Shape, check_callable, check_int
-from ccwsim.model.bounds import MAX_SEED
-from ccwsim.model.facies_match import FaciesNames
-from ccwsim.model.missing import UNKNOWN
-from ccwsim.model.study import Study
-from ccwsim.model.watch import Cancel, Progress, Watch
+from ccwsim.model import (
+    MAX_INT,
+    MAX_SEED,
+    UNKNOWN,
+    Array,
+    Cancel,
+    FaciesNames,
+    Integers,
+    Progress,
+    Shape,
+    Study,
+    Watch,
+    check_callable,
+    check_int,
+)
 from ccwsim.run.executors import Work, runner_of
 from ccwsim.run.output import store_of
 

@@ -6,8 +6,7 @@ from itertools import chain
 from typing import Any, Literal, Self
 
 from ccwsim import CCWSIMError, Grid, HardData, Parameters, Secondary
-from ccwsim.model.arrays import check_number, digest
-from ccwsim.model.bounds import (
+from ccwsim.model import (
     MAX_AUXILIARY_WEIGHT,
     MAX_CONDUCTIVITY,
     MAX_DEGREES,
@@ -21,6 +20,8 @@ from ccwsim.model.bounds import (
     MIN_CONDUCTIVITY,
     MIN_SCALE,
     MIN_SETTINGS,
+    check_number,
+    digest,
 )
 
 DataSource = Literal["none", "bundled", "file", "sampled", "placed"]

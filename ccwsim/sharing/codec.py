@@ -9,8 +9,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from ccwsim import CCWSIMError, HardData, Parameters, datasets
-from ccwsim.model import bounds
-from ccwsim.model.grid import fault_of_crs
+from ccwsim.model import bounds, fault_of_crs
 from ccwsim.sharing.choices import (
     Answers,
     CellsOfWells,

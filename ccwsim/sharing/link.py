@@ -8,7 +8,7 @@ from typing import Any
 
 from ccwsim import CCWSIMError, datasets
 from ccwsim.io.data_file import printable
-from ccwsim.model.bounds import MAX_LINK_DATA, MAX_LINK_LETTERS, MAX_LINK_VALUES
+from ccwsim.model import MAX_LINK_DATA, MAX_LINK_LETTERS, MAX_LINK_VALUES
 from ccwsim.sharing.choices import Choices, DataChoice, GuideChoice, ImageChoice, Shown
 from ccwsim.sharing.codec import FIELDS, MAX_LETTERS, FieldSpec, fields_of, parts_of
 

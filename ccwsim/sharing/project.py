@@ -22,9 +22,7 @@ from ccwsim.io.realizations import (
     values_of_image,
 )
 from ccwsim.io.secondary import KINDS_OF_ARRAYS, arrays_of_secondary, secondary_of_arrays
-from ccwsim.model.arrays import check_int
-from ccwsim.model.errors import refused, shown
-from ccwsim.model.study import Study
+from ccwsim.model import Study, check_int, refused, shown
 from ccwsim.sharing.choices import Choices, GuideChoice
 from ccwsim.sharing.link import KEYS, StudyReader, link_settings
 from ccwsim.sharing.parts import as_json, from_json

@@ -4,8 +4,7 @@ import shlex
 from dataclasses import dataclass, fields
 
 from ccwsim import Grid, Parameters, datasets
-from ccwsim.model.bounds import MAX_WRITTEN_DATA
-from ccwsim.model.study import Study
+from ccwsim.model import MAX_WRITTEN_DATA, Study
 from ccwsim.sharing.choices import Choices
 from ccwsim.sharing.codec import fields_of, format_exactly
 

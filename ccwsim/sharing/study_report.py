@@ -10,9 +10,7 @@ from ccwsim.io.hard_data.files import names_of_data
 from ccwsim.metrics import check_ensemble, etype, fit_curve, fit_flow, measure
 from ccwsim.metrics.bands import STATISTICS
 from ccwsim.metrics.lags import axes_of
-from ccwsim.model.arrays import describe_shape
-from ccwsim.model.numbers import coordinate, duration, three_digits
-from ccwsim.model.parameters import parameter_table
+from ccwsim.model import coordinate, describe_shape, duration, parameter_table, three_digits
 from ccwsim.report import document, verdicts
 from ccwsim.report.pictures import bundle_chart, bundle_of, map_picture, share_picture
 from ccwsim.report.settings import caption_of

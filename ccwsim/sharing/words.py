@@ -5,8 +5,7 @@ from itertools import accumulate, pairwise
 import numpy as np
 
 from ccwsim import CCWSIMError, HardData
-from ccwsim.model.bounds import MAX_LINK_DATA
-from ccwsim.model.errors import refused
+from ccwsim.model import MAX_LINK_DATA, refused
 
 BASE = 36  # base of the integers in packed hard data
 

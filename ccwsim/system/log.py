@@ -3,7 +3,7 @@
 import logging
 import secrets
 
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model import CCWSIMError
 
 LOG = logging.getLogger("ccwsim")
 

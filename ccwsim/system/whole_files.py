@@ -10,8 +10,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from ccwsim.model.errors import CCWSIMError
-from ccwsim.model.numbers import format_bytes
+from ccwsim.model import CCWSIMError, format_bytes
 
 try:
     import fcntl

@@ -1,5 +1,5 @@
 """The parts of which the dashboard's pages consist: state, jobs, controls, maps, charts."""
 
-from ccwsim.model.extras import check_installed
+from ccwsim.model import check_installed
 
 check_installed("streamlit")

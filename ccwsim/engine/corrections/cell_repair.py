@@ -24,8 +24,7 @@ from ccwsim.engine.corrections.unseen_patterns import (
 from ccwsim.engine.kernels import kernel, part_of_kernel
 from ccwsim.engine.stages.candidates import draw_index, location_of_number
 from ccwsim.engine.stages.path import UNKNOWN, Box, Triple
-from ccwsim.model.arrays import Bytes, Integers, Ints, Mask, UInt32s, UInt64s
-from ccwsim.model.watch import UNWATCHED, Watch
+from ccwsim.model import UNWATCHED, Bytes, Integers, Ints, Mask, UInt32s, UInt64s, Watch
 
 PART_SHAPE, PART_SHAPE_VOLUME = (1, 64, 512), (16, 32, 128)
 """Layers, rows and columns of a part of a grid. A part fits into the processor's cache."""

@@ -34,8 +34,7 @@ from ccwsim.engine.lengths import USUAL_OVERLAP, ScaledLengths
 from ccwsim.engine.stages.candidates import draw_index
 from ccwsim.engine.stages.path import Triple, overlap_cells
 from ccwsim.engine.stages.similarity import TERMS_AT_ONCE, exclude_illegal, excluded_from
-from ccwsim.model.arrays import Bytes, Float32s, Floats, Integers, Ints
-from ccwsim.model.study import Study
+from ccwsim.model import Bytes, Float32s, Floats, Integers, Ints, Study
 
 NAT = 10.0
 """Number of wrong cells that count as much as a likelihood ratio of e, for an overlap of

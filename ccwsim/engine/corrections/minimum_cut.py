@@ -27,7 +27,7 @@ from ccwsim.engine.stages.path import (
     Triple,
     inside_overlap,
 )
-from ccwsim.model.arrays import Bytes, Int32s, Mask, UInt32s
+from ccwsim.model import Bytes, Int32s, Mask, UInt32s
 
 SAME_FACIES, DIFFERENT_FACIES, ALL_NEW, ALL_OLD, MISSING_CELL = 0, 1, 2, 3, 4
 """States of cells. SAME_FACIES and DIFFERENT_FACIES are cells in the overlap whose old and new

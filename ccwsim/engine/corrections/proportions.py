@@ -14,7 +14,7 @@ from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.stages.candidates import draw_index, location_of_number
 from ccwsim.engine.stages.path import Triple
 from ccwsim.engine.stages.similarity import box_sums, summed_up
-from ccwsim.model.arrays import Bytes, Floats, Integers, Ints, Shape
+from ccwsim.model import Bytes, Floats, Integers, Ints, Shape
 
 N_COMPARED_CANDIDATES = 3
 """Number of candidates compared by proportions. With more candidates, proportions match sooner, but

@@ -12,8 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ccwsim.jobs.workers import check_stop
-from ccwsim.model.arrays import Array, Floats, Int32s, Ints, Shape
-from ccwsim.model.study import Study
+from ccwsim.model import Array, Floats, Int32s, Ints, Shape, Study
 
 MAX_TOGETHER = 2000
 """Maximum number of data that are kriged together; of more, each cell uses the nearest ones."""

@@ -33,9 +33,19 @@ from ccwsim.engine.stages.path import (
     Triple,
     inside_overlap,
 )
-from ccwsim.model.arrays import Bytes, Floats, Int16s, Int32s, Ints, Mask, Shape, UInt64s
-from ccwsim.model.ensemble import FORCED
-from ccwsim.model.watch import UNWATCHED, Watch
+from ccwsim.model import (
+    FORCED,
+    UNWATCHED,
+    Bytes,
+    Floats,
+    Int16s,
+    Int32s,
+    Ints,
+    Mask,
+    Shape,
+    UInt64s,
+    Watch,
+)
 
 MIN_SIZE = 4  # side, in cells, of the smallest re-simulated window
 MIN_SIZE_ISOLATED = 8  # side, in cells, of the smallest window around an isolated datum

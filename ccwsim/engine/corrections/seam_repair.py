@@ -54,8 +54,7 @@ from ccwsim.engine.stages.similarity import (
     score_type,
     summed_squares,
 )
-from ccwsim.model.arrays import Array, Bytes, Floats, Integers, Ints, Mask
-from ccwsim.model.watch import UNWATCHED, Watch
+from ccwsim.model import UNWATCHED, Array, Bytes, Floats, Integers, Ints, Mask, Watch
 
 N_BEST_TRIED = 2  # number of best locations that are tried for a window
 N_BEST_TRIED_DATA = 8  # number of best locations that are tried for a window in a volume with data

@@ -12,7 +12,7 @@ import numpy as np
 
 from ccwsim.engine.corrections.proportions import DataProportions
 from ccwsim.engine.stages.path import RasterPath, Triple
-from ccwsim.model.arrays import Floats, Ints
+from ccwsim.model import Floats, Ints
 
 N_PIXELS = 64  # number of pixels of the map along the longer side of the grid
 N_PIXELS_GIVEN = 32  # number of pixels for given probabilities; the resolution of the targets

@@ -13,8 +13,7 @@ from ccwsim.engine.kernels import kernel, part_of_kernel
 from ccwsim.engine.stages.cut import paste
 from ccwsim.engine.stages.path import LEFT, TOP, Box, Triple
 from ccwsim.engine.stages.similarity import box_sums
-from ccwsim.model.arrays import Bytes, Floats, Int32s, Ints, Mask, Shape, UInt32s
-from ccwsim.model.watch import UNWATCHED, Watch
+from ccwsim.model import UNWATCHED, Bytes, Floats, Int32s, Ints, Mask, Shape, UInt32s, Watch
 
 UNSEEN_SIDE, UNSEEN_SPACING = 4, 2
 UNSEEN_SIDE_VOLUME, UNSEEN_SPACING_VOLUME = 3, 1

@@ -11,7 +11,7 @@ import numpy as np
 
 from ccwsim.engine.kernels import inlined_part_of_kernel, part_of_kernel
 from ccwsim.engine.stages.path import Triple, inside_overlap
-from ccwsim.model.arrays import Bytes, Ints, UInt64s
+from ccwsim.model import Bytes, Ints, UInt64s
 
 SQUARE_SIDE = 8  # side, in cells, of a square whose bits fill a word
 FIRST_ROW = 0x0101010101010101  # word in which the bits of the first row of a square are set

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ccwsim.engine.kernels import part_of_kernel
-from ccwsim.model.arrays import Array, Ints
+from ccwsim.model import Array, Ints
 
 SEGMENT = 32
 """Number of scores in a segment. Segment minima are stored, so most scores are read only once. Each

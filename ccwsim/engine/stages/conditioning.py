@@ -17,8 +17,7 @@ from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.stages.candidates import n_up_to
 from ccwsim.engine.stages.path import UNKNOWN, RasterPath, Triple
 from ccwsim.engine.stages.similarity import excluded_from
-from ccwsim.model.arrays import Bytes, Ints, Mask, Shape
-from ccwsim.model.training_image import N_RANKS
+from ccwsim.model import N_RANKS, Bytes, Ints, Mask, Shape
 
 
 class Weights(NamedTuple):

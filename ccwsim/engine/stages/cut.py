@@ -12,7 +12,7 @@ from ccwsim.engine.corrections.minimum_cut import FlowWorkspace, make_flow, mini
 from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.stages.bits import n_bits
 from ccwsim.engine.stages.path import BOTTOM, LEFT, RIGHT, TOP, UNKNOWN, Triple
-from ccwsim.model.arrays import Ints, Mask, UInt64s
+from ccwsim.model import Ints, Mask, UInt64s
 
 # cost of a datum that the cut does not honour; it exceeds any cost without data
 MISSED_DATUM_COST = 1 << 16

@@ -13,9 +13,14 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from ccwsim.engine.kernels import part_of_kernel
-from ccwsim.model.arrays import Array, Ints, Shape
-from ccwsim.model.missing import UNKNOWN as UNKNOWN
-from ccwsim.model.sizes import Triple as Triple, in_layers as in_layers
+from ccwsim.model import (
+    UNKNOWN as UNKNOWN,
+    Array,
+    Ints,
+    Shape,
+    Triple as Triple,
+    in_layers as in_layers,
+)
 
 T = TypeVar("T")
 LEFT, TOP, BELOW, RIGHT, BOTTOM, ABOVE = 1, 2, 4, 8, 16, 32

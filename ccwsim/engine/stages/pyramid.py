@@ -18,8 +18,7 @@ import pywt
 from ccwsim.engine.kernels import allocating_kernel
 from ccwsim.engine.stages.bits import to_square_bits
 from ccwsim.engine.stages.path import Triple
-from ccwsim.model.arrays import Array, Bytes, Floats, Integers, Ints, UInt64s
-from ccwsim.model.errors import CCWSIMError
+from ccwsim.model import Array, Bytes, CCWSIMError, Floats, Integers, Ints, UInt64s
 
 
 class Pyramid(NamedTuple):

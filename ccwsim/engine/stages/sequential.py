@@ -12,7 +12,7 @@ import numpy as np
 from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.stages.candidates import draw_index, kth_smallest, n_up_to
 from ccwsim.engine.stages.path import inside_overlap
-from ccwsim.model.arrays import Int16s, Ints
+from ccwsim.model import Int16s, Ints
 
 IN_TEMPLATE = 1 << 32
 """Number of misses that a datum in the template adds; a datum in the co-template adds 1."""

@@ -22,7 +22,7 @@ import numpy as np
 
 from ccwsim.engine.kernels import part_of_kernel
 from ccwsim.engine.stages.path import Triple, inside_overlap, overlap_cells
-from ccwsim.model.arrays import Array, Bytes, Integers, Ints
+from ccwsim.model import Array, Bytes, Integers, Ints
 
 LOCATION_ROWS_AT_ONCE = 16
 """Number of rows of locations scored in one loop; their data fit into the processor's cache."""

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ccwsim.engine.stages import path
-from ccwsim.model.arrays import Array, Ints, Shape, window_at
+from ccwsim.model import Array, Ints, Shape, window_at
 
 OPPOSITE = {"east": "west", "west": "east", "north": "south", "south": "north"}
 

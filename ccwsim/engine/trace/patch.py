@@ -16,7 +16,7 @@ from ccwsim.engine.stages.conditioning import (
 )
 from ccwsim.engine.stages.path import Box, inside_overlap
 from ccwsim.engine.tiles import PatchInputs
-from ccwsim.model.arrays import Array, Bytes, Floats, Integers, Ints, Mask, window_at
+from ccwsim.model import Array, Bytes, Floats, Integers, Ints, Mask, window_at
 
 ONE_KIND = {
     "missed": Weights(1, 0, 0, 0, False),

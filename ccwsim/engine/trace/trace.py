@@ -14,10 +14,20 @@ from ccwsim.engine.stages.path import FROM_ABOVE, Box, Triple, inside_overlap
 from ccwsim.engine.stages.pyramid import block_sums, cells_of_blocks, decompose, reconstruct
 from ccwsim.engine.trace.frames import Frame
 from ccwsim.engine.trace.patch import Patch, TracedPatch, data_terms, seen_data
-from ccwsim.model.arrays import Array, Bytes, Floats, Int16s, Int32s, Ints, Mask, window_at
-from ccwsim.model.errors import CCWSIMError, refused
-from ccwsim.model.parameters import Parameters
-from ccwsim.model.study import Study
+from ccwsim.model import (
+    Array,
+    Bytes,
+    CCWSIMError,
+    Floats,
+    Int16s,
+    Int32s,
+    Ints,
+    Mask,
+    Parameters,
+    Study,
+    refused,
+    window_at,
+)
 
 
 class ResimulatedWindow(NamedTuple):

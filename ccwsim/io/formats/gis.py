@@ -18,8 +18,7 @@ from ccwsim.io.archive import opened_archive
 from ccwsim.io.data_file import DataFile, broken, printable
 from ccwsim.io.formats.tables import make_table
 from ccwsim.io.limits import check, check_table, limits
-from ccwsim.model.errors import CCWSIMError, refused
-from ccwsim.model.extras import needs
+from ccwsim.model import CCWSIMError, needs, refused
 
 GIS_FILES = {"geopackage": "GeoPackage", "shapefile": "Shapefile", "shp": "Shapefile"}
 """Names of the formats that pyogrio reads."""

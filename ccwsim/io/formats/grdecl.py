@@ -9,9 +9,7 @@ from ccwsim import CCWSIMError, Grid, TrainingImage
 from ccwsim.io.data_file import DataFile, broken, first_of, printable
 from ccwsim.io.formats.text_tables import numbers_in
 from ccwsim.io.limits import check, check_cells
-from ccwsim.model.arrays import Array, Bytes, Floats, Ints, Mask, Shape
-from ccwsim.model.errors import refused
-from ccwsim.model.missing import UNKNOWN
+from ccwsim.model import UNKNOWN, Array, Bytes, Floats, Ints, Mask, Shape, refused
 
 _KEYWORD = re.compile(rb"^[ \t]*([A-Za-z][A-Za-z0-9_+-]{0,31})\b([-\s\d.*+eEdD]*+)/", re.MULTILINE)
 _SIZES = re.compile(

@@ -12,9 +12,15 @@ from ccwsim import CCWSIMError, Grid
 from ccwsim.io.data_file import DataFile, Geometry, broken
 from ccwsim.io.formats.rasters import code_and_wkt
 from ccwsim.io.limits import check, check_arrays, limits
-from ccwsim.model.arrays import WORLD_AXES, Array, is_top_first, labelled_axes, oriented_values
-from ccwsim.model.bounds import MAX_FACIES
-from ccwsim.model.extras import needs
+from ccwsim.model import (
+    MAX_FACIES,
+    WORLD_AXES,
+    Array,
+    is_top_first,
+    labelled_axes,
+    needs,
+    oriented_values,
+)
 
 _MATLAB = "MATLAB_class"
 _CRS_VARIABLE = "spatial_ref"  # name of the variable whose attributes state the coordinate system

@@ -13,7 +13,7 @@ import numpy as np
 from ccwsim import CCWSIMError
 from ccwsim.io.data_file import DataFile, broken, printable
 from ccwsim.io.limits import check, check_arrays, check_cells, limits
-from ccwsim.model.arrays import Array
+from ccwsim.model import Array
 
 _TYPE_NUMBERS = (1, 2, 3, 4, 5, 6, 7, 9, 12, 13)
 _KINDS = ("i1", "u1", "i2", "u2", "i4", "u4", "f4", "f8", "i8", "u8")

@@ -16,8 +16,7 @@ from ccwsim.io.archive import Archive, opened_archive
 from ccwsim.io.data_file import DataFile, Geometry, broken, distinct_names
 from ccwsim.io.formats.tables import make_table
 from ccwsim.io.limits import check, check_arrays, check_cells
-from ccwsim.model.arrays import Array, Shape
-from ccwsim.model.errors import CCWSIMError, refused, shown
+from ccwsim.model import Array, CCWSIMError, Shape, refused, shown
 
 MAX_NPY_HEADER = 10_000  # maximum number of bytes of an array header, equal to NumPy's limit
 

@@ -15,9 +15,21 @@ from PIL.PngImagePlugin import PngInfo
 from ccwsim.io.data_file import DataFile, broken
 from ccwsim.io.gridding import FilePart
 from ccwsim.io.limits import MIB, check_cells
-from ccwsim.model.arrays import Array, Bytes, Floats, Int32s, Integers, Ints, Mask
-from ccwsim.model.classes import Classes, asks_for_codes, classify
-from ccwsim.model.errors import CCWSIMError, refused, shown
+from ccwsim.model import (
+    Array,
+    Bytes,
+    CCWSIMError,
+    Classes,
+    Floats,
+    Int32s,
+    Integers,
+    Ints,
+    Mask,
+    asks_for_codes,
+    classify,
+    refused,
+    shown,
+)
 
 MAX_SHEET_PIXELS = 50_000_000  # pixels in a sheet of maps; many viewers reject larger pictures
 SHEET_GAP = 4  # width of the white gap between the maps of a sheet, in cells

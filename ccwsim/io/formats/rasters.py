@@ -13,10 +13,7 @@ from PIL.ImageColor import getrgb
 from ccwsim import Grid
 from ccwsim.io.data_file import DataFile, Geometry, broken, distinct_names
 from ccwsim.io.limits import check, check_cells
-from ccwsim.model.arrays import Array, Floats
-from ccwsim.model.errors import CCWSIMError, refused, shown
-from ccwsim.model.extras import needs
-from ccwsim.model.missing import UNKNOWN
+from ccwsim.model import UNKNOWN, Array, CCWSIMError, Floats, needs, refused, shown
 
 DRIVERS = {
     "tiff": ("GeoTIFF", "GTiff"),

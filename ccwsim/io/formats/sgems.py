@@ -8,7 +8,7 @@ import numpy as np
 from ccwsim import CCWSIMError
 from ccwsim.io.data_file import DataFile, broken, distinct_names, printable
 from ccwsim.io.limits import check, check_cells
-from ccwsim.model.arrays import Array
+from ccwsim.model import Array
 
 _N_MAGIC = 4  # number of bytes that mark the format
 

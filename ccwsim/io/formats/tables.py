@@ -13,9 +13,7 @@ from ccwsim.io.data_file import DataFile, broken, distinct_names
 from ccwsim.io.formats.text_tables import column_of_numbers, read_delimited
 from ccwsim.io.hard_data.columns import is_points
 from ccwsim.io.limits import check_table, limits
-from ccwsim.model.arrays import Array, Ints, as_array
-from ccwsim.model.errors import CCWSIMError, refused, shown
-from ccwsim.model.extras import needs
+from ccwsim.model import Array, CCWSIMError, Ints, as_array, needs, refused, shown
 
 UNNAMED_TABLE = "the table"  # name of a table in messages
 

@@ -11,8 +11,7 @@ from ccwsim import CCWSIMError, Grid
 from ccwsim.io.data_file import DataFile, distinct_names, printable
 from ccwsim.io.formats.text_tables import is_number, numbers_in
 from ccwsim.io.limits import check, check_cells, limits
-from ccwsim.model.arrays import Array, Floats, Ints
-from ccwsim.model.errors import refused
+from ccwsim.model import Array, Floats, Ints, refused
 
 _IN_TITLE = re.compile(r"\((\d{1,6}) ?[xX×] ?(\d{1,6})(?: ?[xX×] ?(\d{1,6}))?\)")
 """Sizes in a title such as "channels (250x250x1)", as SGeMS writes it."""

@@ -14,8 +14,7 @@ import numpy as np
 from ccwsim import CCWSIMError
 from ccwsim.io.data_file import DataFile, distinct_names
 from ccwsim.io.limits import check, check_cells, check_table
-from ccwsim.model.arrays import Floats, Ints
-from ccwsim.model.bounds import MAX_FACIES
+from ccwsim.model import MAX_FACIES, Floats, Ints
 
 CHUNK = 2**20  # number of bytes that are split into words at a time, to limit memory use
 

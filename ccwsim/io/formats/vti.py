@@ -15,8 +15,7 @@ import numpy as np
 from ccwsim import Grid
 from ccwsim.io.data_file import DataFile, broken, distinct_names, printable
 from ccwsim.io.limits import check, check_arrays
-from ccwsim.model.arrays import Array, Floats
-from ccwsim.model.errors import CCWSIMError, shown
+from ccwsim.model import Array, CCWSIMError, Floats, shown
 
 _VTK_DTYPES = {
     f"{name}{8 * size}": f"{kind}{size}"

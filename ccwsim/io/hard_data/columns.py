@@ -14,8 +14,7 @@ import numpy as np
 
 from ccwsim.io.data_file import DataFile, listed
 from ccwsim.io.formats.text_tables import PETREL
-from ccwsim.model.arrays import Floats
-from ccwsim.model.errors import CCWSIMError, refused, shown
+from ccwsim.model import CCWSIMError, Floats, refused, shown
 
 
 def _asset(name: str) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from ccwsim.io.hard_data.columns import PointColumns
 from ccwsim.io.hard_data.placing import Conversion, HardDataImport, place_points, resolve_points
 from ccwsim.io.hard_data.points import read_points
 from ccwsim.io.opening import PathOrFile
-from ccwsim.model.arrays import WORLD_AXES
+from ccwsim.model import WORLD_AXES
 
 
 def import_hard_data(

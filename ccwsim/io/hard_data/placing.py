@@ -14,17 +14,26 @@ from ccwsim import Grid, HardData, TrainingImage
 from ccwsim.io.hard_data.points import MAX_DISTANCE_CELLS, ImportedPoints, along_wells
 from ccwsim.io.hard_data.rows import RowProblem
 from ccwsim.io.places import check_place
-from ccwsim.model.arrays import Floats, Ints, Mask, as_integers, check_choice, check_int
-from ccwsim.model.classes import Classes, asks_for_codes, classify
-from ccwsim.model.errors import CCWSIMError, refused, shown
-from ccwsim.model.facies_match import (
+from ccwsim.model import (
+    CCWSIMError,
+    Classes,
     FaciesMatch,
     FaciesNames,
+    Floats,
+    Ints,
+    Mask,
+    as_integers,
+    asks_for_codes,
+    check_choice,
+    check_int,
+    classify,
     code_or_name,
+    describe_cell,
     facies_label,
     match_facies,
+    refused,
+    shown,
 )
-from ccwsim.model.grid import describe_cell
 
 _LISTED = 6  # maximum number of problems of a kind that a message lists
 Treatment = Literal["error", "drop"]

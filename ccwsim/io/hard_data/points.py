@@ -22,7 +22,8 @@ from ccwsim.io.hard_data.columns import (
 from ccwsim.io.hard_data.rows import RowProblem
 from ccwsim.io.limits import check
 from ccwsim.io.opening import PathOrFile, open_file
-from ccwsim.model.arrays import (
+from ccwsim.model import (
+    CUSTOMARY_CODES,
     WORLD_AXES,
     Array,
     Floats,
@@ -30,13 +31,12 @@ from ccwsim.model.arrays import (
     Ints,
     Mask,
     Shape,
+    are_codes,
     check_int,
     describe_shape,
     frozen,
+    refused,
 )
-from ccwsim.model.classes import are_codes
-from ccwsim.model.errors import refused
-from ccwsim.model.missing import CUSTOMARY_CODES
 
 MAX_DISTANCE_CELLS = (
     2.0**40

@@ -6,8 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ccwsim.io.data_file import DataFile, named_lines
-from ccwsim.model.arrays import Floats, Ints, Mask
-from ccwsim.model.errors import shown
+from ccwsim.model import Floats, Ints, Mask, shown
 
 
 class RowProblem(NamedTuple):

@@ -34,8 +34,7 @@ from ccwsim.io.hard_data.points import (
 from ccwsim.io.hard_data.rows import Intervals, RowProblems
 from ccwsim.io.limits import check, limits
 from ccwsim.io.opening import PathOrFile, open_file
-from ccwsim.model.arrays import Floats, Ints, Mask, check_choice
-from ccwsim.model.errors import CCWSIMError, refused, shown
+from ccwsim.model import CCWSIMError, Floats, Ints, Mask, check_choice, refused, shown
 
 STEPS_A_CELL = 16  # points on a deviated well's path within the length of the shortest side
 MAX_BEND = np.radians(179.0)  # between stations; near 180°, the plane of the arc is undefined

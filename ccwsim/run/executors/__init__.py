@@ -6,8 +6,7 @@ from contextlib import nullcontext
 from threading import current_thread
 from typing import Any, SupportsIndex
 
-from ccwsim.model.arrays import check_int
-from ccwsim.model.errors import refused, shown
+from ccwsim.model import check_int, refused, shown
 from ccwsim.run.executors import processes
 from ccwsim.run.executors.cluster import ClusterRunner, connect, executor_of_environment
 from ccwsim.run.executors.parts import PartRunner

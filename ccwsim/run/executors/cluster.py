@@ -12,8 +12,7 @@ from threading import Lock
 from typing import Any
 from urllib.parse import urlsplit
 
-from ccwsim.model.errors import refused
-from ccwsim.model.extras import needs
+from ccwsim.model import needs, refused
 from ccwsim.run.executors.parts import PartRunner
 from ccwsim.run.executors.threads import Work
 

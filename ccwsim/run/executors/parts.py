@@ -20,8 +20,7 @@ from ccwsim.engine.kernel_cache import SOURCE
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.engine.realization import Realization
 from ccwsim.jobs.workers import WORKER_POLL_SECONDS
-from ccwsim.model.errors import CCWSIMError, refused
-from ccwsim.model.watch import Watch
+from ccwsim.model import CCWSIMError, Watch, refused
 from ccwsim.run.executors.threads import Take, ThreadRunner, Work
 
 PART_SECONDS = 0.25

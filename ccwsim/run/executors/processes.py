@@ -31,9 +31,7 @@ from ccwsim.jobs.child import (
 )
 from ccwsim.jobs.limits import RESERVE, free_bytes, limits_of_environment
 from ccwsim.jobs.workers import WORKER_POLL_SECONDS, stoppable
-from ccwsim.model.errors import refused
-from ccwsim.model.study import Study
-from ccwsim.model.watch import UNWATCHED, Watch
+from ccwsim.model import UNWATCHED, Study, Watch, refused
 from ccwsim.run.executors.threads import Take, ThreadRunner, Work
 from ccwsim.system.machine import n_cores
 from ccwsim.system.memory import give_back_memory, settle_memory

@@ -12,8 +12,7 @@ from ccwsim.engine.realization import (
     simulate_realization,
 )
 from ccwsim.jobs.workers import run_all, without_cores
-from ccwsim.model.study import Study
-from ccwsim.model.watch import Watch
+from ccwsim.model import Study, Watch
 
 Take = Callable[[int, Realization], None]
 """Callback take(k, realization), called in any order; k counts from 0 within the run."""

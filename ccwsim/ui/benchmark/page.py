@@ -12,11 +12,7 @@ from ccwsim.experiments.trials import Trial, TrialResult
 from ccwsim.figures import TimeSeries, timings_chart
 from ccwsim.jobs.job import Job, server_queue
 from ccwsim.jobs.limits import Demand
-from ccwsim.model.arrays import describe_shape
-from ccwsim.model.bounds import MAX_REALIZATIONS_TIMED
-from ccwsim.model.numbers import duration, plural
-from ccwsim.model.parameters import fitted
-from ccwsim.model.sizes import levels
+from ccwsim.model import MAX_REALIZATIONS_TIMED, describe_shape, duration, fitted, levels, plural
 from ccwsim.paper.times import measured_series, paper_series
 from ccwsim.system.machine import this_machine
 from ccwsim.ui.results.charts import draw_caption, titled_chart

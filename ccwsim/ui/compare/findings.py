@@ -10,8 +10,7 @@ from ccwsim.experiments.comparison import Comparison, PairRatio
 from ccwsim.figures import DARK, LIGHT
 from ccwsim.io.formats.csv_table import records_as_csv
 from ccwsim.metrics import fit_proportions
-from ccwsim.model.arrays import Floats
-from ccwsim.model.numbers import duration, three_digits
+from ccwsim.model import Floats, duration, three_digits
 from ccwsim.report.verdicts import describe_proportion
 from ccwsim.ui.compare.settings import TWO_POINT
 from ccwsim.ui.widgets.text import numbers_table, page_text

@@ -16,9 +16,15 @@ from ccwsim.experiments.comparison import STATISTICS, Comparison
 from ccwsim.jobs.job import FIRST_RESULT_SECONDS
 from ccwsim.jobs.limits import Demand, limits_of_environment
 from ccwsim.metrics.lags import axes_of
-from ccwsim.model.arrays import describe_shape
-from ccwsim.model.bounds import MAX_REALIZATIONS_COMPARED, MAX_SETTINGS, MIN_SETTINGS
-from ccwsim.model.numbers import duration, plural, three_digits
+from ccwsim.model import (
+    MAX_REALIZATIONS_COMPARED,
+    MAX_SETTINGS,
+    MIN_SETTINGS,
+    describe_shape,
+    duration,
+    plural,
+    three_digits,
+)
 from ccwsim.report.settings import describe_inputs, describe_parameters, describe_setting
 from ccwsim.report.verdicts import describe_curves, describe_scaling
 from ccwsim.sharing.choices import Beside, EMap, ImageChoice, Upload

@@ -13,10 +13,17 @@ from ccwsim.experiments.trials import Trial
 from ccwsim.experiments.two_point import simulate_two_point
 from ccwsim.jobs.job import NO_DEMAND, Job
 from ccwsim.jobs.limits import Demand
-from ccwsim.model.arrays import Shape, listing, readonly
-from ccwsim.model.bounds import MAX_SETTINGS, MIN_SETTINGS
-from ccwsim.model.parameters import METHODS, Parameters, fitted
-from ccwsim.model.sizes import levels
+from ccwsim.model import (
+    MAX_SETTINGS,
+    METHODS,
+    MIN_SETTINGS,
+    Parameters,
+    Shape,
+    fitted,
+    levels,
+    listing,
+    readonly,
+)
 from ccwsim.run.footprint import demand_of
 from ccwsim.sharing.choices import Beside, ImageChoice
 from ccwsim.ui.session.resolve import image_of

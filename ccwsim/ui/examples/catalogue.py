@@ -7,7 +7,7 @@ from typing import Any
 from urllib.parse import urlencode
 
 from ccwsim import Grid, Parameters
-from ccwsim.model.assets import read_toml
+from ccwsim.model import read_toml
 from ccwsim.report.document import Document, Section, Text
 from ccwsim.sharing.choices import (
     Choices,

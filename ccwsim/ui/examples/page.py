@@ -29,7 +29,7 @@ from ccwsim.jobs.job import FIRST_RESULT_SECONDS
 from ccwsim.jobs.memo import Memo
 from ccwsim.jobs.statistics import Failure, StatisticsWorker, Task
 from ccwsim.metrics import connectivity, variogram
-from ccwsim.model.arrays import Array, Bytes, Floats
+from ccwsim.model import Array, Bytes, Floats
 from ccwsim.report.document import report_html
 from ccwsim.report.pictures import dots_of
 from ccwsim.report.settings import describe_setting

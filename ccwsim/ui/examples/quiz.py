@@ -19,9 +19,7 @@ from ccwsim.figures import facies_colours, map_png, mixed
 from ccwsim.jobs.job import FIRST_RESULT_SECONDS, Job
 from ccwsim.metrics import Copying, copying
 from ccwsim.metrics.pattern_codes import codes_in
-from ccwsim.model.arrays import Bytes, Int32s, Mask, Shape, UInt64s, window_at
-from ccwsim.model.parameters import fitted
-from ccwsim.model.sizes import levels
+from ccwsim.model import Bytes, Int32s, Mask, Shape, UInt64s, fitted, levels, window_at
 from ccwsim.sharing.choices import ImageChoice
 from ccwsim.ui.frontend.cells import CellMap, draw_cells
 from ccwsim.ui.frontend.component import draw_tiles

@@ -15,11 +15,18 @@ from ccwsim.flow.darcy import SIDES
 from ccwsim.io import maps_as_bytes
 from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.jobs.statistics import Failure
-from ccwsim.model.arrays import Floats
-from ccwsim.model.bounds import MAX_CONDUCTIVITY, MIN_CONDUCTIVITY
-from ccwsim.model.facies_property import cell_values
-from ccwsim.model.missing import UNKNOWN
-from ccwsim.model.numbers import duration, minus, plural, three_digits, with_power
+from ccwsim.model import (
+    MAX_CONDUCTIVITY,
+    MIN_CONDUCTIVITY,
+    UNKNOWN,
+    Floats,
+    cell_values,
+    duration,
+    minus,
+    plural,
+    three_digits,
+    with_power,
+)
 from ccwsim.report.settings import caption_of
 from ccwsim.sharing.choices import MIN_POROSITY
 from ccwsim.system.log import reason

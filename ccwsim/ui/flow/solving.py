@@ -15,11 +15,17 @@ from ccwsim.io import flopy_as_zip, grdecl_as_zip
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import Demand
 from ccwsim.jobs.statistics import StatisticsWorker
-from ccwsim.model.arrays import Array, Bytes, Floats, Mask
-from ccwsim.model.extras import is_installed
-from ccwsim.model.facies_property import cell_values
-from ccwsim.model.numbers import three_digits, with_power
-from ccwsim.model.watch import Fraction
+from ccwsim.model import (
+    Array,
+    Bytes,
+    Floats,
+    Fraction,
+    Mask,
+    cell_values,
+    is_installed,
+    three_digits,
+    with_power,
+)
 from ccwsim.sharing.choices import FlowChoice
 from ccwsim.system.machine import n_cores
 from ccwsim.ui.session.cached import as_task, shared_values

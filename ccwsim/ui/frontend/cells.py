@@ -12,8 +12,7 @@ import streamlit as st
 
 from ccwsim import Grid, HardData, TrainingImage
 from ccwsim.figures import CIVIDIS, VALUE_COLOURS, steps_of
-from ccwsim.model.arrays import Array, Bytes, Floats
-from ccwsim.model.numbers import minus, three_digits
+from ccwsim.model import Array, Bytes, Floats, minus, three_digits
 from ccwsim.sharing.choices import CellsOfWells
 from ccwsim.ui.frontend.component import draw_component
 

@@ -12,10 +12,16 @@ from streamlit.delta_generator import DeltaGenerator
 from ccwsim import Grid, Secondary, TrainingImage, datasets, io
 from ccwsim.figures import ENTROPY, ramp
 from ccwsim.metrics import main_direction, warn_of_probabilities
-from ccwsim.model.arrays import describe_shape
-from ccwsim.model.bounds import MAX_AUXILIARY_WEIGHT, MAX_SCALE, MAX_SOFT_WEIGHT, MIN_SCALE
-from ccwsim.model.missing import UNKNOWN
-from ccwsim.model.secondary import active_codes, match_of_image
+from ccwsim.model import (
+    MAX_AUXILIARY_WEIGHT,
+    MAX_SCALE,
+    MAX_SOFT_WEIGHT,
+    MIN_SCALE,
+    UNKNOWN,
+    active_codes,
+    describe_shape,
+    match_of_image,
+)
 from ccwsim.sharing.choices import (
     MAX_CORNERS,
     Choices,

@@ -9,8 +9,7 @@ import streamlit as st
 from ccwsim import CCWSIMError, Grid, HardData, TrainingImage
 from ccwsim.datasets.sampling import sample_grid, sample_random, sample_wells, values_in_cells
 from ccwsim.io.hard_data.files import hard_data_as_bytes, names_of_data
-from ccwsim.model.arrays import describe_shape
-from ccwsim.model.bounds import MAX_SAMPLED, MAX_SAMPLING_STEP
+from ccwsim.model import MAX_SAMPLED, MAX_SAMPLING_STEP, describe_shape
 from ccwsim.sharing.choices import DataChoice, ImageChoice, Upload
 from ccwsim.ui.hard_data.edits import Editor, Sampling, fits, moment_of, take_data
 from ccwsim.ui.session.file_names import grid_part

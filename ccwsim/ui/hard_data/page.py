@@ -9,8 +9,7 @@ import numpy as np
 import streamlit as st
 
 from ccwsim import Ensemble, HardData
-from ccwsim.model.arrays import Integers
-from ccwsim.model.ensemble import FORCED, WRONG
+from ccwsim.model import FORCED, WRONG, Integers
 from ccwsim.sharing.choices import DataChoice
 from ccwsim.ui.frontend.cells import CellMap, draw_editable, editor_points
 from ccwsim.ui.hard_data import menus

@@ -7,7 +7,7 @@ import pandas as pd
 import streamlit as st
 
 from ccwsim import Grid, HardData
-from ccwsim.model.arrays import Ints, digest
+from ccwsim.model import Ints, digest
 from ccwsim.sharing.choices import CellsOfWells, DataChoice
 from ccwsim.ui.hard_data.edits import AS_SHOWN, ERASE, Editor, layers_of_wells, take
 from ccwsim.ui.session.resolve import data_of, wells_of

@@ -9,8 +9,7 @@ from ccwsim import TrainingImage
 from ccwsim.engine.stages.cut import UNKNOWN
 from ccwsim.engine.trace import Frame, PlaceFate, Trace, TracedPatch
 from ccwsim.figures import CIVIDIS, Theme, mixed
-from ccwsim.model.arrays import Array, Bytes, Floats, Mask, window_at
-from ccwsim.model.numbers import three_digits
+from ccwsim.model import Array, Bytes, Floats, Mask, three_digits, window_at
 from ccwsim.ui.frontend.cells import CellMap, number_map
 
 DIM = 0.55  # share of the background colour that is mixed into the colours of dimmed facies

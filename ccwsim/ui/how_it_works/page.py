@@ -14,9 +14,7 @@ from ccwsim.engine.stages.cut import UNKNOWN
 from ccwsim.engine.stages.pyramid import decompose
 from ccwsim.engine.trace import Trace, check_traceable, fates
 from ccwsim.figures import CIVIDIS
-from ccwsim.model.arrays import Floats
-from ccwsim.model.bounds import MAX_CANDIDATES_OFFERED, MAX_REALIZATIONS
-from ccwsim.model.sizes import levels, overlap_sizes
+from ccwsim.model import MAX_CANDIDATES_OFFERED, MAX_REALIZATIONS, Floats, levels, overlap_sizes
 from ccwsim.ui.frontend.cells import draw_cells
 from ccwsim.ui.frontend.component import run_script
 from ccwsim.ui.how_it_works import maps, words

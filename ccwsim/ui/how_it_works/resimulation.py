@@ -11,8 +11,7 @@ from scipy import ndimage
 
 from ccwsim.engine.stages.path import overlap_cells
 from ccwsim.engine.trace import ResimulatedWindow, Trace
-from ccwsim.model.arrays import Bytes, Mask, window_at
-from ccwsim.model.ensemble import FORCED
+from ccwsim.model import FORCED, Bytes, Mask, window_at
 from ccwsim.ui.frontend.cells import CellMap, draw_cells, editor_points, facies_map
 from ccwsim.ui.hard_data.page import describe_data_status
 from ccwsim.ui.how_it_works.maps import TraceView, box_mark, data_in

@@ -6,7 +6,7 @@ from typing import Any
 import streamlit as st
 
 from ccwsim.engine.trace import Trace
-from ccwsim.model.parameters import Parameters, fitted
+from ccwsim.model import Parameters, fitted
 from ccwsim.sharing.choices import CellsOfWells
 from ccwsim.ui.session.resolve import data_of, image_of, study_of, wells_of
 from ccwsim.ui.session.state import State

@@ -10,8 +10,7 @@ from streamlit.delta_generator import DeltaGenerator
 
 from ccwsim.engine.stages.path import ORDERS, Triple, along_path
 from ccwsim.engine.trace import PlaceFate, ResimulatedWindow, Trace, TracedPatch
-from ccwsim.model.arrays import describe_shape as cells_along, listing
-from ccwsim.model.assets import read_toml
+from ccwsim.model import describe_shape as cells_along, listing, read_toml
 from ccwsim.ui.how_it_works.maps import PatchView
 from ccwsim.ui.widgets.text import page_text, scrolled
 

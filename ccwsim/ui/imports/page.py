@@ -12,7 +12,7 @@ from ccwsim import CCWSIMError, TrainingImage, datasets
 from ccwsim.figures import facies_colours, placement_svg
 from ccwsim.io import PlacedPoints, PointsPreview
 from ccwsim.metrics import diagnose
-from ccwsim.model.arrays import describe_shape
+from ccwsim.model import describe_shape
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, WellTables
 from ccwsim.sharing.codec import MAX_LETTERS
 from ccwsim.ui.frontend.cells import MAX_WELL_NAMES, CellMap, draw_cells, number_map

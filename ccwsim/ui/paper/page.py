@@ -11,8 +11,7 @@ import streamlit as st
 from ccwsim import CCWSIMError
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import Demand
-from ccwsim.model.bounds import MAX_SEED
-from ccwsim.model.numbers import duration, format_bytes
+from ccwsim.model import MAX_SEED, duration, format_bytes
 from ccwsim.paper import reproduction
 from ccwsim.paper.experiment import FILES_VARIABLE, FULL, QUICK, PaperInputs, inputs_in
 from ccwsim.paper.reproduction import EXPERIMENTS, Finished, Reproduction

@@ -14,9 +14,7 @@ from ccwsim.metrics import EType, Fit, etype, fit_curve
 from ccwsim.metrics.bands import Statistic
 from ccwsim.metrics.direction import along_and_across
 from ccwsim.metrics.lags import Direction, DirectionName, axes_of
-from ccwsim.model.arrays import Floats
-from ccwsim.model.bounds import MAX_CURVES
-from ccwsim.model.numbers import duration
+from ccwsim.model import MAX_CURVES, Floats, duration
 from ccwsim.report import pictures, verdicts
 from ccwsim.report.pictures import bundle_of, layers_bundle, layers_chart
 from ccwsim.ui.frontend.component import draw_component

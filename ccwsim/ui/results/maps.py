@@ -13,8 +13,7 @@ from streamlit.delta_generator import DeltaGenerator
 
 from ccwsim import Ensemble, Grid, HardData, TrainingImage, datasets
 from ccwsim.figures import ENTROPY, contact_sheet, facies_colours, tile_size
-from ccwsim.model.arrays import Array, Floats, Integers
-from ccwsim.model.numbers import minus, three_digits
+from ccwsim.model import Array, Floats, Integers, minus, three_digits
 from ccwsim.sharing.choices import CellsOfWells, EMap
 from ccwsim.ui.frontend.cells import (
     CellMap,

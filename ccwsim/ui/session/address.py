@@ -10,8 +10,7 @@ import streamlit as st
 from streamlit.errors import StreamlitAPIException
 
 from ccwsim import Parameters
-from ccwsim.model.arrays import describe_shape
-from ccwsim.model.bounds import MAX_LINK_VALUES, MAX_SEED
+from ccwsim.model import MAX_LINK_VALUES, MAX_SEED, describe_shape
 from ccwsim.sharing.choices import Choices, DataChoice, GuideChoice, ImageChoice, Shown
 from ccwsim.sharing.link import first_values, link_of, meant, missing_parts, read_link
 from ccwsim.ui.session.kept import drafts_for_reload, keep_for_reload, kept_for_reload

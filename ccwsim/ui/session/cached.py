@@ -11,8 +11,7 @@ import streamlit as st
 from ccwsim import Ensemble, Grid, HardData, Parameters, Secondary, TrainingImage
 from ccwsim.jobs.memo import Memo
 from ccwsim.jobs.statistics import Task
-from ccwsim.model.arrays import digest
-from ccwsim.model.watch import Fraction
+from ccwsim.model import Fraction, digest
 from ccwsim.sharing.choices import DataChoice, GuideChoice, ImageChoice, Upload, WellTables
 
 MAX_CACHED, MAX_CACHED_BYTES = 96, 256 * 10**6

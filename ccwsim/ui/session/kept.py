@@ -16,7 +16,7 @@ import streamlit as st
 
 from ccwsim.jobs.limits import limits_of_environment
 from ccwsim.jobs.memo import n_bytes
-from ccwsim.model.arrays import digest
+from ccwsim.model import digest
 from ccwsim.sharing.choices import Choices
 from ccwsim.sharing.link import Own, link_of, own_choices
 

@@ -2,7 +2,7 @@
 
 from ccwsim.engine.compilation import compilation, must_compile
 from ccwsim.jobs.job import Job
-from ccwsim.model.numbers import duration
+from ccwsim.model import duration
 from ccwsim.ui.widgets.text import page_labels
 
 SLOW_START = 0.8

@@ -30,20 +30,24 @@ from ccwsim.io.limits import limited, upload_limits
 from ccwsim.jobs.job import result_in_turn
 from ccwsim.jobs.limits import UNASKED_SECONDS, free_bytes, limits_of_environment
 from ccwsim.metrics import default_parameters
-from ccwsim.model.arrays import Array, Floats, Shape
-from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED
-from ccwsim.model.errors import refused
-from ccwsim.model.facies_match import FaciesMatch
-from ccwsim.model.numbers import duration, format_bytes
-from ccwsim.model.parameters import PER_AXIS, fitted
-from ccwsim.model.secondary import (
+from ccwsim.model import (
+    MAX_GRID_SIDE_OFFERED,
+    PER_AXIS,
+    Array,
+    FaciesMatch,
+    Floats,
+    Shape,
+    Study,
     cells_in_polygon,
+    duration,
+    fitted,
+    format_bytes,
     maps_by_code,
     match_of_image,
     match_of_probabilities,
     recoded_image,
+    refused,
 )
-from ccwsim.model.study import Study
 from ccwsim.run.footprint import demand_of
 from ccwsim.sharing.choices import (
     Answers,

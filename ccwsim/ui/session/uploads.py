@@ -17,7 +17,7 @@ from streamlit.runtime.uploaded_file_manager import UploadedFile, UploadedFileRe
 
 from ccwsim.jobs.job import server_queue
 from ccwsim.jobs.limits import free_bytes, limits_of_environment
-from ccwsim.model.errors import refused
+from ccwsim.model import refused
 from ccwsim.sharing.choices import Upload
 from ccwsim.ui.session.server import current_session
 from ccwsim.ui.widgets.errors import catch_callback_errors

@@ -9,8 +9,7 @@ import ccwsim
 from ccwsim import CCWSIMError, TrainingImage
 from ccwsim.figures import facies_colours
 from ccwsim.io import training_image_as_bytes
-from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED, MAX_REALIZATIONS, MAX_SEED
-from ccwsim.model.classes import MAX_CODES
+from ccwsim.model import MAX_CODES, MAX_GRID_SIDE_OFFERED, MAX_REALIZATIONS, MAX_SEED
 from ccwsim.report.document import report_html, surroundings
 from ccwsim.sharing.choices import (
     Answers,

@@ -14,7 +14,7 @@ from ccwsim.io import can_write, maps_as_bytes, parameters_to_json, realizations
 from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.metrics import VERTICAL, Direction, axes_of, etype
 from ccwsim.metrics.bands import Statistic
-from ccwsim.model.numbers import duration
+from ccwsim.model import duration
 from ccwsim.report import verdicts
 from ccwsim.report.settings import caption_of
 from ccwsim.ui.flow.solving import model_downloads

@@ -3,7 +3,7 @@
 from dataclasses import fields
 
 from ccwsim import Parameters
-from ccwsim.model.arrays import describe_shape
+from ccwsim.model import describe_shape
 from ccwsim.report.settings import describe_value, short_parameter_name
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice
 from ccwsim.ui.results.maps import pretty

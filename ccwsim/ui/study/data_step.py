@@ -15,10 +15,7 @@ from ccwsim.figures import data_png
 from ccwsim.jobs.statistics import StatisticsWorker, Task
 from ccwsim.metrics import DataFit, fit_data, rank_variants
 from ccwsim.metrics.data_fit import AS_GIVEN, MIN_PLACES, MIN_RANKED, better_variant
-from ccwsim.model.bounds import MAX_SAMPLED
-from ccwsim.model.facies_match import describe_codes
-from ccwsim.model.numbers import minus, with_power
-from ccwsim.model.watch import Fraction
+from ccwsim.model import MAX_SAMPLED, Fraction, describe_codes, minus, with_power
 from ccwsim.sharing.choices import (
     Choices,
     DataChoice,

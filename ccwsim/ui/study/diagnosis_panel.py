@@ -9,7 +9,7 @@ import streamlit as st
 from ccwsim import Parameters, TrainingImage
 from ccwsim.figures import proportions_chart, repetition_chart
 from ccwsim.metrics import QUARTERS, Diagnosis
-from ccwsim.model.numbers import plural
+from ccwsim.model import plural
 from ccwsim.report.settings import describe_value
 from ccwsim.ui.results.charts import titled_chart
 from ccwsim.ui.study.study_column import STEP_LABELS

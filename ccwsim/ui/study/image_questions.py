@@ -15,7 +15,7 @@ from ccwsim.io.gridding import FilePart, largest_without_gaps, thinning
 from ccwsim.io.limits import TooManyCells
 from ccwsim.io.opening import FileSummary, open_file
 from ccwsim.io.training_images import QUESTIONS
-from ccwsim.model.arrays import Bytes, Floats, Shape, describe_shape
+from ccwsim.model import Bytes, Floats, Shape, describe_shape
 from ccwsim.sharing.choices import Answers, ImageChoice, Upload
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.session.cached import cached

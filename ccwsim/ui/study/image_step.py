@@ -11,8 +11,7 @@ import streamlit as st
 
 from ccwsim import CCWSIMError, Grid, TrainingImage, datasets
 from ccwsim.figures import contact_sheet, facies_colours, map_png
-from ccwsim.model.arrays import Bytes, describe_shape
-from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED
+from ccwsim.model import MAX_GRID_SIDE_OFFERED, Bytes, describe_shape
 from ccwsim.sharing.choices import Answers, DataChoice, ImageChoice, Upload
 from ccwsim.ui.frontend.component import draw_tiles
 from ccwsim.ui.results.maps import colours_of, pretty

@@ -20,9 +20,7 @@ from ccwsim.io.gridding import FilePart
 from ccwsim.io.hard_data.columns import ALTERNATIVE_ROLES, DEPTH_ROLES, WELL_TABLES
 from ccwsim.io.hard_data.placing import KINDS_OF_ROWS
 from ccwsim.io.hard_data.rows import RowProblem
-from ccwsim.model.arrays import Ints
-from ccwsim.model.bounds import MAX_GRID_SIDE_OFFERED
-from ccwsim.model.facies_match import FaciesMatch, facies_label
+from ccwsim.model import MAX_GRID_SIDE_OFFERED, FaciesMatch, Ints, facies_label
 from ccwsim.sharing.choices import Answers, Choices, DataChoice, FaciesAnswers, ImageChoice, Upload
 from ccwsim.ui.session import resolve
 from ccwsim.ui.study.asking import FormItem, Question, WriteAnswer, answer_button, ask, same

@@ -16,11 +16,16 @@ from ccwsim.experiments.timing import typical
 from ccwsim.experiments.trials import Trial
 from ccwsim.jobs.job import FIRST_RESULT_SECONDS, Job, server_queue
 from ccwsim.jobs.limits import Demand, limits_of_environment, needs_consent
-from ccwsim.model.bounds import MAX_REALIZATIONS, MAX_SEED
-from ccwsim.model.numbers import duration, format_bytes
-from ccwsim.model.parameters import fitted
-from ccwsim.model.sizes import levels, per_axis
-from ccwsim.model.watch import Watch
+from ccwsim.model import (
+    MAX_REALIZATIONS,
+    MAX_SEED,
+    Watch,
+    duration,
+    fitted,
+    format_bytes,
+    levels,
+    per_axis,
+)
 from ccwsim.run.executors import executor_of_environment
 from ccwsim.run.footprint import demand_of
 from ccwsim.run.shared import MAX_SHARED, MAX_SHARED_BYTES, SharedRun, SharedRuns

@@ -12,11 +12,19 @@ from streamlit.delta_generator import DeltaGenerator
 
 from ccwsim.metrics import default_parameters, warn_of_edges, warn_of_level
 from ccwsim.metrics.diagnosis import TREND_WEIGHT
-from ccwsim.model import bounds
-from ccwsim.model.arrays import WORLD_AXES, Shape
-from ccwsim.model.parameters import PER_AXIS, Parameters, fitted
-from ccwsim.model.published import VARIANT_SETTINGS, WITHOUT_ADDITIONS
-from ccwsim.model.sizes import levels, overlap_sizes, template_sizes
+from ccwsim.model import (
+    PER_AXIS,
+    VARIANT_SETTINGS,
+    WITHOUT_ADDITIONS,
+    WORLD_AXES,
+    Parameters,
+    Shape,
+    bounds,
+    fitted,
+    levels,
+    overlap_sizes,
+    template_sizes,
+)
 from ccwsim.report.settings import VALUES
 from ccwsim.ui.session import resolve
 from ccwsim.ui.session.address import page_link

@@ -20,9 +20,7 @@ from ccwsim.experiments.trials import Trial
 from ccwsim.figures import contact_sheet, tile_size
 from ccwsim.jobs.job import Job
 from ccwsim.jobs.limits import Demand
-from ccwsim.model.arrays import Bytes, Integers
-from ccwsim.model.missing import UNKNOWN
-from ccwsim.model.numbers import duration, plural, three_digits
+from ccwsim.model import UNKNOWN, Bytes, Integers, duration, plural, three_digits
 from ccwsim.run.footprint import demand_of
 from ccwsim.sharing.choices import Choices
 from ccwsim.ui.frontend.component import draw_tiles

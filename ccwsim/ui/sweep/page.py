@@ -14,8 +14,7 @@ from ccwsim.experiments.plan import ALONG_Z, RANGED, label, value_of, varied
 from ccwsim.experiments.sweep import Sweep, SweepRow
 from ccwsim.figures import sweep_chart, tile_size
 from ccwsim.io.formats.csv_table import records_as_csv
-from ccwsim.model.bounds import MAX_REALIZATIONS_OF_SWEEP
-from ccwsim.model.numbers import minus, plural, three_digits
+from ccwsim.model import MAX_REALIZATIONS_OF_SWEEP, minus, plural, three_digits
 from ccwsim.report.settings import describe_inputs
 from ccwsim.ui.frontend.cells import draw_cells, facies_map
 from ccwsim.ui.frontend.component import draw_tiles, run_script

@@ -9,10 +9,7 @@ from ccwsim.experiments.plan import ALONG_Z, SweepPlan, plan_sweep
 from ccwsim.experiments.timing import expected_seconds
 from ccwsim.experiments.trials import Trial, TrialResult
 from ccwsim.jobs.limits import Demand, limits_of_environment
-from ccwsim.model.arrays import describe_shape
-from ccwsim.model.bounds import MAX_TEMPLATE
-from ccwsim.model.parameters import METHODS, fitted
-from ccwsim.model.sizes import levels
+from ccwsim.model import MAX_TEMPLATE, METHODS, describe_shape, fitted, levels
 from ccwsim.sharing.choices import Choices
 from ccwsim.ui.results.maps import pretty
 from ccwsim.ui.session.cached import cached

@@ -15,10 +15,17 @@ from ccwsim import CCWSIMError, Ensemble, HardData, TrainingImage, datasets, met
 from ccwsim.figures import ENTROPY, calibration_chart, data_status_chart, facies_colours, ramp
 from ccwsim.jobs.statistics import Task
 from ccwsim.metrics.data_fit import MIN_PLACES, winner
-from ccwsim.model.arrays import Floats, Ints, describe_shape
-from ccwsim.model.ensemble import FORCED, WRONG
-from ccwsim.model.numbers import coordinate, minus, three_digits
-from ccwsim.model.watch import Fraction
+from ccwsim.model import (
+    FORCED,
+    WRONG,
+    Floats,
+    Fraction,
+    Ints,
+    coordinate,
+    describe_shape,
+    minus,
+    three_digits,
+)
 from ccwsim.report.verdicts import Verdict
 from ccwsim.ui.frontend.cells import CellMap, draw_cells, editor_points, facies_map, number_map
 from ccwsim.ui.results.charts import titled_chart

@@ -12,8 +12,7 @@ from ccwsim import Ensemble
 from ccwsim.figures import Group, facies_colours, mds_chart, mds_title
 from ccwsim.jobs.statistics import Task
 from ccwsim.metrics import Anodi, Fit
-from ccwsim.model.bounds import MAX_REALIZATIONS
-from ccwsim.model.numbers import three_digits
+from ccwsim.model import MAX_REALIZATIONS, three_digits
 from ccwsim.report import verdicts
 from ccwsim.report.settings import caption_of
 from ccwsim.report.verdicts import Verdict, describe_scaling

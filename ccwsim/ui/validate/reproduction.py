@@ -15,9 +15,7 @@ from ccwsim.io.formats.csv_table import csv_as_bytes
 from ccwsim.metrics import Anodi, Copying, Diagnosis, FlowFit, Measured
 from ccwsim.metrics.bands import STATISTICS, Statistic
 from ccwsim.metrics.lags import Direction, axes_of
-from ccwsim.model.arrays import Floats, describe_shape, listing
-from ccwsim.model.bounds import MAX_CURVES
-from ccwsim.model.numbers import three_digits
+from ccwsim.model import MAX_CURVES, Floats, describe_shape, listing, three_digits
 from ccwsim.report import verdicts
 from ccwsim.report.pictures import bundle_of_curves
 from ccwsim.ui.frontend.cells import CellMap, draw_cells

@@ -6,7 +6,7 @@ import numpy as np
 import streamlit as st
 
 from ccwsim import Ensemble, Grid
-from ccwsim.model.arrays import CELL_AXES, Array, Shape, readonly
+from ccwsim.model import CELL_AXES, Array, Shape, readonly
 from ccwsim.sharing.choices import CellsOfWells
 from ccwsim.ui.results.maps import wells_of_data
 from ccwsim.ui.session.state import State

@@ -17,10 +17,7 @@ from ccwsim.metrics.lags import Direction, max_lag
 from ccwsim.metrics.patterns import thinnest_n_layers
 from ccwsim.metrics.reference_band import PATTERN_SIZES
 from ccwsim.metrics.stack import Stack, as_image
-from ccwsim.model.arrays import Floats, Int32s, Integers, Shape
-from ccwsim.model.bounds import MAX_CURVES
-from ccwsim.model.missing import UNKNOWN
-from ccwsim.model.watch import Fraction, Watch
+from ccwsim.model import MAX_CURVES, UNKNOWN, Floats, Fraction, Int32s, Integers, Shape, Watch
 from ccwsim.report.pictures import bundle_of, bundle_of_curves, layers_bundle
 from ccwsim.run.simulation import simulate_study
 from ccwsim.ui.results.charts import e_type_of

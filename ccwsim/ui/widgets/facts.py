@@ -8,7 +8,7 @@ import streamlit as st
 
 from ccwsim import Ensemble
 from ccwsim.metrics import fit_proportions
-from ccwsim.model.numbers import duration, plural, three_digits
+from ccwsim.model import duration, plural, three_digits
 from ccwsim.report.verdicts import advise_proportions, compare_proportion, describe_proportion
 from ccwsim.ui.widgets.text import numbers_table, scrolled
 

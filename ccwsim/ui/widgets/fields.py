@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import streamlit as st
 
-from ccwsim.model.parameters import parameter_table
+from ccwsim.model import parameter_table
 from ccwsim.ui.widgets.errors import catch_callback_errors, tells_errors
 
 MAX_VERSIONS = 16

@@ -11,7 +11,7 @@ import streamlit as st
 from streamlit.delta_generator import DeltaGenerator
 
 import ccwsim
-from ccwsim.model.assets import read_toml
+from ccwsim.model import read_toml
 from ccwsim.report.verdicts import Verdict
 
 TEXTS_FILE = Path(__file__).parents[1] / "texts.md"
