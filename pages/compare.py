@@ -5,7 +5,7 @@ from __future__ import annotations
 from ccwsim.ui.compare.page import draw_page
 from ccwsim.ui.examples.opened import draw_opened
 from ccwsim.ui.page import show_page
-from ccwsim.ui.session.state import State
+from ccwsim.ui.session import State
 
 
 def compare_page(state: State) -> None:

@@ -6,11 +6,11 @@ import streamlit as st
 
 from ccwsim.ui.examples.opened import draw_opened
 from ccwsim.ui.page import show_page
-from ccwsim.ui.session.state import State
+from ccwsim.ui.session import State
 from ccwsim.ui.simulate.results import draw_history, draw_results
 from ccwsim.ui.study.run import draw_news, is_live, run_button, start_run_if_needed
 from ccwsim.ui.study.study_column import study_column
-from ccwsim.ui.widgets.theme import draw_style
+from ccwsim.ui.widgets import draw_style
 
 
 def simulate_page(state: State) -> None:

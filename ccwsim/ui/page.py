@@ -8,19 +8,24 @@ import streamlit as st
 from ccwsim.jobs.scheduler import PAGE_TURNS
 from ccwsim.sharing.link import link_of
 from ccwsim.ui.frontend.component import run_script
-from ccwsim.ui.session.address import page_link, shown_of, take_address
-from ccwsim.ui.session.fragments import error_boundary
-from ccwsim.ui.session.kept import cookies, is_new
-from ccwsim.ui.session.server import settle_server
-from ccwsim.ui.session.state import KEY, State, session_state
-from ccwsim.ui.session.uploads import bound_uploads
+from ccwsim.ui.session import (
+    KEY,
+    State,
+    bound_uploads,
+    cookies,
+    error_boundary,
+    is_new,
+    page_link,
+    session_state,
+    settle_server,
+    shown_of,
+    take_address,
+)
 from ccwsim.ui.share.menu import draw_open, draw_share
 from ccwsim.ui.study.guides_step import GUIDES_PAGE
 from ccwsim.ui.study.image_step import IMPORT_PAGE
 from ccwsim.ui.study.run import SIMULATE_PAGE
-from ccwsim.ui.widgets.fields import button
-from ccwsim.ui.widgets.text import how_tos, in_row, page_text, plain
-from ccwsim.ui.widgets.theme import own_colours, theme_name
+from ccwsim.ui.widgets import button, how_tos, in_row, own_colours, page_text, plain, theme_name
 
 LOGO_FOLDER = Path(__file__).parents[1] / "assets"
 STYLE = Path(__file__).with_name("style.css")

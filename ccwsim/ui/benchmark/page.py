@@ -17,12 +17,21 @@ from ccwsim.paper.times import measured_series, paper_series
 from ccwsim.system.machine import this_machine
 from ccwsim.ui.results.charts import draw_caption, titled_chart
 from ccwsim.ui.results.maps import pretty
-from ccwsim.ui.session.resolve import image_of
-from ccwsim.ui.session.state import RunState, State
+from ccwsim.ui.session import RunState, State, image_of
 from ccwsim.ui.study.trials import TrialsRun, describe_work, draw_run_news, trials_of
-from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
-from ccwsim.ui.widgets.text import in_row, numbers_table, page_text, scrolled, step_note
-from ccwsim.ui.widgets.theme import chart_theme, draw_style
+from ccwsim.ui.widgets import (
+    bound_to,
+    button,
+    chart_theme,
+    draw_style,
+    field,
+    in_row,
+    numbers_table,
+    options_of,
+    page_text,
+    scrolled,
+    step_note,
+)
 
 QUANTITIES = {
     "n_cells": "cells of the grid",

@@ -13,7 +13,7 @@ from ccwsim.metrics import fit_proportions
 from ccwsim.model import Floats, duration, three_digits
 from ccwsim.report.verdicts import describe_proportion
 from ccwsim.ui.compare.settings import TWO_POINT
-from ccwsim.ui.widgets.text import numbers_table, page_text
+from ccwsim.ui.widgets import numbers_table, page_text
 
 PLACE_COLUMNS = ("distance_to_image_bits", "mds_1", "mds_2")
 DATA_COLUMNS = ("data_wrong", "data_mended", "data_forced")

@@ -37,19 +37,30 @@ from ccwsim.ui.compare.settings import (
 )
 from ccwsim.ui.frontend.cells import draw_cells
 from ccwsim.ui.results import charts, maps
-from ccwsim.ui.session.file_names import grid_part
-from ccwsim.ui.session.fragments import error_boundary
-from ccwsim.ui.session.resolve import data_of, image_of, study_of
-from ccwsim.ui.session.state import State
+from ccwsim.ui.session import State, data_of, error_boundary, grid_part, image_of, study_of
 from ccwsim.ui.study.changes import image_name
 from ccwsim.ui.study.image_questions import image_of_file
 from ccwsim.ui.study.image_step import image_uploader
 from ccwsim.ui.study.study_column import parameter_field, size_fields, variant_field
 from ccwsim.ui.study.trials import draw_run_news, use_button
-from ccwsim.ui.widgets.errors import problem_in
-from ccwsim.ui.widgets.fields import PARAMETER_ROWS, bound_to, button, download, field, options_of
-from ccwsim.ui.widgets.text import in_row, page_text, pair, panel_title, plain, scrolled, step_note
-from ccwsim.ui.widgets.theme import chart_theme, draw_style
+from ccwsim.ui.widgets import (
+    PARAMETER_ROWS,
+    bound_to,
+    button,
+    chart_theme,
+    download,
+    draw_style,
+    field,
+    in_row,
+    options_of,
+    page_text,
+    pair,
+    panel_title,
+    plain,
+    problem_in,
+    scrolled,
+    step_note,
+)
 
 SHOWN_AT_ONCE = {
     *("variant", "method", "wavelet_level", "template_size", "overlap_size"),

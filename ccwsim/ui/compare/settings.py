@@ -26,8 +26,7 @@ from ccwsim.model import (
 )
 from ccwsim.run.footprint import demand_of
 from ccwsim.sharing.choices import Beside, ImageChoice
-from ccwsim.ui.session.resolve import image_of
-from ccwsim.ui.session.state import RunState, State
+from ccwsim.ui.session import RunState, State, image_of
 from ccwsim.ui.study.changes import image_name
 from ccwsim.ui.study.study_column import set_parameters
 from ccwsim.ui.study.trials import TrialsRun, shown_in, study_key, trials_of

@@ -19,7 +19,7 @@ from ccwsim.sharing.choices import (
 )
 from ccwsim.sharing.link import link_of
 from ccwsim.sharing.parts import from_json
-from ccwsim.ui.widgets.text import page_labels
+from ccwsim.ui.widgets import page_labels
 
 N_COMPARED = 8  # realizations of each setting of an example that is compared
 

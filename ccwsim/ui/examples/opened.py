@@ -15,12 +15,10 @@ from ccwsim.ui.examples.catalogue import (
     next_example,
 )
 from ccwsim.ui.imports.page import Imports
-from ccwsim.ui.session.address import go_to
-from ccwsim.ui.session.state import State
+from ccwsim.ui.session import State, go_to
 from ccwsim.ui.study.image_step import IMPORT_PAGE
 from ccwsim.ui.study.run import start_run, stop_run
-from ccwsim.ui.widgets.fields import button
-from ccwsim.ui.widgets.text import in_row, page_text
+from ccwsim.ui.widgets import button, in_row, page_text
 
 SIMULATE, COMPARE = "pages/simulate.py", "pages/compare.py"
 TAKEN = "The study is this example now."

@@ -46,21 +46,23 @@ from ccwsim.ui.examples.catalogue import (
 )
 from ccwsim.ui.examples.quiz import draw_quiz
 from ccwsim.ui.results.maps import middle_cells
-from ccwsim.ui.session.address import CLASS, go_to
-from ccwsim.ui.session.fragments import follow_tasks
-from ccwsim.ui.session.resolve import data_of, image_of, secondary_of
-from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.errors import problem_in
-from ccwsim.ui.widgets.fields import bound_to, button, download, field, options_of
-from ccwsim.ui.widgets.text import (
+from ccwsim.ui.session import CLASS, State, data_of, follow_tasks, go_to, image_of, secondary_of
+from ccwsim.ui.widgets import (
+    bound_to,
+    button,
+    chart_theme,
+    download,
+    draw_style,
+    field,
     in_row,
     numbers_table,
+    options_of,
     page_labels,
     page_text,
+    problem_in,
     scrolled,
     step_note,
 )
-from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 VIEWS = {
     "studies": "Lecture plan",

@@ -24,14 +24,21 @@ from ccwsim.sharing.choices import ImageChoice
 from ccwsim.ui.frontend.cells import CellMap, draw_cells
 from ccwsim.ui.frontend.component import draw_tiles
 from ccwsim.ui.results.maps import pretty
-from ccwsim.ui.session.fragments import follow
-from ccwsim.ui.session.resolve import image_of
-from ccwsim.ui.session.state import State
+from ccwsim.ui.session import State, follow, image_of
 from ccwsim.ui.study.run import failed
-from ccwsim.ui.widgets.errors import if_possible
-from ccwsim.ui.widgets.fields import bound_to, button, field, help_of
-from ccwsim.ui.widgets.text import in_row, page_text, panel_title, plain, step_note
-from ccwsim.ui.widgets.theme import chart_theme
+from ccwsim.ui.widgets import (
+    bound_to,
+    button,
+    chart_theme,
+    field,
+    help_of,
+    if_possible,
+    in_row,
+    page_text,
+    panel_title,
+    plain,
+    step_note,
+)
 
 N_PICTURES = 6
 MAX_PIECE_SIDE = 96

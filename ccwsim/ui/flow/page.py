@@ -43,23 +43,25 @@ from ccwsim.ui.frontend.cells import (
 from ccwsim.ui.frontend.component import draw_component, run_script
 from ccwsim.ui.results import maps
 from ccwsim.ui.results.charts import draw_caption, titled_chart
-from ccwsim.ui.session.address import go_to
-from ccwsim.ui.session.file_names import study_part
-from ccwsim.ui.session.fragments import follow, follow_tasks
-from ccwsim.ui.session.state import State
+from ccwsim.ui.session import State, follow, follow_tasks, go_to, study_part
 from ccwsim.ui.study.run import draw_news, draw_out_of_date, start_run_if_needed
-from ccwsim.ui.widgets.facts import write_facts
-from ccwsim.ui.widgets.fields import bound_to, button, download, field, options_of
-from ccwsim.ui.widgets.text import (
+from ccwsim.ui.widgets import (
+    bound_to,
+    button,
+    chart_theme,
+    download,
+    draw_style,
+    field,
     in_row,
     numbers_table,
+    options_of,
     page_text,
     panel_title,
     plain,
     step_note,
     step_title,
+    write_facts,
 )
-from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 # seconds for which the page waits for a solution before it draws the earlier one
 SOLUTION_SECONDS = 1.5

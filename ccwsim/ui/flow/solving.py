@@ -28,10 +28,8 @@ from ccwsim.model import (
 )
 from ccwsim.sharing.choices import FlowChoice
 from ccwsim.system.machine import n_cores
-from ccwsim.ui.session.cached import as_task, shared_values
-from ccwsim.ui.session.file_names import study_part
-from ccwsim.ui.session.state import PageRun, RunState, State
-from ccwsim.ui.widgets.fields import Download
+from ccwsim.ui.session import PageRun, RunState, State, as_task, shared_values, study_part
+from ccwsim.ui.widgets import Download
 
 # memory per cell of a solution in bytes, mostly the levels of the solver
 SOLVER_BYTES_PER_CELL = 1200

@@ -8,7 +8,7 @@ from typing import Any
 import streamlit as st
 from streamlit.components import v2
 
-from ccwsim.ui.widgets.errors import catch_callback_errors
+from ccwsim.ui.widgets import catch_callback_errors
 
 FRONTEND_FOLDER = Path(__file__).parent
 MAP_SCRIPTS = ("shared/ticks", "shared/drawing", "shared/view", "map/map")

@@ -37,17 +37,17 @@ from ccwsim.sharing.choices import (
 from ccwsim.ui.frontend.cells import CellMap, editor_points, map_content, number_map
 from ccwsim.ui.frontend.component import draw_component
 from ccwsim.ui.results import maps
-from ccwsim.ui.session.cached import cached
-from ccwsim.ui.session.resolve import (
+from ccwsim.ui.session import (
+    State,
+    cached,
     data_of,
+    file_uploader,
     image_of,
     maps_of_probabilities,
     read_upload,
     study_of,
     wells_of,
 )
-from ccwsim.ui.session.state import State
-from ccwsim.ui.session.uploads import file_uploader
 from ccwsim.ui.study import asking, image_questions, questions, run
 from ccwsim.ui.study.guides_step import (
     draw_guides_in_use,
@@ -57,18 +57,22 @@ from ccwsim.ui.study.guides_step import (
     use_guides,
 )
 from ccwsim.ui.study.image_step import image_thumbnail
-from ccwsim.ui.widgets.errors import if_possible, problem_in
-from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
-from ccwsim.ui.widgets.text import (
+from ccwsim.ui.widgets import (
+    bound_to,
+    button,
+    draw_style,
+    field,
+    if_possible,
     in_row,
+    options_of,
     page_labels,
     page_text,
     pair,
     panel_title,
     plain,
+    problem_in,
     step_note,
 )
-from ccwsim.ui.widgets.theme import draw_style
 
 TASKS = page_labels("tasks_of_guides")  # title and explanation of each task
 LABELS, FILES = page_labels("guides"), page_labels("files_of_guides")  # label and help

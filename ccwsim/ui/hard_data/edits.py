@@ -9,9 +9,8 @@ import numpy as np
 
 from ccwsim import Ensemble, HardData, TrainingImage, revise
 from ccwsim.sharing.choices import CellsOfWells, Choices, DataChoice, ImageChoice
-from ccwsim.ui.session.resolve import data_of, study_of, wells_of
-from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.errors import if_possible, problem_in
+from ccwsim.ui.session import State, data_of, study_of, wells_of
+from ccwsim.ui.widgets import if_possible, problem_in
 
 Cell = tuple[int, ...]
 Ground = Literal["realization", "e_type", "empty"]

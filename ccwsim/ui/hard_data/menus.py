@@ -12,18 +12,23 @@ from ccwsim.io.hard_data.files import hard_data_as_bytes, names_of_data
 from ccwsim.model import MAX_SAMPLED, MAX_SAMPLING_STEP, describe_shape
 from ccwsim.sharing.choices import DataChoice, ImageChoice, Upload
 from ccwsim.ui.hard_data.edits import Editor, Sampling, fits, moment_of, take_data
-from ccwsim.ui.session.file_names import grid_part
-from ccwsim.ui.session.resolve import NO_FILE_YET, image_of, wells_of
-from ccwsim.ui.session.state import State
-from ccwsim.ui.session.uploads import file_uploader
+from ccwsim.ui.session import NO_FILE_YET, State, file_uploader, grid_part, image_of, wells_of
 from ccwsim.ui.study import data_step
 from ccwsim.ui.study.asking import keep_button
 from ccwsim.ui.study.image_questions import ask_about_image, image_of_file
 from ccwsim.ui.study.image_step import problem_of_image
 from ccwsim.ui.study.questions import ask_data
-from ccwsim.ui.widgets.errors import problem_in
-from ccwsim.ui.widgets.fields import bound_to, button, download, field, options_of
-from ccwsim.ui.widgets.text import page_labels, page_text, plain
+from ccwsim.ui.widgets import (
+    bound_to,
+    button,
+    download,
+    field,
+    options_of,
+    page_labels,
+    page_text,
+    plain,
+    problem_in,
+)
 
 SAMPLING_LABELS, SAMPLING_LABELS_VOLUME = page_labels("sampling"), page_labels("sampling_volume")
 SAMPLED_FIELDS = {False: "the shown realization", True: "an image from a file"}

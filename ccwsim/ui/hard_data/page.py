@@ -17,15 +17,24 @@ from ccwsim.ui.hard_data.edits import Editor, answer, fits, take, take_edits, un
 from ccwsim.ui.hard_data.table import draw_data_table
 from ccwsim.ui.hard_data.wells import draw_brush, draw_wells
 from ccwsim.ui.results import maps
-from ccwsim.ui.session.fragments import error_boundary
-from ccwsim.ui.session.resolve import data_of, wells_of
-from ccwsim.ui.session.state import State
+from ccwsim.ui.session import State, data_of, error_boundary, wells_of
 from ccwsim.ui.study.data_step import problem_of_data
 from ccwsim.ui.study.run import draw_news, start_run_if_needed
-from ccwsim.ui.widgets.facts import draw_facts
-from ccwsim.ui.widgets.fields import bound_to, button, field, menu, options_of
-from ccwsim.ui.widgets.text import in_row, page_text, panel_title, plain, step_note
-from ccwsim.ui.widgets.theme import chart_theme, draw_style
+from ccwsim.ui.widgets import (
+    bound_to,
+    button,
+    chart_theme,
+    draw_facts,
+    draw_style,
+    field,
+    in_row,
+    menu,
+    options_of,
+    page_text,
+    panel_title,
+    plain,
+    step_note,
+)
 
 EDITOR_BACKGROUNDS = {"realization": "realization", "e_type": "E-type", "empty": "empty grid"}
 REST, REST_VOLUME = 0.4, 0.6

@@ -12,11 +12,17 @@ from pandas.io.formats.style import Styler
 from ccwsim import Grid, HardData, TrainingImage
 from ccwsim.sharing.choices import CellsOfWells
 from ccwsim.ui.hard_data.edits import Editor, take_data
-from ccwsim.ui.session import resolve
-from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.errors import catch_callback_errors, problem_in
-from ccwsim.ui.widgets.fields import bound_to, field, options_of
-from ccwsim.ui.widgets.text import in_row, panel_title, plain
+from ccwsim.ui.session import State, resolve
+from ccwsim.ui.widgets import (
+    bound_to,
+    catch_callback_errors,
+    field,
+    in_row,
+    options_of,
+    panel_title,
+    plain,
+    problem_in,
+)
 
 TABLE_HEIGHT = 497  # height of the table in pixels, for the heading and exactly fourteen rows
 MAX_NOTES = 4  # maximum number of notes below the table

@@ -10,10 +10,8 @@ from ccwsim import Grid, HardData
 from ccwsim.model import Ints, digest
 from ccwsim.sharing.choices import CellsOfWells, DataChoice
 from ccwsim.ui.hard_data.edits import AS_SHOWN, ERASE, Editor, layers_of_wells, take
-from ccwsim.ui.session.resolve import data_of, wells_of
-from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
-from ccwsim.ui.widgets.text import in_row, panel_title
+from ccwsim.ui.session import State, data_of, wells_of
+from ccwsim.ui.widgets import bound_to, button, field, in_row, options_of, panel_title
 
 
 def draw_brush(state: State, nz: int) -> None:

@@ -23,15 +23,22 @@ from ccwsim.ui.how_it_works.resimulation import draw_resimulation
 from ccwsim.ui.how_it_works.run import How, forget_own, page_parameters, set_own, trace_of, use_own
 from ccwsim.ui.how_it_works.words import say
 from ccwsim.ui.results.maps import colours_of
-from ccwsim.ui.session.address import page_link
-from ccwsim.ui.session.cached import cached
-from ccwsim.ui.session.fragments import error_boundary
-from ccwsim.ui.session.resolve import data_of
-from ccwsim.ui.session.state import State
+from ccwsim.ui.session import State, cached, data_of, error_boundary, page_link
 from ccwsim.ui.study.study_column import size_fields
-from ccwsim.ui.widgets.fields import bound_to, button, field, help_of, options_of
-from ccwsim.ui.widgets.text import in_row, page_text, pair, panel_title, plain
-from ccwsim.ui.widgets.theme import chart_theme, draw_style
+from ccwsim.ui.widgets import (
+    bound_to,
+    button,
+    chart_theme,
+    draw_style,
+    field,
+    help_of,
+    in_row,
+    options_of,
+    page_text,
+    pair,
+    panel_title,
+    plain,
+)
 
 DRAWING = "drawing"
 """Value of `How.resimulated` from the start of a full redraw until the re-simulation is drawn."""

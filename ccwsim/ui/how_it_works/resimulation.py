@@ -17,8 +17,7 @@ from ccwsim.ui.hard_data.page import describe_data_status
 from ccwsim.ui.how_it_works.maps import TraceView, box_mark, data_in
 from ccwsim.ui.how_it_works.run import How
 from ccwsim.ui.how_it_works.words import OURS, STEP_REFERENCES, describe_window, format_count, say
-from ccwsim.ui.widgets.fields import field, options_of
-from ccwsim.ui.widgets.text import page_text, pair, panel_title, step_note
+from ccwsim.ui.widgets import field, options_of, page_text, pair, panel_title, step_note
 
 MAX_UNASKED_TERMS = 3_000_000_000
 """If the remaining patches need more score terms, the page asks before it places these patches."""

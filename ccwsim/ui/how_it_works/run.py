@@ -8,8 +8,7 @@ import streamlit as st
 from ccwsim.engine.trace import Trace
 from ccwsim.model import Parameters, fitted
 from ccwsim.sharing.choices import CellsOfWells
-from ccwsim.ui.session.resolve import data_of, image_of, study_of, wells_of
-from ccwsim.ui.session.state import State
+from ccwsim.ui.session import State, data_of, image_of, study_of, wells_of
 
 SHOWN_FIRST = 0.4  # share of the path that precedes the patch with which the page opens
 

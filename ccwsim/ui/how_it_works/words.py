@@ -12,7 +12,7 @@ from ccwsim.engine.stages.path import ORDERS, Triple, along_path
 from ccwsim.engine.trace import PlaceFate, ResimulatedWindow, Trace, TracedPatch
 from ccwsim.model import describe_shape as cells_along, listing, read_toml
 from ccwsim.ui.how_it_works.maps import PatchView
-from ccwsim.ui.widgets.text import page_text, scrolled
+from ccwsim.ui.widgets import page_text, scrolled
 
 MAX_ROWS = 24
 MARKS = (

@@ -17,10 +17,7 @@ from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, WellTables
 from ccwsim.sharing.codec import MAX_LETTERS
 from ccwsim.ui.frontend.cells import MAX_WELL_NAMES, CellMap, draw_cells, number_map
 from ccwsim.ui.results.maps import colours_of, map_of_image, middle_cells
-from ccwsim.ui.session import resolve
-from ccwsim.ui.session.cached import cached
-from ccwsim.ui.session.fragments import error_boundary
-from ccwsim.ui.session.state import State
+from ccwsim.ui.session import State, cached, error_boundary, resolve
 from ccwsim.ui.study import data_step, image_questions, image_step, questions
 from ccwsim.ui.study.asking import draw_fitted, keep_button
 from ccwsim.ui.study.changes import image_name
@@ -28,9 +25,18 @@ from ccwsim.ui.study.diagnosis_panel import draw_advice
 from ccwsim.ui.study.questions import answered
 from ccwsim.ui.study.run import describe_price, simulate_button
 from ccwsim.ui.study.study_column import set_parameters
-from ccwsim.ui.widgets.errors import if_possible
-from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
-from ccwsim.ui.widgets.text import in_row, page_text, panel_title, plain, step_note
+from ccwsim.ui.widgets import (
+    bound_to,
+    button,
+    field,
+    if_possible,
+    in_row,
+    options_of,
+    page_text,
+    panel_title,
+    plain,
+    step_note,
+)
 
 TABLE_KINDS = {False: "one table or grid", True: "tables of collars, intervals and surveys"}
 SUBJECTS = {"image": "Training image", "data": "Hard data"}

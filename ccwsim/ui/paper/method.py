@@ -5,10 +5,16 @@ from html import escape
 
 import streamlit as st
 
-from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.fields import download
-from ccwsim.ui.widgets.text import documents, numbers_table, on_a_page, scrolled, step_note
-from ccwsim.ui.widgets.theme import draw_style
+from ccwsim.ui.session import State
+from ccwsim.ui.widgets import (
+    documents,
+    download,
+    draw_style,
+    numbers_table,
+    on_a_page,
+    scrolled,
+    step_note,
+)
 
 TITLE = "The paper's and ours"
 PAPER_PROGRAM = "the_paper.py"

@@ -17,13 +17,20 @@ from ccwsim.paper.experiment import FILES_VARIABLE, FULL, QUICK, PaperInputs, in
 from ccwsim.paper.reproduction import EXPERIMENTS, Finished, Reproduction
 from ccwsim.report.document import report_html
 from ccwsim.system.log import reason
-from ccwsim.ui.session.fragments import follow
-from ccwsim.ui.session.progress import compilation_to_come
-from ccwsim.ui.session.state import PageRun, RunState, State
+from ccwsim.ui.session import PageRun, RunState, State, compilation_to_come, follow
 from ccwsim.ui.study.run import SAME_SEED
-from ccwsim.ui.widgets.fields import bound_to, button, download, field, options_of
-from ccwsim.ui.widgets.text import in_row, page_text, plain, step_note
-from ccwsim.ui.widgets.theme import draw_style
+from ccwsim.ui.widgets import (
+    bound_to,
+    button,
+    download,
+    draw_style,
+    field,
+    in_row,
+    options_of,
+    page_text,
+    plain,
+    step_note,
+)
 
 EXTENTS = {False: "Full", True: "Quick"}
 EXPERIMENT_BYTES_PER_CELL = 8

@@ -18,12 +18,8 @@ from ccwsim.model import MAX_CURVES, Floats, duration
 from ccwsim.report import pictures, verdicts
 from ccwsim.report.pictures import bundle_of, layers_bundle, layers_chart
 from ccwsim.ui.frontend.component import draw_component
-from ccwsim.ui.session.cached import cached, kept_with
-from ccwsim.ui.session.state import session_state
-from ccwsim.ui.widgets.errors import catch_callback_errors
-from ccwsim.ui.widgets.fields import button
-from ccwsim.ui.widgets.text import in_row, panel_title
-from ccwsim.ui.widgets.theme import chart_theme
+from ccwsim.ui.session import cached, kept_with, session_state
+from ccwsim.ui.widgets import button, catch_callback_errors, chart_theme, in_row, panel_title
 
 SAVE_BUTTON: dict[str, Any] = {"displaylogo": False, "modeBarButtons": [["toImage"]]}
 """Configuration of plotly with a hidden button; the menu that saves a chart presses this button."""

@@ -26,12 +26,17 @@ from ccwsim.ui.frontend.cells import (
 )
 from ccwsim.ui.frontend.component import draw_tiles
 from ccwsim.ui.results.charts import e_type_of, indicator_of
-from ccwsim.ui.session.cached import cached, kept_with
-from ccwsim.ui.session.resolve import data_of, image_of, study_of, wells_of
-from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.errors import if_possible
-from ccwsim.ui.widgets.fields import bound_to, button, field, options_of
-from ccwsim.ui.widgets.text import in_row, panel_title, step_note
+from ccwsim.ui.session import State, cached, data_of, image_of, kept_with, study_of, wells_of
+from ccwsim.ui.widgets import (
+    bound_to,
+    button,
+    field,
+    if_possible,
+    in_row,
+    options_of,
+    panel_title,
+    step_note,
+)
 
 WIDE = 2.0  # minimum ratio of width to height of a grid whose maps are placed below each other
 BORDER = "#14181d"  # colour of the borders of zones and of active cells

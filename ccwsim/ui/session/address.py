@@ -16,8 +16,7 @@ from ccwsim.sharing.link import first_values, link_of, meant, missing_parts, rea
 from ccwsim.ui.session.kept import drafts_for_reload, keep_for_reload, kept_for_reload
 from ccwsim.ui.session.resolve import data_of, fitted_to_image, image_of, secondary_of
 from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.errors import problem_in
-from ccwsim.ui.widgets.text import page_text
+from ccwsim.ui.widgets import page_text, problem_in
 
 CLASS = "class"  # key in the query of a link that gives each reader of the link a different seed
 MIN_OWN_SEED = 1000  # minimum random seed for a reader; seeds typed by people are usually smaller

@@ -13,9 +13,7 @@ from ccwsim.system.log import logged
 from ccwsim.ui.session.address import follow_study
 from ccwsim.ui.session.progress import progress_text
 from ccwsim.ui.session.state import KEY, session_state, start_afresh
-from ccwsim.ui.widgets.errors import PENDING_ERROR, is_control_flow, user_message
-from ccwsim.ui.widgets.fields import button
-from ccwsim.ui.widgets.text import in_row
+from ccwsim.ui.widgets import PENDING_ERROR, button, in_row, is_control_flow, user_message
 
 FAILED = "ccwsim_failed"  # session key that is present while a part of the page cannot be drawn
 DRAW_SECONDS = 0.5  # seconds between two checks of a job whose partial results are drawn

@@ -3,7 +3,7 @@
 from ccwsim.engine.compilation import compilation, must_compile
 from ccwsim.jobs.job import Job
 from ccwsim.model import duration
-from ccwsim.ui.widgets.text import page_labels
+from ccwsim.ui.widgets import page_labels
 
 SLOW_START = 0.8
 """Number of seconds without progress after which a job is assumed to compile kernels."""

@@ -64,7 +64,7 @@ from ccwsim.sharing.choices import (
     ZoneLayers,
 )
 from ccwsim.ui.session.cached import CONTENT, cached, kept_with
-from ccwsim.ui.widgets.errors import if_possible
+from ccwsim.ui.widgets import if_possible
 
 Value = TypeVar("Value")
 Made = TypeVar("Made", io.PointColumns, io.WellColumns, io.Conversion)

@@ -23,7 +23,7 @@ from ccwsim.sharing.choices import (
 )
 from ccwsim.ui.session import resolve
 from ccwsim.ui.session.uploads import size_of_all
-from ccwsim.ui.widgets.errors import problem_in
+from ccwsim.ui.widgets import problem_in
 
 Result = TypeVar("Result")
 

@@ -20,7 +20,7 @@ from ccwsim.jobs.limits import free_bytes, limits_of_environment
 from ccwsim.model import refused
 from ccwsim.sharing.choices import Upload
 from ccwsim.ui.session.server import current_session
-from ccwsim.ui.widgets.errors import catch_callback_errors
+from ccwsim.ui.widgets import catch_callback_errors
 
 MAX_OF_SESSION = 4
 """Maximum total size of a session's files, as a multiple of the maximum size of one file."""

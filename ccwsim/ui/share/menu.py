@@ -25,16 +25,23 @@ from ccwsim.sharing.project import Project, project_as_bytes, read_project
 from ccwsim.sharing.recipe import Recipe, reproduction_recipe
 from ccwsim.sharing.study_report import study_report
 from ccwsim.ui.hard_data.edits import Editor, History
-from ccwsim.ui.session.address import page_link_of, show, shown_of
-from ccwsim.ui.session.file_names import image_part, study_part
-from ccwsim.ui.session.fragments import error_boundary
-from ccwsim.ui.session.resolve import image_of, opened, study_of, wells_of
-from ccwsim.ui.session.state import State, start_afresh
-from ccwsim.ui.session.uploads import upload_of
+from ccwsim.ui.session import (
+    State,
+    error_boundary,
+    image_of,
+    image_part,
+    opened,
+    page_link_of,
+    show,
+    shown_of,
+    start_afresh,
+    study_of,
+    study_part,
+    upload_of,
+    wells_of,
+)
 from ccwsim.ui.study.run import is_current, question_of, start_run, stop_run
-from ccwsim.ui.widgets.facts import facts_of
-from ccwsim.ui.widgets.fields import button, download
-from ccwsim.ui.widgets.text import in_row, page_text, plain, step_note
+from ccwsim.ui.widgets import button, download, facts_of, in_row, page_text, plain, step_note
 
 REPORT_HEIGHT = 720  # height of a report on the page in pixels; longer reports scroll
 READING = "report_is_read"

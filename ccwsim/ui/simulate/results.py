@@ -20,15 +20,22 @@ from ccwsim.report.settings import caption_of
 from ccwsim.ui.flow.solving import model_downloads
 from ccwsim.ui.frontend.component import draw_tiles
 from ccwsim.ui.results import charts, maps
-from ccwsim.ui.session.cached import kept_with
-from ccwsim.ui.session.file_names import study_part
-from ccwsim.ui.session.fragments import error_boundary
-from ccwsim.ui.session.state import PastRun, State
+from ccwsim.ui.session import PastRun, State, error_boundary, kept_with, study_part
 from ccwsim.ui.study.changes import changes_between, study_name
 from ccwsim.ui.study.run import is_current, stop_run
-from ccwsim.ui.widgets.facts import draw_facts
-from ccwsim.ui.widgets.fields import Download, bound_to, field, options_of
-from ccwsim.ui.widgets.text import in_row, page_labels, page_text, panel_title, plain, step_note
+from ccwsim.ui.widgets import (
+    Download,
+    bound_to,
+    draw_facts,
+    field,
+    in_row,
+    options_of,
+    page_labels,
+    page_text,
+    panel_title,
+    plain,
+    step_note,
+)
 
 MAP_AREAS = ("image", "realization", "e_type", "given", "gallery")
 TALL = 1.5  # minimum ratio of height to width of a grid whose charts are beside the maps

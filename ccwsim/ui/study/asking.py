@@ -8,10 +8,8 @@ from typing import Any
 import streamlit as st
 
 from ccwsim import Grid
-from ccwsim.ui.session import resolve
-from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.fields import button, field as draw_field, options_of
-from ccwsim.ui.widgets.text import in_row, step_note
+from ccwsim.ui.session import State, resolve
+from ccwsim.ui.widgets import button, field as draw_field, in_row, options_of, step_note
 
 WriteAnswer = Callable[..., None]
 """A function write(name=value) that stores answers to questions; None removes an answer."""

@@ -25,18 +25,34 @@ from ccwsim.sharing.choices import (
     WellTables,
 )
 from ccwsim.ui.results.maps import colours_of, pretty
-from ccwsim.ui.session import resolve
-from ccwsim.ui.session.address import page_link
-from ccwsim.ui.session.cached import as_task, cached, shared_values
-from ccwsim.ui.session.fragments import follow_tasks
-from ccwsim.ui.session.state import State
-from ccwsim.ui.session.uploads import file_uploader
+from ccwsim.ui.session import (
+    State,
+    as_task,
+    cached,
+    file_uploader,
+    follow_tasks,
+    page_link,
+    resolve,
+    shared_values,
+)
 from ccwsim.ui.study.asking import keep_button
 from ccwsim.ui.study.image_step import IMPORT_PAGE, THUMBNAIL_PIXELS
 from ccwsim.ui.study.questions import ROLES_OF_WELLS, UseData, ask_data, offer_grids, say_open
-from ccwsim.ui.widgets.errors import if_possible, problem_in
-from ccwsim.ui.widgets.fields import bound_to, button, field, menu, options_of
-from ccwsim.ui.widgets.text import in_row, page_labels, page_text, plain, step_note, step_title
+from ccwsim.ui.widgets import (
+    bound_to,
+    button,
+    field,
+    if_possible,
+    in_row,
+    menu,
+    options_of,
+    page_labels,
+    page_text,
+    plain,
+    problem_in,
+    step_note,
+    step_title,
+)
 
 DATA_SOURCES = page_labels("sources_of_data")
 VOLUME_SOURCES: tuple[DataSource, ...] = ("none", "bundled", "file", "placed")

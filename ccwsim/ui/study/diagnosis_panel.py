@@ -13,9 +13,7 @@ from ccwsim.model import plural
 from ccwsim.report.settings import describe_value
 from ccwsim.ui.results.charts import titled_chart
 from ccwsim.ui.study.study_column import STEP_LABELS
-from ccwsim.ui.widgets.fields import button
-from ccwsim.ui.widgets.text import panel_title, step_note
-from ccwsim.ui.widgets.theme import chart_theme
+from ccwsim.ui.widgets import button, chart_theme, panel_title, step_note
 
 UseAdvice = Callable[..., None]
 """A function that puts advised values of parameters, by name, into the study."""

@@ -5,14 +5,10 @@ from dataclasses import replace
 import streamlit as st
 
 from ccwsim.sharing.choices import Choices, GuideChoice
-from ccwsim.ui.session.address import page_link
-from ccwsim.ui.session.resolve import CHOOSE, NO_FILE_YET, fitting_grids, secondary_of
-from ccwsim.ui.session.state import State
+from ccwsim.ui.session import CHOOSE, NO_FILE_YET, State, fitting_grids, page_link, secondary_of
 from ccwsim.ui.study.asking import draw_fits, keep_button
 from ccwsim.ui.study.questions import IN_SCRIPTS
-from ccwsim.ui.widgets.errors import if_possible, problem_in
-from ccwsim.ui.widgets.fields import button
-from ccwsim.ui.widgets.text import in_row, plain, step_note
+from ccwsim.ui.widgets import button, if_possible, in_row, plain, problem_in, step_note
 
 GUIDES_PAGE = "pages/guides.py"
 

@@ -18,13 +18,11 @@ from ccwsim.io.training_images import QUESTIONS
 from ccwsim.model import Bytes, Floats, Shape, describe_shape
 from ccwsim.sharing.choices import Answers, ImageChoice, Upload
 from ccwsim.ui.frontend.component import draw_component
-from ccwsim.ui.session.cached import cached
-from ccwsim.ui.session.resolve import opened, read_upload
+from ccwsim.ui.session import cached, opened, read_upload
 from ccwsim.ui.study import questions
 from ccwsim.ui.study.asking import FormItem, Question, ask, same, tabs
 from ccwsim.ui.study.questions import way, which_variable
-from ccwsim.ui.widgets.errors import if_possible
-from ccwsim.ui.widgets.text import page_text
+from ccwsim.ui.widgets import if_possible, page_text
 
 BINS = 96
 WHOLE_VOLUME, ONE_LAYER = "the whole volume", "one layer"

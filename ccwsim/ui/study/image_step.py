@@ -15,17 +15,32 @@ from ccwsim.model import MAX_GRID_SIDE_OFFERED, Bytes, describe_shape
 from ccwsim.sharing.choices import Answers, DataChoice, ImageChoice, Upload
 from ccwsim.ui.frontend.component import draw_tiles
 from ccwsim.ui.results.maps import colours_of, pretty
-from ccwsim.ui.session.address import go_to, page_link
-from ccwsim.ui.session.cached import cached
-from ccwsim.ui.session.resolve import fitted_grid, geometry_of, grid_of_image, image_of, refitted
-from ccwsim.ui.session.state import State
-from ccwsim.ui.session.uploads import file_uploader
+from ccwsim.ui.session import (
+    State,
+    cached,
+    file_uploader,
+    fitted_grid,
+    geometry_of,
+    go_to,
+    grid_of_image,
+    image_of,
+    page_link,
+    refitted,
+)
 from ccwsim.ui.study.asking import keep_button
 from ccwsim.ui.study.image_questions import asked_of, image_of_file
 from ccwsim.ui.study.questions import answered
-from ccwsim.ui.widgets.errors import problem_in
-from ccwsim.ui.widgets.fields import field, menu, options_of
-from ccwsim.ui.widgets.text import in_row, page_text, plain, step_note, step_title
+from ccwsim.ui.widgets import (
+    field,
+    in_row,
+    menu,
+    options_of,
+    page_text,
+    plain,
+    problem_in,
+    step_note,
+    step_title,
+)
 
 THUMBNAIL_PIXELS = 76
 MIDDLE = 128

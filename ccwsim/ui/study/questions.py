@@ -24,9 +24,7 @@ from ccwsim.model import MAX_GRID_SIDE_OFFERED, FaciesMatch, Ints, facies_label
 from ccwsim.sharing.choices import Answers, Choices, DataChoice, FaciesAnswers, ImageChoice, Upload
 from ccwsim.ui.session import resolve
 from ccwsim.ui.study.asking import FormItem, Question, WriteAnswer, answer_button, ask, same
-from ccwsim.ui.widgets.errors import if_possible
-from ccwsim.ui.widgets.fields import button
-from ccwsim.ui.widgets.text import page_labels, page_text, plain
+from ccwsim.ui.widgets import button, if_possible, page_labels, page_text, plain
 
 MAX_MENU_ROWS = 300
 """Maximum number of rows or slices in a list; if there are more slices, the user types a number."""

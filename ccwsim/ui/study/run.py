@@ -34,15 +34,21 @@ from ccwsim.sharing.choices import Choices
 from ccwsim.sharing.link import KEY_OF, files_named
 from ccwsim.system.log import reason
 from ccwsim.system.machine import n_cores
-from ccwsim.ui.session import resolve
-from ccwsim.ui.session.address import go_to
-from ccwsim.ui.session.cached import cached
-from ccwsim.ui.session.fragments import follow
-from ccwsim.ui.session.state import PastRun, State
+from ccwsim.ui.session import PastRun, State, cached, follow, go_to, resolve
 from ccwsim.ui.study.changes import changes_between
-from ccwsim.ui.widgets.errors import if_possible, problem_in
-from ccwsim.ui.widgets.fields import bound_to, button, field
-from ccwsim.ui.widgets.text import in_row, page_text, pair, plain, step_note, step_title
+from ccwsim.ui.widgets import (
+    bound_to,
+    button,
+    field,
+    if_possible,
+    in_row,
+    page_text,
+    pair,
+    plain,
+    problem_in,
+    step_note,
+    step_title,
+)
 
 SIMULATE_PAGE = "pages/simulate.py"
 ENOUGH_TO_STOP = 1.0  # maximum seconds to wait until a stopped run has freed its memory

@@ -26,27 +26,28 @@ from ccwsim.model import (
     template_sizes,
 )
 from ccwsim.report.settings import VALUES
-from ccwsim.ui.session import resolve
-from ccwsim.ui.session.address import page_link
-from ccwsim.ui.session.cached import cached
-from ccwsim.ui.session.fragments import error_boundary
-from ccwsim.ui.session.state import State
+from ccwsim.ui.session import State, cached, error_boundary, page_link, resolve
 from ccwsim.ui.study.asking import draw_fits, draw_fitted
 from ccwsim.ui.study.data_step import data_step, problem_of_data
 from ccwsim.ui.study.guides_step import guides_step
 from ccwsim.ui.study.image_step import image_step
 from ccwsim.ui.study.run import describe_prices_of_levels, is_live, run_step
 from ccwsim.ui.study.trials import advice_on, find_button
-from ccwsim.ui.widgets.fields import (
+from ccwsim.ui.widgets import (
     PARAMETER_ROWS,
     bound_to,
     button,
     field,
     help_of,
+    in_row,
     menu,
     options_of,
+    page_labels,
+    pair,
+    plain,
+    step_note,
+    step_title,
 )
-from ccwsim.ui.widgets.text import in_row, page_labels, pair, plain, step_note, step_title
 
 SIDE_LABELS = {"nx": "Cells E–W", "ny": "Cells N–S", "nz": "Layers"}
 ON_TOP = ("variant", "template_size", "overlap_size", "wavelet_level", "n_candidates")

@@ -25,15 +25,22 @@ from ccwsim.run.footprint import demand_of
 from ccwsim.sharing.choices import Choices
 from ccwsim.ui.frontend.component import draw_tiles
 from ccwsim.ui.results.maps import colours_of, middle_layers
-from ccwsim.ui.session.address import go_to
-from ccwsim.ui.session.cached import cached
-from ccwsim.ui.session.fragments import error_boundary, follow
-from ccwsim.ui.session.progress import compilation_to_come
-from ccwsim.ui.session.resolve import image_of, study_inputs, study_of
-from ccwsim.ui.session.state import PageRun, RunState, State, session_state
+from ccwsim.ui.session import (
+    PageRun,
+    RunState,
+    State,
+    cached,
+    compilation_to_come,
+    error_boundary,
+    follow,
+    go_to,
+    image_of,
+    session_state,
+    study_inputs,
+    study_of,
+)
 from ccwsim.ui.study.run import draw_out_of_date, failed, study_problem
-from ccwsim.ui.widgets.fields import button
-from ccwsim.ui.widgets.text import page_text, plain, step_note
+from ccwsim.ui.widgets import button, page_text, plain, step_note
 
 CELLS_KEPT = 64_000_000  # maximum cells of the realizations that a sweep stores, of one byte each
 SOURCE_BYTES = 4  # number of bytes per cell that store the source of the cell in the training image

@@ -20,10 +20,7 @@ from ccwsim.ui.frontend.cells import draw_cells, facies_map
 from ccwsim.ui.frontend.component import draw_tiles, run_script
 from ccwsim.ui.results.charts import chart_menu, draw_caption, draw_clickable_chart
 from ccwsim.ui.results.maps import ghost_panel, step_buttons, with_data
-from ccwsim.ui.session.address import page_link
-from ccwsim.ui.session.file_names import grid_part
-from ccwsim.ui.session.fragments import error_boundary
-from ccwsim.ui.session.state import State
+from ccwsim.ui.session import State, error_boundary, grid_part, page_link
 from ccwsim.ui.study.study_column import set_parameters, variant_field
 from ccwsim.ui.study.trials import (
     TILE_PIXELS,
@@ -37,9 +34,15 @@ from ccwsim.ui.study.trials import (
 )
 from ccwsim.ui.sweep import planning
 from ccwsim.ui.sweep.planning import SweepState
-from ccwsim.ui.widgets.errors import if_possible
-from ccwsim.ui.widgets.fields import PARAMETER_ROWS, bound_to, button, download, field
-from ccwsim.ui.widgets.text import (
+from ccwsim.ui.widgets import (
+    PARAMETER_ROWS,
+    bound_to,
+    button,
+    chart_theme,
+    download,
+    draw_style,
+    field,
+    if_possible,
     in_row,
     numbers_table,
     page_labels,
@@ -49,7 +52,6 @@ from ccwsim.ui.widgets.text import (
     step_note,
     step_title,
 )
-from ccwsim.ui.widgets.theme import chart_theme, draw_style
 
 SWEEP_CHART_HEIGHT = 392
 SWEEP_WIDTHS = (1.1, 0.95, 0.82)

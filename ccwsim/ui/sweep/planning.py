@@ -12,9 +12,7 @@ from ccwsim.jobs.limits import Demand, limits_of_environment
 from ccwsim.model import MAX_TEMPLATE, METHODS, describe_shape, fitted, levels
 from ccwsim.sharing.choices import Choices
 from ccwsim.ui.results.maps import pretty
-from ccwsim.ui.session.cached import cached
-from ccwsim.ui.session.resolve import data_of, image_of
-from ccwsim.ui.session.state import RunState, State
+from ccwsim.ui.session import RunState, State, cached, data_of, image_of
 from ccwsim.ui.study.trials import (
     SweepRun,
     describe_work,
@@ -23,8 +21,7 @@ from ccwsim.ui.study.trials import (
     study_key,
     trials_of,
 )
-from ccwsim.ui.widgets.errors import if_possible, problem_in
-from ccwsim.ui.widgets.text import page_labels
+from ccwsim.ui.widgets import if_possible, page_labels, problem_in
 
 REDRAW_SECONDS = 1.5  # minimum number of seconds between two redraws that show new settings
 MAX_SWEPT = 64  # maximum number of settings in one sweep

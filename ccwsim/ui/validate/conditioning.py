@@ -30,16 +30,21 @@ from ccwsim.report.verdicts import Verdict
 from ccwsim.ui.frontend.cells import CellMap, draw_cells, editor_points, facies_map, number_map
 from ccwsim.ui.results.charts import titled_chart
 from ccwsim.ui.results.maps import draw_given, given_map, pretty, with_data
-from ccwsim.ui.session.cached import as_task
-from ccwsim.ui.session.state import State
+from ccwsim.ui.session import State, as_task
 from ccwsim.ui.study.data_step import data_fit, draw_variant, numbers, variant_tasks, verdict
 from ccwsim.ui.study.image_step import image_thumbnail
 from ccwsim.ui.validate import statistics
 from ccwsim.ui.validate.slices import slice_of, wells_on
 from ccwsim.ui.validate.statistics import Validation, ZoneFit, panel
-from ccwsim.ui.widgets.fields import button
-from ccwsim.ui.widgets.text import numbers_table, page_text, panel_title, scrolled, step_note
-from ccwsim.ui.widgets.theme import chart_theme
+from ccwsim.ui.widgets import (
+    button,
+    chart_theme,
+    numbers_table,
+    page_text,
+    panel_title,
+    scrolled,
+    step_note,
+)
 
 CERTAIN_ENTROPY = 0.05  # entropy below which a cell counts as certain
 MAX_MISSED_LISTED = 100  # maximum number of data in the list of missed data of a volume

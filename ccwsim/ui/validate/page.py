@@ -20,9 +20,7 @@ from ccwsim.ui.frontend.cells import draw_cells
 from ccwsim.ui.frontend.component import run_script
 from ccwsim.ui.results import maps
 from ccwsim.ui.results.charts import draw_caption, draw_clickable_chart, titled_chart
-from ccwsim.ui.session.fragments import error_boundary
-from ccwsim.ui.session.resolve import facies_by_code
-from ccwsim.ui.session.state import State
+from ccwsim.ui.session import State, error_boundary, facies_by_code
 from ccwsim.ui.study.data_step import data_fit, flagged, is_judged
 from ccwsim.ui.study.run import draw_news, run_button, start_run_if_needed
 from ccwsim.ui.validate import statistics
@@ -47,9 +45,17 @@ from ccwsim.ui.validate.reproduction import (
     draw_transitions,
 )
 from ccwsim.ui.validate.slices import ShownSlice, draw_slice_fields, slice_of, wells_on
-from ccwsim.ui.widgets.fields import bound_to, field, options_of
-from ccwsim.ui.widgets.text import in_row, page_text, panel_title, verdict_html
-from ccwsim.ui.widgets.theme import chart_theme, draw_style
+from ccwsim.ui.widgets import (
+    bound_to,
+    chart_theme,
+    draw_style,
+    field,
+    in_row,
+    options_of,
+    page_text,
+    panel_title,
+    verdict_html,
+)
 
 COMPARED_MAP_HEIGHT = 392
 SLICED = {"reuse", "truth"}

@@ -20,18 +20,22 @@ from ccwsim.report import verdicts
 from ccwsim.report.pictures import bundle_of_curves
 from ccwsim.ui.frontend.cells import CellMap, draw_cells
 from ccwsim.ui.results import charts
-from ccwsim.ui.session.file_names import study_part
-from ccwsim.ui.session.state import State
+from ccwsim.ui.session import State, study_part
 from ccwsim.ui.study.diagnosis_panel import draw_diagnosis
 from ccwsim.ui.study.run import describe_price
 from ccwsim.ui.study.study_column import set_parameters
 from ccwsim.ui.validate import statistics
 from ccwsim.ui.validate.slices import middle_slice, slice_of
-from ccwsim.ui.widgets import text
-from ccwsim.ui.widgets.facts import proportions_table
-from ccwsim.ui.widgets.fields import bound_to, download, field, options_of
-from ccwsim.ui.widgets.text import in_row
-from ccwsim.ui.widgets.theme import chart_theme
+from ccwsim.ui.widgets import (
+    bound_to,
+    chart_theme,
+    download,
+    field,
+    in_row,
+    options_of,
+    proportions_table,
+    text,
+)
 
 CURVE_HEIGHT = 190
 COUNTED_AREA, COUNTED_VOLUME = 10_000, 1_000_000

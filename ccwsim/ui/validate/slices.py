@@ -9,10 +9,9 @@ from ccwsim import Ensemble, Grid
 from ccwsim.model import CELL_AXES, Array, Shape, readonly
 from ccwsim.sharing.choices import CellsOfWells
 from ccwsim.ui.results.maps import wells_of_data
-from ccwsim.ui.session.state import State
+from ccwsim.ui.session import State
 from ccwsim.ui.validate.statistics import Validation
-from ccwsim.ui.widgets.fields import bound_to, field, options_of
-from ccwsim.ui.widgets.text import in_row, step_note
+from ccwsim.ui.widgets import bound_to, field, in_row, options_of, step_note
 
 SLICE_KINDS = {0: "Layer", 1: "Section E–W", 2: "Section N–S"}
 HOVER = ("column, row", "column, layer", "row, layer")

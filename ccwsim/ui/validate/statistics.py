@@ -21,12 +21,8 @@ from ccwsim.model import MAX_CURVES, UNKNOWN, Floats, Fraction, Int32s, Integers
 from ccwsim.report.pictures import bundle_of, bundle_of_curves, layers_bundle
 from ccwsim.run.simulation import simulate_study
 from ccwsim.ui.results.charts import e_type_of
-from ccwsim.ui.session.cached import as_task, shared_values
-from ccwsim.ui.session.fragments import follow_tasks
-from ccwsim.ui.session.progress import queue_text
-from ccwsim.ui.session.state import State
-from ccwsim.ui.widgets.fields import button
-from ccwsim.ui.widgets.text import in_row, step_note
+from ccwsim.ui.session import State, as_task, follow_tasks, queue_text, shared_values
+from ccwsim.ui.widgets import button, in_row, step_note
 
 MAX_MAP_LAG = 50
 MAX_ANODI_REALIZATIONS = 200  # maximum number of realizations in the pairwise comparison of ANODI
