@@ -151,7 +151,7 @@ def test_a_folder_that_needs_a_package_checks_it_before_its_modules_are_imported
     tree = parsed(PACKAGE / SPECIAL[package][0] / "__init__.py")
     first = [ast.unparse(node) for node in tree.body[1:3]]
     check = f"check_installed({package!r})"
-    assert first == ["from ccwsim.model.extras import check_installed", check]
+    assert first == ["from ccwsim.model import check_installed", check]
 
 
 def test_a_stage_knows_nothing_of_the_loop_that_runs_it():

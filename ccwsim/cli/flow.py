@@ -10,7 +10,7 @@ import click
 
 from ccwsim.cli.inputs import input_file, options_in
 from ccwsim.cli.options import EPILOGS, output_file, quiet
-from ccwsim.model import CCWSIMError, shown
+from ccwsim.model import CCWSIMError, FromValues, shown
 
 if TYPE_CHECKING:
     from ccwsim.flow import EffectiveK
@@ -28,8 +28,9 @@ NO_SIDES = (
 @quiet
 def command(
     realizations: str, conductivity: tuple[tuple[int | str, float], ...], unit: str | None,
-    axis: str | None, heads: str | None, thickness: float, anisotropy: float,
-    modflow: str | None, grdecl: str | None, output: str | None, as_json: bool, quiet: bool,
+    values_are: str | None, axis: str | None, heads: str | None, thickness: float,
+    anisotropy: float, modflow: str | None, grdecl: str | None, output: str | None,
+    as_json: bool, quiet: bool,
 ) -> None:  # fmt: skip
     """Solve steady flow through the realizations of FILE, written by `ccwsim simulate`.
 
@@ -40,7 +41,10 @@ def command(
     from ccwsim.io.formats.csv_table import csv_as_bytes
     from ccwsim.io.formats.rasters import metres_per_unit
 
-    values, unit, axis = dict(conductivity), unit or "m/s", axis or "x"
+    unit, axis = unit or "m/s", axis or "x"
+    values = FromValues(values_are == "log-K") if values_are else dict(conductivity)
+    if bool(values_are) == bool(conductivity):
+        raise CCWSIMError("give either -k FACIES=K for each facies or --values-are, and not both")
     if modflow and axis == "z":
         raise CCWSIMError("--modflow writes models with heads along x or y; leave out --axis z")
     if modflow:

@@ -44,7 +44,7 @@ OPTION_KINDS: dict[str, dict[str, Any]] = {
     "needed file": {"required": True},
     "needed files": {"multiple": True, "required": True},
     "ratio": {"type": float, "default": 1.0},
-    "facies and number": {"type": types.facies_and_number, "multiple": True, "required": True},
+    "facies and number": {"type": types.facies_and_number, "multiple": True},
     "name and facies": {"type": types.name_and_facies, "multiple": True},
 }
 """Arguments of `click.option`, by the kind of value in the table of options."""

@@ -8,7 +8,6 @@ from io import TextIOWrapper
 import click
 
 import ccwsim
-from ccwsim import CCWSIMError
 from ccwsim.cli.options import EPILOGS, suggestion
 
 COMMANDS = ("simulate", "flow", "dashboard", "datasets", "paper", "warm-up")
@@ -62,7 +61,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return program.main(words, "ccwsim", standalone_mode=False, obj=context) or OK
     except click.ClickException as error:
         error.show()
-    except CCWSIMError as error:
+    except ccwsim.CCWSIMError as error:  # looked up, with NumPy, only if there is an error
         print(f"ccwsim: {error}", file=sys.stderr)
     except (click.Abort, KeyboardInterrupt):
         print("ccwsim: stopped", file=sys.stderr)

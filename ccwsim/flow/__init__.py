@@ -2,7 +2,8 @@
 
 Arguments shared by several functions are explained only here:
 
-- `values`: the conductivity of each facies, by name or code.
+- `values`: the conductivity of each facies, by name or code; or `FromValues`, if it follows from
+  the value of a continuous variable in each cell.
 - `axis`: the direction of the flow between fixed heads on two sides, "x", "y" or "z".
 - `west_east`, `south_north`, `bottom_top`: heads at two opposite sides: numbers, arrays over the
   faces of the side, or None.
@@ -14,7 +15,7 @@ Arguments shared by several functions are explained only here:
   column).
 - `anisotropy`: the ratio of vertical to horizontal conductivity.
 - `porosity`: the share of the volume through which water flows, above 0 and at most 1: a number,
-  or one for each cell (of an ensemble, for each facies).
+  or one for each cell (of an ensemble, for each facies, or `FromValues`).
 - `run`: the arguments `n_workers`, `progress`, `cancel` and `executor` of `ccwsim.simulate`;
   `Cancelled` is raised if `cancel` returned True.
 """
@@ -36,3 +37,4 @@ from ccwsim.flow.tracks import (
     starts_at_inflow as starts_at_inflow,
     tracks as tracks,
 )
+from ccwsim.model import FromValues as FromValues

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -16,19 +16,22 @@ from ccwsim.model import (
     MAX_CONTRAST,
     MAX_MAGNITUDE,
     ArrayLike,
-    Bytes,
     Cancel,
     Cancelled,
     CCWSIMError,
+    Cells,
     FaciesValues,
+    FromValues,
     Ints,
     Mask,
     Progress,
+    PropertyValues,
     Shape,
     Watch,
     as_array,
     as_floats,
     cell_values,
+    cells_of,
     check_callable,
     check_int,
     check_number,
@@ -151,7 +154,7 @@ def effective_k(
 
 def with_bounds(
     ensemble: Ensemble,
-    k: Floats,
+    k: PropertyValues,
     axis: str,
     each: Floats,
     *,
@@ -159,14 +162,15 @@ def with_bounds(
     anisotropy: float = 1.0,
 ) -> EffectiveK:
     """Return the effective conductivities `each`, their bounds, and the values of the image."""
-    image, k_along = ensemble.training_image, k * (anisotropy if axis == "z" else 1.0)
+    image, along = ensemble.training_image, anisotropy if axis == "z" else 1.0
     grid = replace(Grid.of(image.shape), cell_size=ensemble.grid.cell_size)
     number = array_axis(axis, grid)
-    lower, upper = np.array([_bounds(cell_values(k_along, i), number) for i in ensemble.indices]).T
+    cells = (cells_of(ensemble, r) for r in range(ensemble.n))
+    lower, upper = np.array([_bounds(along * cell_values(k, part), number) for part in cells]).T
     if isinstance(heads, Edge) and not isinstance(heads.along, str):
         lower = np.zeros(ensemble.n)  # heads need not change along whole lines of cells
-    least, most = _bounds(cell_values(k_along, image.indices), number)
-    of_image = _k_of(image.indices, k, grid, axis, anisotropy=anisotropy)
+    least, most = _bounds(along * cell_values(k, cells_of(image)), number)
+    of_image = _k_of(cells_of(image), k, grid, axis, anisotropy=anisotropy)
     return EffectiveK(each, lower, upper, of_image, image_harmonic=least, image_arithmetic=most)
 
 
@@ -182,9 +186,9 @@ def _bounds(k: Floats, axis: int) -> tuple[float, float]:
     return lower, float(active.mean())
 
 
-def _k_of(indices: Bytes, k: Floats, grid: Grid, axis: str, **options: Any) -> float:
-    """Return the effective conductivity of facies indices; a function that executors can send."""
-    return _along(axis, cell_values(k, indices), grid, **options).effective_k
+def _k_of(cells: Cells, k: PropertyValues, grid: Grid, axis: str, **options: Any) -> float:
+    """Return the effective conductivity of cells; a function that executors can send."""
+    return _along(axis, cell_values(k, cells), grid, **options).effective_k
 
 
 def _along(
@@ -256,12 +260,12 @@ def travel_times(
     return np.array(over(ensemble, solve, **run))
 
 
-def porosities(ensemble: Ensemble, porosity: FaciesValues | float) -> Floats:
+def porosities(ensemble: Ensemble, porosity: FaciesValues | float) -> PropertyValues:
     """Return the porosity of each facies, or raise `CCWSIMError`."""
-    image = ensemble.training_image
-    if not isinstance(porosity, Mapping):
-        porosity = dict.fromkeys(image.codes.tolist(), porosity)
-    return values_by_facies(image, porosity, "porosity", 1.0)
+    image, values = ensemble.training_image, cast(Any, porosity)
+    if not isinstance(values, Mapping | FromValues):
+        values = dict.fromkeys(image.facies_names, values)
+    return values_by_facies(image, values, "porosity", 1.0)
 
 
 def breakthrough(flow: Flow, porosity: Floats | float, axis: str, n: int) -> Floats:
@@ -272,10 +276,16 @@ def breakthrough(flow: Flow, porosity: Floats | float, axis: str, n: int) -> Flo
 
 
 def _times_of(
-    indices: Bytes, k: Floats, shares: Floats, grid: Grid, axis: str, heads: Any, n: int
+    cells: Cells,
+    k: PropertyValues,
+    shares: PropertyValues,
+    grid: Grid,
+    axis: str,
+    heads: Any,
+    n: int,
 ) -> Floats:
-    flow = _along(axis, cell_values(k, indices), grid, heads=heads)
-    return breakthrough(flow, cell_values(shares, indices), axis, n)
+    flow = _along(axis, cell_values(k, cells), grid, heads=heads)
+    return breakthrough(flow, cell_values(shares, cells), axis, n)
 
 
 def capture_probability(
@@ -335,11 +345,11 @@ def starts_on_grid(grid: Grid, step: int, layer: int | None = None) -> tuple[Flo
 
 
 def _captured_in(
-    indices: Bytes, k: Floats, shares: Floats, grid: Grid, starts: Floats,
+    cells: Cells, k: PropertyValues, shares: PropertyValues, grid: Grid, starts: Floats,
     within: float, **conditions: Any,
 ) -> Mask:  # fmt: skip
-    flow = darcy(cell_values(k, indices), grid, **conditions)
-    return captured_by_wells(flow, starts, cell_values(shares, indices), within)
+    flow = darcy(cell_values(k, cells), grid, **conditions)
+    return captured_by_wells(flow, starts, cell_values(shares, cells), within)
 
 
 def captured_by_wells(flow: Flow, starts: Floats, porosity: Floats, within: float = np.inf) -> Mask:
@@ -369,8 +379,8 @@ def at_percentiles(each: ArrayLike, percentiles: Sequence[float] = (10, 50, 90))
     return order[np.rint(wanted / 100 * (len(order) - 1)).astype(int)]
 
 
-def _values(ensemble: Ensemble, values: FaciesValues, axis: str) -> Floats:
-    """Return the conductivity of each facies; raise `CCWSIMError` for an axis the grid lacks."""
+def _values(ensemble: Ensemble, values: FaciesValues, axis: str) -> PropertyValues:
+    """Return the conductivities; raise `CCWSIMError` for an axis the grid lacks."""
     check_type("ensemble", ensemble, Ensemble)
     array_axis(axis, ensemble.grid)
     return values_by_facies(ensemble.training_image, values)
@@ -378,21 +388,22 @@ def _values(ensemble: Ensemble, values: FaciesValues, axis: str) -> Floats:
 
 def over(
     ensemble: Ensemble,
-    function: Callable[[Bytes], Result],
+    function: Callable[[Cells], Result],
     n_workers: int | None = None,
     progress: Progress | None = None,
     cancel: Cancel | None = None,
     executor: Any = None,
 ) -> list[Result]:
-    """Return function(indices) of each realization, on threads or on the given executor.
+    """Return function(cells) of each realization, on threads or on the given executor.
 
+    `cells` has the facies `indices` and, of a continuous variable, the `values` of a realization.
     An executor of processes needs a function of a module.
 
     Examples
     --------
     >>> from ccwsim import simulate
     >>> e = simulate(np.tile([[0], [0], [1], [1]], (16, 64)), (40, 50), n_realizations=2)
-    >>> over(e, np.shape)
+    >>> over(e, lambda cells: cells.indices.shape)
     [(40, 50), (40, 50)]
     """
     check_type("ensemble", ensemble, Ensemble)
@@ -405,9 +416,9 @@ def over(
 
     def task(r: int, watch: Watch) -> None:
         watch.check()
-        indices = np.asarray(ensemble.indices[r])
+        cells = cells_of(ensemble, r)
         results[r] = (
-            function(indices) if executor is None else executor.submit(function, indices).result()
+            function(cells) if executor is None else executor.submit(function, cells).result()
         )
         watch.tell(1.0)
 

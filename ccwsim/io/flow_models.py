@@ -22,13 +22,11 @@ from ccwsim.model import (
     FaciesValues,
     Floats,
     as_floats,
-    cell_values,
     check_choice,
     check_int,
     check_number,
     check_type,
     needs,
-    values_by_facies,
 )
 from ccwsim.system.whole_files import unwritable
 
@@ -68,12 +66,12 @@ def _grdecl_files(
     """Return endings and contents of the files that `write_grdecl` writes."""
     check_type("ensemble", ensemble, Ensemble)
     anisotropy = check_number("anisotropy", anisotropy, 1 / MAX_CONTRAST, MAX_CONTRAST)
-    k = millidarcy(values_by_facies(ensemble.training_image, values), unit)
+    conductivity = ensemble.property(values)
     height = cell_sizes(ensemble.grid, thickness)[2]
     metres_per_unit(ensemble.grid.crs)  # refuses degrees
     files = {".grdecl": geometry_as_bytes(ensemble.grid, thickness=height)}
-    for number, indices in zip(ensemble.numbers, ensemble.indices, strict=True):
-        k_x = np.nan_to_num(cell_values(k, indices))
+    for number, k, indices in zip(ensemble.numbers, conductivity, ensemble.indices, strict=True):
+        k_x = millidarcy(np.nan_to_num(k), unit)
         maps = {"ACTNUM": ensemble.active, "PERMX": k_x, "PERMY": k_x, "PERMZ": anisotropy * k_x}
         files[f"_{number + 1}.inc"] = keywords_as_bytes(maps)
         regions = regions_as_bytes({"FIPNUM": indices}, ensemble.training_image)

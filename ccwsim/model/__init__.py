@@ -107,9 +107,14 @@ from ccwsim.model.facies_match import (
     match_facies,
 )
 from ccwsim.model.facies_property import (
+    Cells,
     FaciesValues,
+    FromValues,
+    PropertyValues,
     cell_values,
+    cells_of,
     check_magnitudes,
+    describe_rocks,
     values_by_facies,
 )
 from ccwsim.model.grid import Grid, describe_cell, fault_of_crs

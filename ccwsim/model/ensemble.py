@@ -339,9 +339,9 @@ class Ensemble:
     def property(self, values: FaciesValues, unit: str = "m/s") -> FaciesProperty:
         """Return a property, such as hydraulic conductivity, from the value of each facies.
 
-        `values` has a value for each facies name or code. The property of a realization is computed
-        on access. Raises `CCWSIMError` for a facies without a value and a value that is not
-        positive.
+        `values` has a value for each facies name or code; with `ccwsim.flow.FromValues`, the
+        property follows from the continuous variable. The property of a realization is computed on
+        access. Raises `CCWSIMError` for a facies without a value and a value that is not positive.
 
         Examples
         --------
@@ -351,8 +351,7 @@ class Ensemble:
         FaciesProperty(facies 0 1 × 10⁻⁸, facies 1 0.0001 m/s)
         """
         image = self.training_image
-        by_facies = values_by_facies(image, values)
-        return FaciesProperty(self.indices, by_facies, image.facies_names, unit)
+        return FaciesProperty(self, image, values_by_facies(image, values), unit)
 
     @cached_property
     def digest(self) -> str:

@@ -288,6 +288,8 @@ class FlowChoice:
     """The settings of the page Flow; lengths and heads in m."""
 
     rocks: Rocks = ()  # only of facies whose values were changed
+    # what the values of a continuous variable are; K and porosity otherwise follow from classes
+    values_are: Literal["classes", "K", "log K", "porosity"] = "classes"
     unit: Literal["m/s", "m/d"] = "m/s"
     # "edge" for heads along the outline; None for the usual heads
     axis: Literal["x", "y", "z", "edge"] | None = None

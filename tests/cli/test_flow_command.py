@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from ccwsim import write_realizations
 from ccwsim.cli.program import main
+from ccwsim.flow import FromValues, effective_k
 from tests.flow.test_flow import ensemble
+from tests.flow.test_values import log_k
 
 
 @pytest.fixture
@@ -36,10 +39,21 @@ def test_a_model_is_written(file, tmp_path):
     assert (tmp_path / "model" / "mfsim.nam").exists()
 
 
+def test_values_are_conductivities(tmp_path, capsys):
+    write_realizations(tmp_path / "k.npz", log_k())
+    line = ["flow", str(tmp_path / "k.npz"), "--values-are", "log-K"]
+    assert main([*line, "-o", str(tmp_path / "k.csv")]) == 0
+    k = np.genfromtxt(tmp_path / "k.csv", delimiter=",", skip_header=1)[:3, 1]
+    assert np.allclose(k, effective_k(log_k(), FromValues(logarithmic=True)).each, rtol=1e-6)
+    assert main([*line, "-k", "1=1"]) == 2
+    assert "give either -k" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
         (["-k", "sand=1e-4"], "mud has no value"),
+        ([], "give either -k"),
         (["-k", "sand"], "must be a facies and a number"),
         (["-k", "sand=1", "-k", "mud=1", "--axis", "z"], "axis"),
         (["-k", "sand=1", "-k", "mud=1", "--axis", "z", "--modflow", "m"], "--modflow"),

@@ -83,7 +83,7 @@ def flow_arguments(source: random.Random, spoil: Callable[[Any], Any]) -> list[d
          "active": rng.random(shape) < 0.9, "tolerance": 1e-6},
         {**values, **run, **along, "heads": heads},
         {"inside": k > 1e-3, "axis": len(shape) - 1, "contrast": 100.0},
-        {"ensemble": ensemble, "function": np.sum, **run},
+        {"ensemble": ensemble, "function": lambda cells: cells.indices.sum(), **run},
         {"each": rng.random(5), "percentiles": (10, 90)},
         {"flow": solved, "n": 5, "axis": along["axis"]},
         {"flow": solved, "starts": ensemble.grid.centers_of(np.array([cell])), "porosity": 0.2,

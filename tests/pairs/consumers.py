@@ -272,7 +272,7 @@ FLOW: dict[str, Callable[[Case], Any]] = {
     "darcy": lambda c: c.flow,
     "effective_k": lambda c: flow.effective_k(c.ensemble, c.conductivity),
     "flow_efficiency": lambda c: flow.flow_efficiency(np.asarray(c.ensemble.indices[0]) == 0, 0),
-    "over": lambda c: flow.over(c.ensemble, np.sum),
+    "over": lambda c: flow.over(c.ensemble, lambda cells: int(cells.indices.sum())),
     "starts_at_inflow": lambda c: flow.starts_at_inflow(c.flow, 3),
     "tracks": lambda c: flow.tracks(c.flow, flow.starts_at_inflow(c.flow, 3)),
     "travel_times": lambda c: flow.travel_times(c.ensemble, c.conductivity, n_particles=3),

@@ -271,6 +271,7 @@ def _flow(rng: Rng, grid: Grid) -> FlowChoice:
     x, y = grid.axes[:2]
     return FlowChoice(
         rocks=(("mud/clay ~_", (float(rng.uniform(1e-9, 1e-3)), 0.3)), ("sand", (2e-5, 0.1))),
+        values_are=("classes", "K", "log K", "porosity")[rng.integers(4)],
         unit=("m/s", "m/d")[rng.integers(2)],
         axis=(None, "x", "y", "edge")[rng.integers(4)],
         along=("x", "y", "points", "constant")[rng.integers(4)],

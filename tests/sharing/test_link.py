@@ -179,6 +179,7 @@ VALUES: dict[type, dict[str, st.SearchStrategy]] = {
     },
     FlowChoice: {
         "rocks": ROCKS.map(lambda rocks: tuple(rocks.items())),
+        "values_are": st.sampled_from(["classes", "K", "log K", "porosity"]),
         "unit": st.sampled_from(["m/s", "m/d"]),
         "axis": st.sampled_from([None, "x", "y", "z", "edge"]),
         "along": st.sampled_from(["x", "y", "points", "constant"]),

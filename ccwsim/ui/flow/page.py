@@ -20,7 +20,9 @@ from ccwsim.model import (
     MIN_CONDUCTIVITY,
     UNKNOWN,
     Floats,
+    FromValues,
     cell_values,
+    cells_of,
     duration,
     minus,
     plural,
@@ -71,6 +73,7 @@ PERCENTILES = (10, 50, 90)
 TRACK, PARTICLE = "#14181D", "#FFFFFF"
 TIMES = figures.ramp(("#FFFFFF", "#F4A6CD", "#8E0152"), 12)
 """Colours of tracks in volumes, from the start to twice the median travel time."""
+VALUES_ARE = {"classes": "classes", "K": "K", "log K": "log₁₀ K", "porosity": "porosity"}
 GLASS = 0.3, 0.06  # opacity in volumes of the facies of highest conductivity, and of all others
 ROUND_NUMBERS = [float(f"{m}e{e}") for e in range(-14, 4) for m in (1, 2, 5)]
 CONDUCTIVITIES = [k for k in ROUND_NUMBERS if MIN_CONDUCTIVITY <= k <= MAX_CONDUCTIVITY]
@@ -110,7 +113,17 @@ def _draw_controls(state: State, ensemble: Ensemble) -> None:
         key="flow_unit",
         **bound_to(choice, "unit", change, options=list(solving.CONDUCTIVITY_UNITS)),
     )
-    for k, name in enumerate(ensemble.training_image.facies_names):
+    image = ensemble.training_image
+    if image.values:
+        field(
+            st.segmented_control,
+            plain(f"Use {image.variable} as"),
+            key="flow_values",
+            help=page_text("Rocks from values"),
+            **bound_to(choice, "values_are", change),
+            **options_of(VALUES_ARE),
+        )
+    for k, name in enumerate(image.facies_names):
         with st.container(key=f"rock_{k}"):
             _draw_rock(state, ensemble, k, name)
     step_title(2, "Heads and well")
@@ -197,6 +210,7 @@ def _draw_outline(state: State, ensemble: Ensemble, settings: FlowSettings) -> l
 def _draw_rock(state: State, ensemble: Ensemble, k: int, name: str) -> None:
     """Draw the conductivity and the porosity of a facies."""
     image, unit = ensemble.training_image, state.flow.unit
+    values_are = state.flow.values_are if image.values else ""
     conductivity, porosity = solving.rock_of(state.flow, image, k)
     factor = solving.CONDUCTIVITY_UNITS[unit]
     shown_k = float(f"{conductivity * factor:.3g}")
@@ -205,25 +219,27 @@ def _draw_rock(state: State, ensemble: Ensemble, k: int, name: str) -> None:
         rocks = {**dict(state.flow.rocks), solving.rock_name(image, k): rock}
         state.change_flow(rocks=tuple(rocks.items()))
 
-    field(
-        st.select_slider,
-        plain(f"K of {name} ({unit})"),
-        key=f"flow_k_{k}",
-        options=sorted({*CONDUCTIVITIES, shown_k}),
-        value=shown_k,
-        format_func=with_power,
-        write=lambda value: write(value / factor, porosity),
-    )
-    field(
-        st.number_input,
-        plain(f"Porosity of {name}"),
-        key=f"flow_porosity_{k}",
-        write=lambda value: write(conductivity, value),
-        min_value=MIN_POROSITY,
-        max_value=1.0,
-        step=0.01,
-        value=porosity,
-    )
+    if values_are not in solving.K_BY_VALUES:
+        field(
+            st.select_slider,
+            plain(f"K of {name} ({unit})"),
+            key=f"flow_k_{k}",
+            options=sorted({*CONDUCTIVITIES, shown_k}),
+            value=shown_k,
+            format_func=with_power,
+            write=lambda value: write(value / factor, porosity),
+        )
+    if values_are != "porosity":
+        field(
+            st.number_input,
+            plain(f"Porosity of {name}"),
+            key=f"flow_porosity_{k}",
+            write=lambda value: write(conductivity, value),
+            min_value=MIN_POROSITY,
+            max_value=1.0,
+            step=0.01,
+            value=porosity,
+        )
 
 
 def _draw_well(state: State, ensemble: Ensemble, settings: FlowSettings) -> None:
@@ -333,7 +349,7 @@ def _draw_map(
         maps.step_buttons("flow", state, ensemble.n)
     colours = maps.colours_of_ran(state)
     alt = f"Realization {r + 1} with tracks of particles"
-    cell_map = facies_map(ensemble.indices[r], ensemble.training_image, colours, alt)
+    cell_map = maps.map_of(ensemble, r, colours, alt)
     cell_map = with_tracks(cell_map, solution, settings, page_state.particles)
     _draw_by_hand(state, ensemble, settings, cell_map, "flow")
 
@@ -346,13 +362,15 @@ def _draw_by_hand(
     options: dict[str, Any] = {"grid": ensemble.grid, "link": "grid", "max_height": HEAD_MAP_HEIGHT}
     options |= {"name": {"flow": "tracks"}.get(key, key), "body": key == "flow"}
     if ensemble.grid.is_volume:
-        fastest = max(settings.conductivity)
+        rocks = settings.conductivity
+        assert not isinstance(rocks, FromValues)  # values are simulated in maps only
+        fastest = max(rocks)
         take = partial(solving.take_strokes, state, ensemble)
         content = volume_content(
             cell_map,
             f"volume_{key}",
             mode="several",
-            opacities=[GLASS[k < fastest] for k in settings.conductivity],
+            opacities=[GLASS[k < fastest] for k in rocks],
             picks=bool(settings.well and page_state.follows),
             ack=page_state.ack,
             **options,
@@ -454,7 +472,7 @@ def _draw_downloads(
     r, grid = state.shown, ensemble.grid
     with st.popover("Download", key="flow_downloads"):
         step_note(f"Heads and conductivity of realization {r + 1}")
-        conductivity = cell_values(np.array(settings.conductivity), ensemble.indices[r])
+        conductivity = cell_values(settings.conductivity, cells_of(ensemble, r))
         fields = {"head": solution.flow.heads, "conductivity": conductivity}
         with in_row():
             for kind, label in (("npz", "NumPy"), ("vti", "VTK"), ("gslib", "GSLIB")):

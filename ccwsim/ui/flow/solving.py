@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -17,14 +17,17 @@ from ccwsim.jobs.limits import Demand
 from ccwsim.jobs.statistics import StatisticsWorker
 from ccwsim.model import (
     Array,
-    Bytes,
+    Cells,
     Floats,
     Fraction,
+    FromValues,
     Mask,
+    PropertyValues,
     cell_values,
+    cells_of,
+    describe_rocks,
     is_installed,
     three_digits,
-    with_power,
 )
 from ccwsim.sharing.choices import FlowChoice
 from ccwsim.system.machine import n_cores
@@ -38,14 +41,15 @@ POROSITY = 0.25
 DAY = 86400.0
 N_TRACKS, N_PARTICLES, MAX_STARTS = 32, 200, 1024
 CONDUCTIVITY_UNITS = {"m/s": 1.0, "m/d": DAY}
+K_BY_VALUES = ("K", "log K")  # values from which conductivities follow
 
 
 @dataclass(frozen=True)
 class FlowSettings:
     """Settings that determine the flow through a realization; lengths in m, times in s."""
 
-    conductivity: tuple[float, ...]  # of each facies, m/s
-    porosity: tuple[float, ...]
+    conductivity: PropertyValues  # m/s
+    porosity: PropertyValues
     axis: str  # "x", "y" or "z"
     ends: answers.Heads  # at the low and the high end of the axis, or along the outline, m
     anisotropy: float
@@ -53,9 +57,9 @@ class FlowSettings:
     well: tuple[int, ...] | None  # cell of the well
     rate: float  # pumped, m³/s
 
-    def solve(self, ensemble: Ensemble, indices: Bytes, *, well: bool = True) -> Flow:
-        """Return the flow through facies indices, without the well if `well` is false."""
-        k = cell_values(np.array(self.conductivity), indices)
+    def solve(self, ensemble: Ensemble, cells: Cells, *, well: bool = True) -> Flow:
+        """Return the flow through a realization, without the well if `well` is false."""
+        k = cell_values(self.conductivity, cells)
         options: dict[str, Any] = self.options if well else self.options | {"wells": {}}
         return darcy(k, ensemble.grid, active=ensemble.active, **options)
 
@@ -96,9 +100,9 @@ def solution(
     progress: Fraction, ensemble: Ensemble, realization: int, settings: FlowSettings
 ) -> Solution:
     """Return the flow through a realization."""
-    indices = ensemble.indices[realization]
-    flow = settings.solve(ensemble, indices)
-    shares = cell_values(np.array(settings.porosity), indices)
+    cells = cells_of(ensemble, realization)
+    flow = settings.solve(ensemble, cells)
+    shares = cell_values(settings.porosity, cells)
     starts = starts_at_inflow(flow, N_TRACKS, "edge" if "edge" in flow.fixed else settings.axis)
     inflow_tracks, to_well = tracks(flow, starts, porosity=shares), None
     for well in settings.wells:
@@ -155,24 +159,24 @@ class AnswersRun(PageRun[FlowAnswers]):
         effective_k = None
         if settings.heads[0] != settings.heads[1]:
             effective_k = answers.with_bounds(
-                ensemble, np.array(settings.conductivity), settings.axis, np.array(k),
+                ensemble, settings.conductivity, settings.axis, np.array(k),
                 heads=settings.ends, anisotropy=settings.anisotropy,
             )  # fmt: skip
         return FlowAnswers(effective_k, np.array(times), capture)
 
 
 def _answer(
-    indices: Bytes, ensemble: Ensemble, settings: FlowSettings, starts: Array
+    cells: Cells, ensemble: Ensemble, settings: FlowSettings, starts: Array
 ) -> tuple[float, Floats, Mask]:
     """Return effective K and breakthrough without the well, and whether each start is captured."""
-    shares = cell_values(np.array(settings.porosity), indices)
+    shares = cell_values(settings.porosity, cells)
     k, times = np.nan, np.full(N_PARTICLES, np.inf)
     if settings.heads[0] != settings.heads[1]:
-        flow = settings.solve(ensemble, indices, well=False)
+        flow = settings.solve(ensemble, cells, well=False)
         k, times = flow.effective_k, answers.breakthrough(flow, shares, settings.axis, N_PARTICLES)
     captured = np.zeros(len(starts), bool)
     if settings.wells:
-        pumped = settings.solve(ensemble, indices)
+        pumped = settings.solve(ensemble, cells)
         captured = answers.captured_by_wells(pumped, starts, shares)
     return k, times, captured
 
@@ -210,6 +214,11 @@ def flow_settings(choice: FlowChoice, ensemble: Ensemble) -> FlowSettings:
     image, grid = ensemble.training_image, ensemble.grid
     rocks = [rock_of(choice, image, k) for k in range(image.n_facies)]
     conductivity, porosity = zip(*rocks, strict=True)
+    if image.values and choice.values_are in K_BY_VALUES:
+        factor = 1 / CONDUCTIVITY_UNITS[choice.unit]
+        conductivity = FromValues(choice.values_are == "log K", factor)
+    elif image.values and choice.values_are == "porosity":
+        porosity = FromValues()
     well = choice.well
     if well is not None and (len(well) != grid.n_dimensions or not grid.holds(np.array([well]))[0]):
         well = None
@@ -257,7 +266,8 @@ def set_well(state: State, ensemble: Ensemble, cell: Sequence[int]) -> None:
     state.change_flow(well=tuple(cell))
     if not state.flow.rate:
         settings, grid = flow_settings(state.flow, ensemble), ensemble.grid
-        k = float(ensemble.proportions.mean(axis=0) @ settings.conductivity)
+        cells = (cells_of(ensemble, r) for r in range(ensemble.n))
+        k = np.mean([np.nanmean(cell_values(settings.conductivity, part)) for part in cells])
         dx, dy, dz = (*grid.cell_size, settings.thickness)[:3]
         area = grid.ny * dy * (grid.nz or 1) * dz
         flow = k * area * (abs(state.flow.high - state.flow.low) or 1.0) / (grid.nx * dx)
@@ -308,14 +318,15 @@ def model_downloads(
 ) -> dict[str, list[Download]]:
     """Return models for other programs, below a title with the values of the page Flow."""
     settings, image = flow_settings(choice, ensemble), ensemble.training_image
-    k = dict(zip(image.codes.tolist(), settings.conductivity, strict=True))
+    rocks, k = settings.conductivity, cast(Any, settings.conductivity)
+    if not isinstance(rocks, FromValues):
+        k = dict(zip(image.codes.tolist(), rocks, strict=True))
     content = partial(
         grdecl_as_zip, study_part(ensemble), ensemble, k,
         anisotropy=settings.anisotropy, thickness=settings.thickness,
     )  # fmt: skip
     files = [Download("GRDECL with permeability", "models_grdecl", "_grdecl.zip", content)]
-    named = zip(image.facies_names, settings.conductivity, strict=True)
-    values = [f"K of {name} {with_power(value, 6)} m/s" for name, value in named]
+    values = [f"K in m/s: {describe_rocks(rocks, image)}"]
     if settings.axis != "z" and is_installed("flopy"):
         values += ["heads along the outline"] * isinstance(settings.ends, Edge)
         if settings.thickness != 1:
@@ -355,5 +366,7 @@ def captured_in(state: State, run: AnswersRun) -> Mask | None:
         return None
     if not np.array_equal(reference.codes, run.ensemble.training_image.codes):
         return None
+    if reference.variable != run.ensemble.training_image.variable:
+        return None
     starts = result.capture.starts
-    return _answer(reference.indices, run.ensemble, run.settings, starts)[2]
+    return _answer(cells_of(reference), run.ensemble, run.settings, starts)[2]
