@@ -53,6 +53,19 @@ def test_the_scripts_of_the_readme_run(tmp_path, monkeypatch):
     assert names["gamma"].shape == (10, 61)
 
 
+def test_the_figures_of_the_readme_are_those_of_the_comparison():
+    text = (ROOT / "docs/compared.md").read_text("utf-8")
+    rows = [line for line in text.splitlines() if line.startswith("|")]
+    figures = set(re.findall(r"[\d.]+", " ".join(rows)))
+    readme = (ROOT / "README.md").read_text("utf-8")
+    measured = re.findall(r"(?m)^\| \[.*?\]\(docs/compared.md#.*?\) (\|.*)$", readme)
+    assert len(measured) == 3
+    for row in measured:
+        printed = re.findall(r"[\d.]+", re.sub(r"\(.*?\)", "", row))
+        assert printed
+        assert set(printed) <= figures
+
+
 @pytest.mark.slow
 def test_the_scripts_of_volumes_run():
     names = names_of("docs/volumes.md")

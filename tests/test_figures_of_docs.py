@@ -21,9 +21,11 @@ import pytest
 from benchmarks import (
     additions,
     anodi,
+    cases,
     data_fit,
     fidelity,
     methods as comparison,
+    others,
     quality,
     reproduction,
     secondary,
@@ -260,6 +262,14 @@ def wrong_data_of_published_code() -> list[float]:
     ]
 
 
+def distance_with_data() -> float:
+    """Return the mean pattern distance of the comparison with other programs at level 2."""
+    image, data = cases.load_study()
+    run = others.ours(image, Parameters())
+    maps = np.array([run(data, seed) for seed in range(others.N_REALIZATIONS)])
+    return float(metrics.pattern_distance(maps, image)[:, 0].mean())
+
+
 def bias_of_refinement() -> list[float]:
     """Return the mean biases without and with refinement, without data."""
     return [
@@ -408,6 +418,10 @@ FIGURES = [
     Figure(
         COMPARED, "published MS-CCSIM, level", "397", "published CCWSIM, level 1, 2, 3",
         wrong_data_of_published_code, published=True,
+    ),
+    Figure(
+        COMPARED, "| CPU s, no data |", "CCWSIM (this), level 2", "distance of patterns, full",
+        distance_with_data, published=True,
     ),
     Figure(
         METHOD, "switched off by", "refinement | `refine=False` | none", "bias",

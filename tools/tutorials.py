@@ -73,6 +73,8 @@ def run(code: str, names: dict[str, Any], charts: bool = True) -> Shown:
         return Shown(text, *(chart_picture(value) if charts else (b"", "")))
     if hasattr(value, "_repr_html_"):
         return Shown(text, *html_picture(value._repr_html_()))
+    if isinstance(value, Image.Image):
+        return Shown(text, enlarged(value))
     return Shown(f"{text}{value!r}\n")
 
 
@@ -80,12 +82,16 @@ def html_picture(html: str) -> tuple[bytes, str]:
     """Return the enlarged picture in a notebook's HTML output, and the picture's caption."""
     found = re.search(r'base64,([^"]*)" alt="([^"]*)"', html)
     assert found, html
-    picture = Image.open(BytesIO(b64decode(found[1])))
+    return enlarged(Image.open(BytesIO(b64decode(found[1])))), unescape(found[2])
+
+
+def enlarged(picture: Image.Image) -> bytes:
+    """Return a PNG of a picture, enlarged by an integer factor if it is small."""
     times = max(MAX_SIDE // max(picture.size), 1)
     size = picture.width * times, picture.height * times
     file = BytesIO()
     picture.resize(size, Image.Resampling.NEAREST).save(file, "PNG", optimize=True)
-    return file.getvalue(), unescape(found[2])
+    return file.getvalue()
 
 
 def chart_picture(chart: Any) -> tuple[bytes, str]:

@@ -1,8 +1,7 @@
 """Make the pictures of the how-to pages, or some: python -m tests.browser.pictures [NAME ...]
 
 Each picture is the part of a page that the text describes, in the light theme, as a PNG with few
-colours in docs/images/how-to. The name "readme" makes the picture of README.md instead. Times in
-the pictures are those of this machine.
+colours in docs/images/how-to. Times in the pictures are those of this machine.
 """
 
 from __future__ import annotations
@@ -23,7 +22,6 @@ from tests.browser.served import ROOT, browser, served
 OUT = ROOT / "docs/images/how-to"
 WIDTH = 1280
 MAX_BYTES = 100_000
-README_BYTES = 250_000
 COLOURS = (160, 128, 96, 64, 48, 32, 24)
 """Numbers of colours to try, until the size of a picture is within its limit."""
 REST = 2500
@@ -97,17 +95,6 @@ def open_share(page: Any) -> None:
     page.wait_for_selector(".st-key-share_body .stCode", timeout=SLOW)
 
 
-def dismiss_welcome(page: Any) -> None:
-    """Wait for the maps of the first study, and close the introduction for new readers."""
-    fill_with_maps(page)
-    look = page.locator(".st-key-look button")
-    look.wait_for(timeout=SLOW)
-    until(
-        lambda: look.click(timeout=SLOW) if look.count() else None,
-        lambda wait: look.wait_for(state="detached", timeout=wait),
-    )
-
-
 def unfold_experiments(page: Any) -> None:
     """Run the quick version of the paper's experiments, and unfold two of them."""
     FILLED["paper"](page)
@@ -177,8 +164,6 @@ PICTURES = {
     "share": Picture(f"simulate?{STUDY}", 480, open_share, left=530),
 }
 
-README = Picture("simulate", 1000, dismiss_welcome, width=1440)
-
 
 def taken(page: Any, picture: Picture) -> bytes:
     """Return a screenshot of the part of a page as PNG."""
@@ -225,17 +210,14 @@ def make(names: Sequence[str] = (), address: str = "") -> None:
     OUT.mkdir(parents=True, exist_ok=True)
     with browser() as chromium:
         for name in names or PICTURES:
-            picture = README if name == "readme" else PICTURES[name]
+            picture = PICTURES[name]
             size = {"width": picture.width, "height": picture.height + (100 if picture.top else 0)}
             context = chromium.new_context(viewport=size, color_scheme="light")
             page = context.new_page()
             page.goto(f"{address}/{picture.address}")
             png = taken(page, picture)
-            if name == "readme":
-                path, content = ROOT / "assets/screenshot.png", few_colours(png, README_BYTES)
-            else:
-                path, content = OUT / f"{name}.png", few_colours(png)
-            path.write_bytes(content)
+            content = few_colours(png)
+            (OUT / f"{name}.png").write_bytes(content)
             print(f"{name}: {len(content) / 1000:.0f} kB")
             context.close()
 
