@@ -20,16 +20,15 @@ def command(name: str | None, output: str | None) -> None:
     """List the bundled training images, volumes and hard data, or write one of them to a file."""
     from ccwsim import datasets
 
-    images = {name: datasets.describe(name) for name in datasets.names()}
-    volumes = {name: datasets.describe(name) for name in datasets.volume_names()}
+    images = {name: datasets.describe(name) for name in datasets.BUNDLED_IMAGES}
     hard_data = {name: datasets.describe_hard_data(name) for name in datasets.BUNDLED_DATA}
-    described = images | volumes | hard_data
+    described = images | hard_data
     if name is None:
         if output is not None:
             raise click.UsageError("--output needs the NAME of a training image or of hard data")
-        titles = {"Training images:": images, "\nVolumes:": volumes, "\nHard data:": hard_data}
+        titles = {"Training images:": images, "\nHard data:": hard_data}
         for title, texts in titles.items():
-            click.echo("\n".join([title, *(f"  {key:20} {text}" for key, text in texts.items())]))
+            click.echo("\n".join([title, *(f"  {key:24} {text}" for key, text in texts.items())]))
     elif name not in described:
         choices = ", ".join(described)
         raise CCWSIMError(f"there is no {name}; there are {choices}.{suggestion(name, described)}")

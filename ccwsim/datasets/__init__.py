@@ -8,6 +8,7 @@ name is unknown or a file is missing.
 from ccwsim.datasets.catalogue import (
     BUNDLED_DATA as BUNDLED_DATA,
     BUNDLED_IMAGES as BUNDLED_IMAGES,
+    BUNDLED_MEASUREMENTS as BUNDLED_MEASUREMENTS,
     BUNDLED_WELLS as BUNDLED_WELLS,
     describe as describe,
     describe_hard_data as describe_hard_data,

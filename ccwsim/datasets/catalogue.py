@@ -1,7 +1,8 @@
 """Read and describe the bundled training images, hard data and reference fields.
 
 Images are indexed PNG files, whose indices are the facies codes; the first row is in the north.
-Volumes are npz files. Hard data are CSV files with the columns x, y, (for volumes) z and facies.
+Volumes and continuous variables are npz files. Hard data are CSV files with the columns x, y, (for
+volumes) z, and facies or the continuous variable.
 Coordinates are cell centres, in cells from the south-west corner of the grid.
 """
 
@@ -25,9 +26,10 @@ class Dataset:
     """Description of a bundled training image."""
 
     shape: Shape
-    facies_names: tuple[str, ...]
     picture: str
     good_for: str
+    facies_names: tuple[str, ...] = ()
+    variable: str = ""  # name of a continuous variable
 
 
 @dataclass(frozen=True)
@@ -53,8 +55,9 @@ def _rows(kind: type[Row], table: str) -> dict[str, Row]:
 DATASETS = _rows(Dataset, "images")
 VOLUMES = _rows(Dataset, "volumes")
 """Bundled volumes; ten vertical wells for each volume were sampled from a similar volume."""
-BUNDLED_IMAGES = DATASETS | VOLUMES
-"""Descriptions of the bundled training images, maps and volumes, by name."""
+CONTINUOUS = _rows(Dataset, "continuous")
+BUNDLED_IMAGES = DATASETS | CONTINUOUS | VOLUMES
+"""Descriptions of the bundled training images, by name."""
 WELLS_SHAPE = (48, 100, 100)  # shape of the simulation grid for the bundled wells
 
 BUNDLED_SURVEYS = _rows(Survey, "surveys")
@@ -62,7 +65,9 @@ BUNDLED_WELLS = {
     f"{name}_10_wells": Survey(name, WELLS_SHAPE, "10 vertical wells") for name in VOLUMES
 }
 """Descriptions of the bundled wells, by name of the hard data."""
-BUNDLED_DATA = BUNDLED_SURVEYS | BUNDLED_WELLS
+BUNDLED_MEASUREMENTS = _rows(Survey, "measurements")
+"""Descriptions of the bundled data of continuous variables, by name."""
+BUNDLED_DATA = BUNDLED_SURVEYS | BUNDLED_MEASUREMENTS | BUNDLED_WELLS
 """Descriptions of all bundled hard data, by name."""
 
 FIELD_SIDES = {"channels": (256, 512), "stone_wall": (512,), "barchans": (512, 1000)}
@@ -101,13 +106,15 @@ def load(name: str) -> TrainingImage:
     >>> ti.shape, ti.facies_names
     ((256, 256), ('mud', 'sand'))
     """
-    facies_names, path = _dataset(name).facies_names, image_path(name)
-    if name in VOLUMES:
+    dataset, path = _dataset(name), image_path(name)
+    if path.suffix == ".npz":
         with np.load(_present(path)) as file:
-            array = file["ti"]  # shape (nz, ny, nx), layer 0 at the bottom
+            array = file["ti"]  # row 0 in the south, layer 0 at the bottom
     else:
         array = read_image(path)
-    return TrainingImage(array, name=name, facies_names=facies_names)
+    if variable := dataset.variable:
+        return TrainingImage.from_array(array, continuous=True, name=name, variable=variable)
+    return TrainingImage(array, name=name, facies_names=dataset.facies_names)
 
 
 def describe(name: str) -> str:
@@ -120,12 +127,12 @@ def describe(name: str) -> str:
     mortar). Good for closed shapes: stones must not break, joints must not stop.
     """
     dataset = _dataset(name)
-    size, facies = describe_shape(dataset.shape), ", ".join(dataset.facies_names)
-    return f"{dataset.picture} ({size} cells; {facies}). Good for {dataset.good_for}."
+    size, what = describe_shape(dataset.shape), dataset.variable or ", ".join(dataset.facies_names)
+    return f"{dataset.picture} ({size} cells; {what}). Good for {dataset.good_for}."
 
 
 def hard_data_names() -> tuple[str, ...]:
-    """Return the names of the bundled hard data.
+    """Return the names of the bundled hard data of facies in maps.
 
     Examples
     --------
@@ -144,10 +151,12 @@ def load_hard_data(name: str) -> HardData:
     >>> load_hard_data("channels_60_wells")
     HardData(n=60)
     """
-    grid = Grid.of(_survey(name).grid_shape)
-    path = _present(hard_data_path(name))  # the columns are x, y, (for a volume) z and facies
-    *places, facies = np.loadtxt(path, delimiter=",", skiprows=1, unpack=True)
-    return HardData(grid.cells_of(*places), facies)
+    survey, path = _survey(name), _present(hard_data_path(name))
+    *places, measured = np.loadtxt(path, delimiter=",", skiprows=1, unpack=True)
+    cells = Grid.of(survey.grid_shape).cells_of(*places)
+    if variable := _dataset(survey.training_image).variable:
+        return HardData(cells, values={variable: measured})
+    return HardData(cells, measured)
 
 
 def hard_data_grid_shape(name: str) -> tuple[int, ...]:
@@ -197,8 +206,8 @@ def load_reference_field(name: str) -> TrainingImage:
     0
     """
     survey = _survey(name)
-    if name in BUNDLED_WELLS:
-        raise CCWSIMError(f"the volume from which {name} were sampled is not bundled")
+    if name not in BUNDLED_SURVEYS:
+        raise CCWSIMError(f"the field from which {name} were sampled is not bundled")
     ny, nx = survey.grid_shape
     return reference_field(survey.training_image, (ny, nx))
 
@@ -215,8 +224,8 @@ def reference_field(image: str, shape: tuple[int, int]) -> TrainingImage:
 
 def image_path(name: str) -> Path:
     """Return the path of the file of a training image (a map or a volume)."""
-    if name in VOLUMES:
-        return ASSETS / "volumes" / f"{name}.npz"
+    if name not in DATASETS:
+        return ASSETS / ("volumes" if name in VOLUMES else "training_images") / f"{name}.npz"
     return ASSETS / "training_images" / f"{name}.png"
 
 

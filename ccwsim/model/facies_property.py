@@ -44,7 +44,7 @@ class Cells(NamedTuple):
     values: Floats | None = None
 
 
-class Images(Protocol):
+class HasCells(Protocol):
     """A training image, or the realizations of an ensemble."""
 
     @property
@@ -54,7 +54,7 @@ class Images(Protocol):
     def values(self) -> dict[str, Floats]: ...
 
 
-def cells_of(images: Images, realization: Any = ...) -> Cells:
+def cells_of(images: HasCells, realization: Any = ...) -> Cells:
     """Return the cells of a training image, or of one realization or a slice of realizations."""
     values = next(iter(images.values.values()), None)
     indices = np.asarray(images.indices[realization])
@@ -120,7 +120,7 @@ def cell_values(rocks: PropertyValues, cells: Cells) -> Floats:
 class FaciesProperty:
     """A property of each cell of an ensemble, computed for each realization on access."""
 
-    images: Images
+    images: HasCells
     training_image: TrainingImage
     by_facies: Floats | FromValues
     """Value of each facies, in the order of the codes; or it follows from a continuous variable."""

@@ -262,3 +262,18 @@ def test_specks_take_the_facies_around_them():
     cleaned = without_specks(facies, 5)
     assert TrainingImage(cleaned).codes.tolist() == [0, 2]
     np.testing.assert_array_equal(cleaned == 2, facies == 2)
+
+
+def test_the_generator_makes_the_bundled_values_and_measurements():
+    made, bundled = tools.generate_values("porous_channels"), datasets.load("porous_channels")
+    assert np.allclose(made.values["porosity"], bundled.values["porosity"], atol=2e-4)
+    (name,) = datasets.BUNDLED_MEASUREMENTS
+    data, sampled = datasets.load_hard_data(name), tools.generate_measurements(name)
+    assert np.array_equal(data.cells, sampled.cells)
+    assert np.allclose(data.values["porosity"], sampled.values["porosity"], atol=2e-4)
+    assert 0.01 <= bundled.sorted_values[0] < bundled.sorted_values[-1] <= 0.4
+
+
+def test_values_of_high_porosity_reach_across():
+    inside = datasets.load("porous_channels").values["porosity"] > 0.2
+    assert bodies_reaching_across(inside).size

@@ -25,6 +25,7 @@ from tools.datasets.delta import delta
 from tools.datasets.deposits import barchans, dunes, lenses
 from tools.datasets.fractures import fractures
 from tools.datasets.levees import levees
+from tools.datasets.porosity import porous_channels
 from tools.datasets.stone_wall import stone_wall
 from tools.datasets.volumes import folded_layers, sinuous_channels, stacked_lenses
 
@@ -68,11 +69,14 @@ VOLUMES = {
 }
 N_WELLS, WELL_SPACING, WELL_SEED = 10, 12.0, 6
 
+CONTINUOUS = {"porous_channels": Generator(porous_channels, 7)}
+
 SAMPLINGS = {
     "channels_60_wells": Sampling(1, 60, 40.0),
     "channels_400_data": Sampling(2, 400, 0.0),
     "stone_wall_300_data": Sampling(3, 300, 0.0),
     "barchans_200_data": Sampling(4, 200, 12.0),
+    "porous_channels_80_wells": Sampling(5, 80, 16.0),
 }
 
 
@@ -116,6 +120,22 @@ def generate(
 def generate_reference_field(image: str, side: int) -> TrainingImage:
     """Generate a square reference field with the generator of a training image."""
     return generate(image, shape=(side, side), seed=FIELD_SEED)
+
+
+def generate_values(name: str, seed: int | None = None) -> TrainingImage:
+    """Generate an image of a continuous variable, by default with the seed of the bundled image."""
+    dataset, generator = catalogue.CONTINUOUS[name], CONTINUOUS[name]
+    rng = RandomState(generator.seed if seed is None else _checked_seed(seed))
+    values, variable = generator.draw(dataset.shape, rng), dataset.variable
+    return TrainingImage.from_array(values, continuous=True, name=name, variable=variable)
+
+
+def generate_measurements(name: str) -> HardData:
+    """Sample the bundled data of a continuous variable from a field with another seed."""
+    how, image = SAMPLINGS[name], datasets.hard_data_training_image(name)
+    field = generate_values(image, FIELD_SEED)
+    cells = scattered_data(field.indices, how.n, how.min_spacing, RandomState(how.seed)).cells
+    return HardData(cells, values={v: a[tuple(cells.T)] for v, a in field.values.items()})
 
 
 def generate_hard_data(name: str) -> HardData:
@@ -173,12 +193,13 @@ def write_image(path: Path, facies: NDArray[np.integer]) -> None:
 
 
 def write_hard_data(path: Path, data: HardData, grid: Grid) -> None:
-    """Write hard data as columns x, y, (for a volume) z, and facies."""
-    rows = np.column_stack([grid.centers_of(data.cells), data.facies])
+    """Write hard data as columns x, y, (for a volume) z, and facies or the continuous variable."""
+    (what, measured), *_ = [*data.values.items(), ("facies", data.facies)]
+    rows = np.column_stack([grid.centers_of(data.cells), measured])
     path.parent.mkdir(parents=True, exist_ok=True)
     kinds, axes = ["%.1f"] * grid.n_dimensions, "xyz"[: grid.n_dimensions]
-    header = ",".join([*axes, "facies"])
-    np.savetxt(path, rows, fmt=(*kinds, "%d"), delimiter=",", header=header, comments="")
+    header = ",".join([*axes, what])
+    np.savetxt(path, rows, fmt=(*kinds, "%.10g"), delimiter=",", header=header, comments="")
 
 
 def write_assets() -> None:
@@ -192,6 +213,13 @@ def write_assets() -> None:
     for name in datasets.hard_data_names():
         grid = Grid.of(datasets.hard_data_grid_shape(name))
         write_hard_data(catalogue.hard_data_path(name), generate_hard_data(name), grid)
+    for name, image in catalogue.CONTINUOUS.items():
+        np.savez_compressed(
+            catalogue.image_path(name), ti=generate_values(name).values[image.variable]
+        )
+    for name, survey in datasets.BUNDLED_MEASUREMENTS.items():
+        grid = Grid.of(survey.grid_shape)
+        write_hard_data(catalogue.hard_data_path(name), generate_measurements(name), grid)
     grid = Grid.of(catalogue.WELLS_SHAPE)
     for name in datasets.volume_names():
         write_hard_data(catalogue.hard_data_path(f"{name}_10_wells"), generate_wells(name), grid)

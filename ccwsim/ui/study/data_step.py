@@ -288,7 +288,11 @@ def _data_menu(state: State) -> None:
 def bundled_data(state: State) -> tuple[str, ...]:
     """Return bundled hard data that suit the study; for volumes, wells of the image come first."""
     if not state.grid.is_volume:
-        return datasets.hard_data_names()
+        return (
+            tuple(datasets.BUNDLED_MEASUREMENTS)
+            if state.image.values
+            else datasets.hard_data_names()
+        )
     image_name, wells = state.choices.image.bundled, datasets.BUNDLED_WELLS
 
     def is_of_other_image(name: str) -> bool:

@@ -198,8 +198,11 @@ def _image_menu(state: State) -> None:
     def choose(name: str) -> None:
         use_image(state, ImageChoice(bundled=name))
 
-    labels = {name: pretty(name) for name in datasets.names()}
-    labels |= {name: f"{pretty(name)} (volume)" for name in datasets.volume_names()}
+    volumes = datasets.volume_names()
+    labels = {
+        name: f"{pretty(name)}{' (volume)' if name in volumes else ''}"
+        for name in datasets.BUNDLED_IMAGES
+    }
     tiles = [{"value": name, "name": text, "title": text} for name, text in labels.items()]
     draw_tiles(
         "image_sheet",

@@ -355,7 +355,9 @@ def ranks(
     """Rank the bundled images and the image of the study by the hard data."""
     bundled = [datasets.load(name) for name in datasets.BUNDLED_IMAGES]
     candidates = [
-        candidate for candidate in bundled if candidate.n_dimensions == image.n_dimensions
+        candidate
+        for candidate in bundled
+        if candidate.n_dimensions == image.n_dimensions and candidate.variable == image.variable
     ]
     return metrics.rank_images(
         [image, *(candidate for candidate in candidates if candidate.digest != image.digest)],

@@ -229,9 +229,7 @@ def test_models_for_other_programs_name_and_have_the_values_of_the_page(page):
     assert not app.exception
     labels = {element.proto.label for element in app.get("download_button")}
     assert {"GRDECL with permeability", "MODFLOW 6, realization 1"} <= labels
-    title = (
-        "Models for flow programs, with the values of Flow: K in m/s: mud 2 × 10⁻⁹, sand 3 ×"
-    )
+    title = "Models for flow programs, with the values of Flow: K in m/s: mud 2 × 10⁻⁹, sand 3 ×"
     assert title in html(app)
 
 
