@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ccwsim.cli.inputs import input_file, options_in
+from ccwsim.cli.inputs import input_file, options_in, options_in_messages
 from ccwsim.cli.options import EPILOGS, output_file, quiet
 from ccwsim.model.errors import CCWSIMError, shown
 
@@ -26,6 +26,7 @@ NO_SIDES = (
 @click.argument("realizations", metavar="FILE", type=click.Path())
 @options_in({"Other options": ["flow"]})
 @quiet
+@options_in_messages(["flow"])
 def command(
     realizations: str, conductivity: tuple[tuple[int | str, float], ...], unit: str | None,
     axis: str | None, heads: str | None, thickness: float, anisotropy: float,
@@ -41,9 +42,9 @@ def command(
     from ccwsim.io.formats.rasters import metres_per_unit
 
     values, unit, axis = dict(conductivity), unit or "m/s", axis or "x"
-    if modflow and axis == "z":
-        raise CCWSIMError("--modflow writes models with heads along x or y; leave out --axis z")
     if modflow:
+        if axis == "z":
+            raise CCWSIMError("--modflow writes models with heads along x or y; leave out --axis z")
         check_output(modflow, "flopy")
     if grdecl:
         check_output(grdecl, format_of(grdecl, None, ["grdecl"]))
@@ -104,8 +105,9 @@ def conductivity_summary(effective: EffectiveK, unit: str) -> str:
 
     low, middle, high = np.quantile(effective.each, [0.1, 0.5, 0.9])
     return (
-        f"Effective conductivity of {len(effective.each)} realizations: 10 % are below {low:.4g}, "
-        f"50 % below {middle:.4g}, 90 % below {high:.4g} {unit}.\n"
+        f"Effective conductivity of {len(effective.each)} realization"
+        f"{'s' if len(effective.each) > 1 else ''}: 10 % are below {low:.4g}, 50 % below "
+        f"{middle:.4g}, 90 % below {high:.4g} {unit}.\n"
         f"Bounds (harmonic and arithmetic mean): {effective.harmonic.mean():.4g} and "
         f"{effective.arithmetic.mean():.4g} {unit}. Training image: {effective.image:.4g} {unit}."
     )
