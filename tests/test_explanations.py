@@ -85,15 +85,15 @@ def volume_trend() -> bool:
 
     def slope(volumes: Ensemble | TrainingImage) -> float:
         sand = metrics.vertical_proportions(volumes)[:, 1].mean(axis=0)
-        return float(np.polyfit(np.arange(48), sand, 1)[0])
+        return float(np.cov(np.arange(48), sand)[0, 1])
 
     def likeness(p: Parameters, data: HardData | None) -> tuple[float, float]:
         """Return the correlation of heights of cells and sources, and the share of the trend."""
         e = ccwsim.simulate(ti, (48, 100, 100), p, data, 4, seed=1, keep_sources=True)
         assert e.sources is not None
         copied = e.sources >= 0
-        heights = np.nonzero(copied)[1], e.sources[copied] // (160 * 160)
-        return float(np.corrcoef(heights)[0, 1]), slope(e) / slope(ti)
+        height, of_source = np.nonzero(copied)[1], e.sources[copied] // (160 * 160)
+        return float(np.corrcoef(height, of_source)[0, 1]), slope(e) / slope(ti)
 
     lost = [likeness(OF_VOLUME, data) for data in (wells, None)]
     kept = likeness(weighted, wells)
@@ -296,13 +296,18 @@ def settings_time() -> bool:
 
 
 def settings_overlap() -> bool:
-    ti = datasets.load("stone_wall")
-
-    def time(overlap: int) -> float:
-        p = Parameters(24, overlap, 1)
-        return float(ccwsim.simulate(ti, (150, 150), p, None, 12, seed=0).cpu_seconds.min())
-
-    return time(12) > 1.15 * time(6)
+    """Show that seams improve up to a quarter of the template only, and that time grows."""
+    for name, template, overlaps in [("stone_wall", 24, (2, 6, 12)), ("channels", 32, (2, 8, 16))]:
+        ti, unseen, times = datasets.load(name), [], []
+        for overlap in overlaps:
+            p = Parameters(template, overlap, 1, repair_seams=False)
+            runs = [ccwsim.simulate(ti, (150, 150), p, None, 12, seed=seed) for seed in (0, 1)]
+            unseen.append(np.mean([metrics.unseen_patterns(e, ti).mean() for e in runs]))
+            times.append(min(e.cpu_seconds.min() for e in runs))
+        narrow, quarter, half = unseen
+        if narrow < 1.5 * quarter or half < 0.8 * quarter or times[2] < 1.1 * times[1]:
+            return False
+    return True
 
 
 def settings_volume() -> bool:
@@ -396,6 +401,58 @@ def measures_coarse_cells() -> bool:
     ti = datasets.load("stone_wall")
     full, *coarse = metrics.pattern_distance(ti.array[None, 1:-1], ti)[0]
     return min(coarse) > 10 * full and min(coarse) > 0.01
+
+
+def example_dense() -> bool:
+    """Show that no location fits the data of most tiles with a datum in one cell of sixteen."""
+    ti = datasets.load("channels")
+    truth = datasets.load_reference_field("channels_400_data").array[:256, :256]
+    windows = sliding_window_view(ti.array, (32, 32)).reshape(-1, 32 * 32)
+    fitting = []
+    for seed in (1, 2):
+        data = sample_random(truth, 4000, seed=seed)
+        grid = np.full(truth.shape, -1)
+        grid[tuple(data.cells.T)] = data.facies
+        for tile in grid.reshape(8, 32, 8, 32).swapaxes(1, 2).reshape(64, -1)[::3]:
+            known = np.flatnonzero(tile >= 0)
+            fitting.append((windows[:, known] == tile[known]).all(axis=1).any())
+    return float(np.mean(fitting)) < 0.45
+
+
+def broken(p: Parameters) -> tuple[float, float]:
+    """Return the number of bodies of sand per realization, and the share of unseen patterns."""
+    ti = datasets.load("channels")
+    runs = [ccwsim.simulate(ti, (256, 256), p, None, 12, seed=seed) for seed in (0, 1)]
+    bodies = np.mean([metrics.geobody_statistics(e, 1).n_geobodies.mean() for e in runs])
+    return float(bodies), float(np.mean([metrics.unseen_patterns(e, ti).mean() for e in runs]))
+
+
+def example_small_template() -> bool:
+    return broken(Parameters(8, 4, 2))[0] > 2 * broken(Parameters())[0]
+
+
+def example_thin_overlap() -> bool:
+    p = Parameters(32, 2, 1, refine=False, repair_seams=False)
+    bodies, unseen = np.divide(broken(p), broken(replace(p, overlap_size=8)))
+    return bool(bodies > 1.15 and unseen > 2)
+
+
+def example_no_refine() -> bool:
+    p = Parameters(32, 8, 3, refine=False, repair_seams=False)
+    steps = broken(p)[1]
+    return max(broken(replace(p, **{name: True}))[1] for name in ("refine", "repair_seams")) < (
+        0.6 * steps
+    )
+
+
+def example_blocks() -> bool:
+    """Show that without refinement, sources of cells are whole blocks of 8 cells away."""
+    ti = datasets.load("channels")
+    p = Parameters(32, 8, 3, refine=False, repair_seams=False, random_path=False)
+    e = ccwsim.simulate(ti, (120, 120), p, None, 4, seed=0, keep_sources=True)
+    assert e.sources is not None
+    offsets = np.array(np.divmod(e.sources, 256)) - np.indices((120, 120))[:, None]
+    return not (offsets % 8).any()
 
 
 TUTORIALS = "docs/tutorials/"
@@ -573,6 +630,44 @@ EXPLANATIONS: list[tuple[str, str, Callable[[], bool], bool]] = [
         "At half and third resolution, pattern distances depend on the cell at which coarse cells "
         "begin.",
         measures_coarse_cells,
+        False,
+    ),
+    (
+        "ccwsim/assets/parameters.toml",
+        "Up to about a quarter of the template, a wider overlap joins shapes better; it takes "
+        "longer.",
+        settings_overlap,
+        True,
+    ),
+    (
+        "ccwsim/ui/examples/catalogue.toml",
+        "In most tiles, no location of the training image fits all of these data",
+        example_dense,
+        True,
+    ),
+    (
+        "ccwsim/ui/examples/catalogue.toml",
+        "The template must be larger than the shapes (B).",
+        example_small_template,
+        True,
+    ),
+    (
+        "ccwsim/ui/examples/catalogue.toml",
+        "The search hardly recognizes a channel, so more channels break than with an overlap of 8 "
+        "cells (B).",
+        example_thin_overlap,
+        True,
+    ),
+    (
+        "ccwsim/ui/examples/catalogue.toml",
+        "Seam repair, which is off here, would remove most steps.",
+        example_no_refine,
+        False,
+    ),
+    (
+        "ccwsim/ui/examples/catalogue.toml",
+        "Locations are multiples of 8 cells, so channel banks have steps at seams (A).",
+        example_blocks,
         False,
     ),
 ]
