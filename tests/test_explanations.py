@@ -397,6 +397,32 @@ def theory_seams() -> bool:
     return bool(unseen.sum() > 50 and not (unseen & ~near).any() and near.mean() < 0.5 and few)
 
 
+def theory_terms() -> bool:
+    """Count the terms of summation by parts along lines of 32 cells, relative to coefficients."""
+    ranges = []
+    for level in (0, 1, 2):
+        side, shares = 2**level, []
+        for name in datasets.BUNDLED_IMAGES:
+            ti = datasets.load(name)
+            if ti.array.ndim == 3:
+                continue
+            n_terms = n_nonzero = 0
+            ny, nx = (n // side for n in ti.shape)
+            for k in range(1 if ti.n_facies == 2 else 0, ti.n_facies):
+                cells = (ti.indices == k)[: ny * side, : nx * side].astype(int)
+                sums = cells.reshape(ny, side, nx, side).sum(axis=(1, 3))
+                for lines in (sums, sums.T):
+                    for start in range(0, lines.shape[1] - 32 // side + 1, 32 // side):
+                        line = np.pad(lines[:, start : start + 32 // side], [(0, 0), (1, 1)])
+                        changes = np.count_nonzero(np.diff(line, axis=1), axis=1)
+                        nonzero = np.count_nonzero(line, axis=1)
+                        n_terms += np.minimum(changes, nonzero).sum()
+                        n_nonzero += nonzero.sum()
+            shares.append(n_terms / n_nonzero)
+        ranges.append((min(shares), max(shares)))
+    return bool((np.round(ranges, 2) == [(0.12, 0.46), (0.33, 0.89), (0.60, 0.98)]).all())
+
+
 def measures_coarse_cells() -> bool:
     ti = datasets.load("stone_wall")
     full, *coarse = metrics.pattern_distance(ti.array[None, 1:-1], ti)[0]
@@ -623,6 +649,14 @@ EXPLANATIONS: list[tuple[str, str, Callable[[], bool], bool]] = [
         "docs/theory.md",
         "Bad seams show as patterns of cells that are absent from the image.",
         theory_seams,
+        False,
+    ),
+    (
+        "docs/theory.md",
+        "For lines of 32 cells in the nine bundled maps, the number of terms is 0.12 to 0.46 times "
+        "the number of nonzero coefficients at level 0, 0.33 to 0.89 at level 1 and 0.60 to 0.98 "
+        "at level 2",
+        theory_terms,
         False,
     ),
     (
