@@ -513,6 +513,32 @@ def measures_crops() -> bool:
     return True
 
 
+def quality_anodi() -> bool:
+    small = replace(PUBLISHED, template_size=8, overlap_size=4)
+    for name, seed in [("channels", 1), ("channels", 2), ("stone_wall", 0), ("stone_wall", 1)]:
+        ti = datasets.load(name)
+        compared = {
+            label: ccwsim.simulate(ti, (160, 160), p, None, 10, seed=seed)
+            for label, p in {"whole": PUBLISHED, "broken": small}.items()
+        }
+        between, within, _ = metrics.anodi(compared, ti).relative("broken", "whole")
+        if between < 1.2 or within < 2:
+            return False
+    return True
+
+
+def quality_candidates() -> bool:
+    ti = datasets.load("stone_wall")
+
+    def distance(p: Parameters, k: int) -> float:
+        p = replace(p, n_candidates=k)
+        runs = [ccwsim.simulate(ti, (160, 160), p, None, 10, seed=seed) for seed in (0, 1)]
+        return float(np.mean([metrics.pattern_distance(e, ti)[:, 0].mean() for e in runs]))
+
+    usual, published = ([distance(p, k) for k in (1, 20, 500)] for p in (P, PUBLISHED))
+    return max(usual) < 1.3 * min(usual) and published[2] > 1.7 * published[0]
+
+
 TUTORIALS = "docs/tutorials/"
 EXPLANATIONS: list[tuple[str, str, Callable[[], bool], bool]] = [
     (
@@ -703,6 +729,20 @@ EXPLANATIONS: list[tuple[str, str, Callable[[], bool], bool]] = [
         "If the codes of mud and sand are exchanged, there is too little sand instead.",
         method_codes,
         False,
+    ),
+    (
+        "docs/quality.md",
+        "Broken shapes increase both *between* and *within*, so read *between*, *within* and the "
+        "ratio together.",
+        quality_anodi,
+        True,
+    ),
+    (
+        "docs/quality.md",
+        "By default, K has little effect even without data, because candidates are excluded if "
+        "they fit much worse than the best or merely continue the image.",
+        quality_candidates,
+        True,
     ),
     (
         "docs/measures.md",
