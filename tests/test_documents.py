@@ -106,6 +106,7 @@ def test_a_tutorial_prints_and_shows_what_it_says(name, tmp_path, monkeypatch):
         shown = tutorials.run(block["code"], names, charts=False)
         assert shown.text == (block["text"] or "")
         if shown.picture:
+            assert block["words"] == shown.words
             stored = tutorials.PICTURES / Path(block["picture"]).name
             np.testing.assert_array_equal(
                 tutorials.pixels(stored.read_bytes()), tutorials.pixels(shown.picture)

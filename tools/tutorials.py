@@ -132,8 +132,7 @@ def written_anew(name: str, text: str) -> str:
             file = PICTURES / f"{name}-{count}.png"
             PICTURES.mkdir(parents=True, exist_ok=True)
             file.write_bytes(shown.picture)
-            words = block["words"] or shown.words
-            parts.append(f"![{words}](../images/tutorials/{file.name})\n")
+            parts.append(f"![{shown.words}](../images/tutorials/{file.name})\n")
         return "\n".join(parts)
 
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ccwsim.cli.inputs import input_file, options_in
+from ccwsim.cli.inputs import input_file, options_in, options_in_messages
 from ccwsim.cli.options import EPILOGS, output_file, quiet
 from ccwsim.model import CCWSIMError, FromValues, shown
 
@@ -26,6 +26,7 @@ NO_SIDES = (
 @click.argument("realizations", metavar="FILE", type=click.Path())
 @options_in({"Other options": ["flow"]})
 @quiet
+@options_in_messages(["flow"])
 def command(
     realizations: str, conductivity: tuple[tuple[int | str, float], ...], unit: str | None,
     values_are: str | None, axis: str | None, heads: str | None, thickness: float,
@@ -45,9 +46,9 @@ def command(
     values = FromValues(values_are == "log-K") if values_are else dict(conductivity)
     if bool(values_are) == bool(conductivity):
         raise CCWSIMError("give either -k FACIES=K for each facies or --values-are, and not both")
-    if modflow and axis == "z":
-        raise CCWSIMError("--modflow writes models with heads along x or y; leave out --axis z")
     if modflow:
+        if axis == "z":
+            raise CCWSIMError("--modflow writes models with heads along x or y; leave out --axis z")
         check_output(modflow, "flopy")
     if grdecl:
         check_output(grdecl, format_of(grdecl, None, ["grdecl"]))
@@ -108,8 +109,9 @@ def conductivity_summary(effective: EffectiveK, unit: str) -> str:
 
     low, middle, high = np.quantile(effective.each, [0.1, 0.5, 0.9])
     return (
-        f"Effective conductivity of {len(effective.each)} realizations: 10 % are below {low:.4g}, "
-        f"50 % below {middle:.4g}, 90 % below {high:.4g} {unit}.\n"
+        f"Effective conductivity of {len(effective.each)} realization"
+        f"{'s' if len(effective.each) > 1 else ''}: 10 % are below {low:.4g}, 50 % below "
+        f"{middle:.4g}, 90 % below {high:.4g} {unit}.\n"
         f"Bounds (harmonic and arithmetic mean): {effective.harmonic.mean():.4g} and "
         f"{effective.arithmetic.mean():.4g} {unit}. Training image: {effective.image:.4g} {unit}."
     )

@@ -73,8 +73,30 @@ class OptionRow(NamedTuple):
         return self.option[2:].replace("-", "_") if self.group == "data" else self.argument
 
 
+def _parameter_rows() -> list[OptionRow]:
+    """Return a row for each parameter; its help text has the meaning, range and default."""
+    rows = []
+    for spec, row in zip(fields_of("parameters"), parameter_table(), strict=True):
+        name, option, allowed = row["name"], spec.option, f"{row['allowed']}; "
+        usual = {"True": "yes", "False": "no"}.get(row["default"], row["default"])
+        kind, metavar = {
+            "choice": ("yes or no", ""),
+            "number": ("number", "SHARE"),
+            "whole": ("whole number", row["symbol"] or "N"),
+            "word": ("text", "|".join(PARAMETER_CHOICES.get(name, ()))),
+        }[spec.kind]
+        if spec.no_option:
+            option, allowed = f"{option}/{spec.no_option}", ""
+        text = f"{row['meaning']} ({allowed}default: {usual})"
+        if name in OPTION_EXAMPLES:
+            kind += " per axis"
+            text += f"; for a volume, one number or three, such as {OPTION_EXAMPLES[name]}"
+        rows.append(OptionRow("parameters", name, option, metavar=metavar, kind=kind, help=text))
+    return rows
+
+
 _TEXT = Path(__file__).with_name("options.csv").read_text("utf-8")
-_TABLE = [OptionRow(**row) for row in csv.DictReader(_TEXT.splitlines())]
+_TABLE = [OptionRow(**row) for row in csv.DictReader(_TEXT.splitlines())] + _parameter_rows()
 
 
 def _rows(groups: Sequence[str]) -> list[OptionRow]:
@@ -124,9 +146,8 @@ def options_in(groups: dict[str, list[str]]) -> Callable[[Any], Any]:
     """Return a decorator that adds the options of groups of the table, by their headings."""
     options = []
     for heading, names in groups.items():
-        for row in [*_rows(names), *(_parameter_rows() if "parameters" in names else [])]:
-            choices = {"type": click.Choice(row.kind.split("|"))}
-            settings = choices if "|" in row.kind else OPTION_KINDS[row.kind]
+        for row in _rows(names):
+            settings = OPTION_KINDS.get(row.kind, {"type": click.Choice(row.kind.split("|"))})
             if "file" in row.kind:
                 settings = settings | {"type": click.Path()}
             options.append(
@@ -141,28 +162,6 @@ def options_in(groups: dict[str, list[str]]) -> Callable[[Any], Any]:
                 )
             )
     return lambda command: reduce(lambda done, option: option(done), reversed(options), command)
-
-
-def _parameter_rows() -> list[OptionRow]:
-    """Return a row for each parameter; its help text has the meaning, range and default."""
-    rows = []
-    for spec, row in zip(fields_of("parameters"), parameter_table(), strict=True):
-        name, option, allowed = row["name"], spec.option, f"{row['allowed']}; "
-        usual = {"True": "yes", "False": "no"}.get(row["default"], row["default"])
-        kind, metavar = {
-            "choice": ("yes or no", ""),
-            "number": ("number", "SHARE"),
-            "whole": ("whole number", row["symbol"] or "N"),
-            "word": ("text", "|".join(PARAMETER_CHOICES.get(name, ()))),
-        }[spec.kind]
-        if spec.no_option:
-            option, allowed = f"{option}/{spec.no_option}", ""
-        text = f"{row['meaning']} ({allowed}default: {usual})"
-        if name in OPTION_EXAMPLES:
-            kind += " per axis"
-            text += f"; for a volume, one number or three, such as {OPTION_EXAMPLES[name]}"
-        rows.append(OptionRow("parameters", name, option, metavar=metavar, kind=kind, help=text))
-    return rows
 
 
 def inputs_of(options: Any) -> SimulationInputs:
@@ -259,18 +258,19 @@ def input_file(name: str, kind: str = "", bundled: Collection[str] = ()) -> Any:
 
 
 @contextmanager
-def options_in_messages(group: str) -> Iterator[None]:
-    """Name the options of a group in messages, instead of the arguments of the library."""
+def options_in_messages(groups: Sequence[str]) -> Iterator[None]:
+    """Name the options of groups in messages, instead of the arguments of the library."""
     try:
         yield
     except CCWSIMError as error:
         message = str(error)
-        for row in _rows([group]):
-            message = re.sub(rf"\b{row.argument}=", f"{row.option} ", message)
+        for row in _rows(groups):
+            pattern = rf"\b{row.argument}=|^{row.argument} = "
+            message = re.sub(pattern, f"{row.option.split('/')[0]} ", message)
         raise CCWSIMError(message) from error
 
 
-@options_in_messages("image")
+@options_in_messages(["image"])
 def read_image_option(options: Any, name: str | None = None) -> TrainingImage:
     """Return the training image given in a command line, or another one by its name."""
     from ccwsim import datasets
@@ -318,7 +318,7 @@ def _grid_of_image(options: Any) -> Grid | None:
     return read_geometry(input_file(name), **_given(options, IMAGE_ARGUMENTS))
 
 
-@options_in_messages("data")
+@options_in_messages(["data"])
 def hard_data_of(
     options: Any, grid: Grid, image: TrainingImage
 ) -> tuple[HardData, tuple[str, ...]]:
@@ -329,7 +329,7 @@ def hard_data_of(
     name, bundled = options.hard_data, datasets.BUNDLED_DATA
     reading = {READING_DATA[key]: value for key, value in _given(options, READING_DATA).items()}
     collars, surveys = options.collars, options.surveys
-    of_guides = {"facies_names"} if options.probability or options.other_images else set[str]()
+    of_guides = {"facies_names"} if options.probability or options.other_images else set()
     is_read = reading.keys() - of_guides or collars or surveys
     if is_read and (name is None or name in bundled):
         raise CCWSIMError("options for reading hard data need a file; give a file with --hard-data")
@@ -354,7 +354,6 @@ def hard_data_of(
     return report.hard_data, report.notes
 
 
-@options_in_messages("guides")
 def read_secondary_options(options: Any, grid: Grid, image: TrainingImage) -> Secondary | None:
     """Return the secondary information given in a command line, or None if there is none."""
     from ccwsim.io import angles_along, read_active, read_lines, read_probabilities, read_values

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ccwsim.cli.inputs import image_and_data_options, inputs_of
+from ccwsim.cli.inputs import image_and_data_options, inputs_of, options_in_messages
 from ccwsim.cli.options import EPILOGS, GroupedCommand, output_file, quiet
 from ccwsim.model import Cancelled, CCWSIMError, check_installed, refused
 
@@ -29,6 +29,7 @@ STREAMED = "npy"  # file ending of the only format that is written during the ru
 )
 @image_and_data_options
 @quiet
+@options_in_messages(["guides", "parameters", "run"])
 def command(**values: Any) -> int:
     """Simulate realizations that resemble a training image and honour hard data.
 
@@ -62,12 +63,12 @@ def command(**values: Any) -> int:
                 inputs.hard_data,
                 n_realizations=inputs.n_realizations,
                 seed=inputs.seed,
-                n_workers=options.workers,
+                n_workers=options.n_workers,
                 progress=progress,
                 cancel=stopped,
                 executor=executor,
                 out=streamed,
-                secondary=inputs.secondary,
+                secondary=secondary,
             )
         except Cancelled as cancelled:
             ensemble, message = cancelled.ensemble, str(cancelled)
@@ -100,7 +101,7 @@ def executor_of(options: Any) -> Iterator[Any]:
     if options.scheduler is None:
         yield None
         return
-    if options.workers is not None:
+    if options.n_workers is not None:
         raise CCWSIMError("--workers is a number of local threads; leave it out with --scheduler")
     from ccwsim.run.executors import connect
 

@@ -157,7 +157,7 @@ def test_an_addition_to_the_paper_is_refused_beside_it(tmp_path, capsys):
     out = tmp_path / "out.npz"
     given = ["simulate", "channels", "--grid", "40x40", "-o", out, "--as", "paper", "--refine"]
     assert run(*given) == 2
-    assert "refine = True is not allowed with variant = paper" in capsys.readouterr().err
+    assert "--refine True is not allowed with variant = paper" in capsys.readouterr().err
 
 
 def test_options_come_before_a_file_of_parameters(tmp_path):

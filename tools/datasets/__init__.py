@@ -38,7 +38,7 @@ FIELD_SEED = 2024
 class Generator(NamedTuple):
     """Function that generates an image of a given shape, and the seed of the bundled image."""
 
-    draw: Callable[[Any, RandomState], NDArray[np.uint8]]
+    draw: Callable[[Any, RandomState], NDArray[Any]]
     seed: int
 
 
