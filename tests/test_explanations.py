@@ -404,10 +404,8 @@ def theory_terms() -> bool:
     ranges = []
     for level in (0, 1, 2):
         side, shares = 2**level, []
-        for name in datasets.BUNDLED_IMAGES:
+        for name in datasets.names():
             ti = datasets.load(name)
-            if ti.array.ndim == 3:
-                continue
             n_terms = n_nonzero = 0
             ny, nx = (n // side for n in ti.shape)
             for k in range(1 if ti.n_facies == 2 else 0, ti.n_facies):

@@ -81,7 +81,7 @@ def _of_type(value: Any, hint: Any, files: Sequence[bytes]) -> Any:
     if hint is bytes:
         return files[value]
     if hint in LARGEST and type(value) in (int, hint) and abs(value) <= LARGEST[type(value)]:
-        return hint(value)
+        return float(value) if hint is float else value
     if (kind is Literal and value in options) or (hint not in LARGEST and type(value) is hint):
         return value
     raise ValueError(hint)
