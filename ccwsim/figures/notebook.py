@@ -10,8 +10,17 @@ from plotly.subplots import make_subplots
 
 from ccwsim import Ensemble, Grid, HardData, TrainingImage
 from ccwsim.figures.maps import contact_sheet, data_png
-from ccwsim.figures.style import as_written, facies_colours, written
-from ccwsim.model import Bytes, Floats, Mask, describe_shape
+from ccwsim.figures.style import as_written, facies_colours, value_steps, written
+from ccwsim.model import (
+    Bytes,
+    Cells,
+    Floats,
+    Mask,
+    cells_of,
+    describe_shape,
+    minus,
+    three_digits,
+)
 
 # length in pixels of the longer side of a picture; halved if there are many pictures
 NOTEBOOK_PIXELS = 240
@@ -22,29 +31,28 @@ CHART_ROW_HEIGHT = 380  # height in pixels of a row of maps in a chart with seve
 
 def image_html(image: TrainingImage) -> str:
     """Return a picture of a training image with a caption; north is at the top."""
-    name, shares = image.name or "Training image", _facies(image, image.proportions)
+    name, content = image.name or "Training image", _content(image, image.proportions, image.values)
     layer, words = _middle(image.shape)
-    caption = f"{name}: {describe_shape(image.shape)} cells{words}, {shares}"
-    colours = facies_colours(image)
-    return _html(
-        contact_sheet(image.indices[layer][None], colours, longest=NOTEBOOK_PIXELS)[0], caption
-    )
+    caption = f"{name}: {describe_shape(image.shape)} cells{words}, {content}"
+    indices, colours = _coloured(cells_of(image, layer), image, HardData())
+    return _html(contact_sheet(indices[None], colours, longest=NOTEBOOK_PIXELS)[0], caption)
 
 
 def ensemble_html(ensemble: Ensemble) -> str:
     """Return a picture of the first realizations with a caption."""
     image, n = ensemble.training_image, ensemble.n
     shown = min(n, MAX_TILES)
-    colours = facies_colours(image)
     layer, words = _middle(ensemble.grid.shape)
-    indices = ensemble.indices[(slice(shown), *layer)]
+    cells = cells_of(ensemble, (slice(shown), *layer))
+    indices, colours = _coloured(cells, image, ensemble.hard_data)
     longest = NOTEBOOK_PIXELS if shown <= MAX_LARGE_PICTURES else NOTEBOOK_PIXELS // 2
     sheet, _ = contact_sheet(indices, colours, longest=longest)
     caption = (
         f"{n} {'realization' if n == 1 else 'realizations'} of "
         f"{describe_shape(ensemble.grid.shape)} cells{words}"
         f"{f', the first {shown} shown' if shown < n else ''}, {ensemble.hard_data.n} hard data, "
-        f"seed {ensemble.seed}: {_facies(image, ensemble.proportions.mean(axis=0))}"
+        f"seed {ensemble.seed}: "
+        f"{_content(image, ensemble.proportions.mean(axis=0), ensemble.values)}"
     )
     return _html(sheet, caption)
 
@@ -166,7 +174,19 @@ def _maps(
     return chart.update_layout(height=CHART_ROW_HEIGHT, margin={"l": 50, "r": 20, "t": 40, "b": 40})
 
 
-def _facies(image: TrainingImage, shares: Floats) -> str:
+def _coloured(cells: Cells, image: TrainingImage, data: HardData) -> tuple[Bytes, list[str]]:
+    """Return indices of colours, and the colours, of facies or of a continuous variable."""
+    if cells.values is None:
+        return cells.indices, facies_colours(image)
+    return value_steps(cells.values, image, data)
+
+
+def _content(image: TrainingImage, shares: Floats, variables: dict[str, Floats]) -> str:
+    """Return the proportions of the facies, or range and mean of a continuous variable."""
+    for name, values in variables.items():
+        numbers = np.nanmin(values), np.nanmax(values), np.nanmean(values)
+        low, high, mean = (three_digits(float(number)) for number in numbers)
+        return minus(f"{name} {low} to {high}, mean {mean} {image.units}".rstrip())
     pairs = zip(image.facies_names, shares, strict=True)
     return ", ".join(f"{name} {100 * share:.1f} %" for name, share in pairs)
 

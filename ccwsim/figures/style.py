@@ -17,7 +17,7 @@ import plotly.graph_objects as go
 from numpy.typing import ArrayLike
 from plotly.offline import get_plotlyjs
 
-from ccwsim import CCWSIMError, TrainingImage
+from ccwsim import CCWSIMError, HardData, TrainingImage
 from ccwsim.model import UNKNOWN, Bytes, Floats, read_toml, with_power
 
 FACIES = ("#173F6B", "#F0AD2E", "#3A9E7E", "#A63A26", "#A78BD0", "#D5D8DC")
@@ -141,6 +141,17 @@ def steps_of(
 
 
 _cached_ramp = cache(ramp)
+
+
+def value_limits(image: TrainingImage, data: HardData) -> tuple[float, float]:
+    """Return the smallest and the largest value of an image of a continuous variable and data."""
+    values = np.append(image.sorted_values[[0, -1]], data.values.get(image.variable, ()))
+    return float(values.min()), float(values.max())
+
+
+def value_steps(values: Floats, image: TrainingImage, data: HardData) -> tuple[Bytes, list[str]]:
+    """Return indices of the colours of values of a continuous variable, and the colours."""
+    return steps_of(values, value_limits(image, data), VALUE_COLOURS)
 
 
 def written(text: str) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 import streamlit as st
 
 from ccwsim import Grid, HardData, TrainingImage
-from ccwsim.figures import CIVIDIS, VALUE_COLOURS, steps_of
+from ccwsim.figures import CIVIDIS, VALUE_COLOURS, steps_of, value_limits
 from ccwsim.model import Array, Bytes, Floats, minus, three_digits
 from ccwsim.sharing.choices import CellsOfWells
 from ccwsim.ui.frontend.component import draw_component
@@ -77,17 +77,6 @@ def number_map(
     low, high = (minus(three_digits(limit)) for limit in limits)
     strip = {"colours": list(colours), "low": low, "high": f"{high}{units}"}
     return CellMap(indices, steps, labels, alt, strip=strip, point_colours=point_colours)
-
-
-def value_limits(image: TrainingImage, data: HardData) -> tuple[float, float]:
-    """Return the smallest and the largest value of an image of a continuous variable and data."""
-    values = np.append(image.sorted_values[[0, -1]], data.values.get(image.variable, ()))
-    return float(values.min()), float(values.max())
-
-
-def value_steps(values: Floats, image: TrainingImage, data: HardData) -> tuple[Bytes, list[str]]:
-    """Return indices of the colours of values in `map_of_values`, and the colours."""
-    return steps_of(values, value_limits(image, data), VALUE_COLOURS)
 
 
 def map_of_values(

@@ -12,7 +12,7 @@ import streamlit as st
 from streamlit.delta_generator import DeltaGenerator
 
 from ccwsim import Ensemble, Grid, HardData, TrainingImage, datasets
-from ccwsim.figures import ENTROPY, contact_sheet, facies_colours, tile_size
+from ccwsim.figures import ENTROPY, contact_sheet, facies_colours, tile_size, value_steps
 from ccwsim.model import Array, Floats, Integers, minus, three_digits
 from ccwsim.sharing.choices import CellsOfWells, EMap
 from ccwsim.ui.frontend.cells import (
@@ -22,7 +22,6 @@ from ccwsim.ui.frontend.cells import (
     facies_map,
     map_of_values,
     number_map,
-    value_steps,
 )
 from ccwsim.ui.frontend.component import draw_tiles
 from ccwsim.ui.results.charts import e_type_of, indicator_of
