@@ -38,6 +38,8 @@ BLOCK = re.compile(
 CHART_SIZE = 720, 300
 MAX_SIDE = 640
 """Maximum longer side of a map in pixels; smaller maps are enlarged by an integer factor."""
+MAX_BYTES, COLOURS = 95_000, 16
+"""Size of the file of a picture above which it has only so many colours."""
 
 
 class Shown(NamedTuple):
@@ -86,11 +88,18 @@ def html_picture(html: str) -> tuple[bytes, str]:
 
 
 def enlarged(picture: Image.Image) -> bytes:
-    """Return a PNG of a picture, enlarged by an integer factor if it is small."""
+    """Return a PNG of a picture, enlarged by an integer factor if it is small.
+
+    A file that would be large, for example a map of values, gets a palette of few colours.
+    """
     times = max(MAX_SIDE // max(picture.size), 1)
     size = picture.width * times, picture.height * times
-    file = BytesIO()
-    picture.resize(size, Image.Resampling.NEAREST).save(file, "PNG", optimize=True)
+    picture, file = picture.resize(size, Image.Resampling.NEAREST), BytesIO()
+    picture.save(file, "PNG", optimize=True)
+    if file.tell() > MAX_BYTES:
+        few = picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
+        file = BytesIO()
+        few.save(file, "PNG", optimize=True)
     return file.getvalue()
 
 
