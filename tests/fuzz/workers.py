@@ -14,17 +14,16 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from importlib import import_module
+from importlib.util import find_spec
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any
 
 from ccwsim import CCWSIMError
 
-try:
-    import resource
-except ImportError:  # Windows, where `measured` still finds faults
-    resource = None  # type: ignore[assignment]
-
+resource: Any = import_module("resource") if find_spec("resource") else None
+"""The module of POSIX; on Windows None, where `measured` still finds faults."""
 SECONDS, MEGABYTES = 2.0, 500.0
 """Allowed seconds for each operation, and allowed megabytes for all operations of a case."""
 PATIENCE = 60.0
