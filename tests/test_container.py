@@ -14,12 +14,16 @@ import shlex
 import shutil
 import subprocess
 import sys
+import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
 from string import Template
 
 import pytest
 import yaml
+
+from benchmarks.memory import HOSTED
+from ccwsim.jobs import limits
 
 ROOT = Path(__file__).parents[1]
 DOCKERFILE = ROOT / "deploy" / "Dockerfile"
@@ -252,9 +256,14 @@ def test_the_volume_of_compose_has_the_folder_of_kernels():
 
 
 def test_compose_passes_the_limits_of_a_server_on():
-    from ccwsim.jobs import limits
-
     variables = {value for name, value in vars(limits).items() if name.endswith("_VARIABLE")}
     assert SERVICE["environment"].keys() <= variables
     for name, value in SERVICE["environment"].items():
         assert value == 1 if name == limits.PROCESSES_VARIABLE else f"${{{name}:-}}", name
+
+
+def test_a_hosted_demo_has_the_limits_that_were_measured():
+    text = (ROOT / "docs" / "server.md").read_text("utf-8")
+    (settings,) = re.findall(r"```toml\n(CCWSIM_MEMORY_MB.*?)```", text, re.DOTALL)
+    assert tomllib.loads(settings) == HOSTED
+    assert not (ROOT / "packages.txt").exists()
