@@ -206,7 +206,9 @@ def test_the_page_of_parameters_is_their_table():
 
 def test_the_reference_contains_all_public_names():
     pages = (ROOT / "docs/api").glob("*.md")
-    listed = [name for page in pages for name in re.findall(r"(?m)^::: (\S+)$", page.read_text())]
+    listed = [
+        name for page in pages for name in re.findall(r"(?m)^::: (\S+)$", page.read_text("utf-8"))
+    ]
     assert len(listed) == len(set(listed))
     assert all(pkgutil.resolve_name(re.sub(r"\.(\w+)$", r":\1", name)) for name in listed)
     public = [*ccwsim.__all__, *ccwsim._FOLDERS, "experiments.comparison.compare"]

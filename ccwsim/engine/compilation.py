@@ -302,7 +302,7 @@ def serve_compilation() -> None:
         return  # the source has changed since the other process was started
     requests, answers = connect_to_parent()
     gc.freeze()
-    gc.disable()  # saves 10 % of the time; this process ends soon
+    gc.set_threshold(100_000, 20, 20)  # none would be 4 % faster, but take 1.7 times the memory
     with event.install_listener("numba:compile", _Listener(answers)):
         while True:
             module, name, signature = requests.get()

@@ -115,7 +115,7 @@ def test_the_name_of_the_folder_says_all_that_the_code_depends_on(name, tmp_path
     file = tmp_path / name
     os.utime(file, (1e9, 1e9))
     assert kernel_cache._digest_of_sources(tmp_path) == before
-    file.write_text(file.read_text() + "# changed\n")
+    file.write_text(file.read_text("utf-8") + "# changed\n", "utf-8")
     assert kernel_cache._digest_of_sources(tmp_path) != before
     assert kernel_cache.KERNEL_FOLDER_NAME.endswith(
         f"{kernel_cache.SOURCE}-numba{numba.__version__}"
