@@ -156,8 +156,8 @@ def idle(page):
 
 
 def opened(page, address, nx, ny) -> Editor:
-    """Return the editor of a study without data, with three realizations."""
-    page.goto(f"{address}/simulate?data=none&grid={nx}x{ny}&realizations=3")
+    """Return the editor of a study without data, with two realizations."""
+    page.goto(f"{address}/simulate?data=none&grid={nx}x{ny}&realizations=2")
     page.wait_for_selector(".st-key-results .st-key-map_e_type canvas", timeout=SLOW)
     idle(page)
     to_page(page, "Hard data")
@@ -200,8 +200,8 @@ def length(a: tuple[int, int], b: tuple[int, int]) -> int:
     ("nx", "ny", "zooms"),
     [
         (100, 80, 0),
-        (1000, 1000, 5),
-        (1000, 1000, 0),
+        (400, 300, 5),
+        (1000, 1000, 0),  # cells smaller than pixels
     ],
 )
 def test_exactly_the_cells_that_are_clicked_and_dragged(page, address, nx, ny, zooms):
