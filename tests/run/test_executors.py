@@ -19,6 +19,7 @@ from ccwsim import (
     Parameters,
     Secondary,
     TrainingImage,
+    flow,
     simulate,
 )
 from ccwsim.engine.kernel_cache import SOURCE
@@ -122,6 +123,12 @@ def test_processes_use_secondary_information(processes):
     found = study(2, executor=processes, secondary=secondary)
     assert same(found, study(2, secondary=secondary))
     assert not same(found, study(2))
+
+
+def test_processes_solve_flow(processes):
+    e, values = study(3), {"a": 1e-3, "b": 1e-2, "c": 1.0}
+    found = flow.effective_k(e, values, executor=processes)
+    assert np.array_equal(found.each, flow.effective_k(e, values).each)
 
 
 def test_any_executor_will_do_and_sources_come_with_it():
