@@ -126,7 +126,8 @@ def test_processes_use_secondary_information(processes):
 
 
 def test_processes_solve_flow(processes):
-    e, values = study(3), {"a": 1e-3, "b": 1e-2, "c": 1.0}
+    e = study(3)
+    values: dict[int | str, float] = {"a": 1e-3, "b": 1e-2, "c": 1.0}
     found = flow.effective_k(e, values, executor=processes)
     assert np.array_equal(found.each, flow.effective_k(e, values).each)
 
