@@ -73,7 +73,7 @@ def test_the_job_of_a_closed_tab_ends_and_its_memory_is_given_back(address):
 @pytest.mark.slow
 def test_the_last_tab_leaves_no_memory_behind():
     small = "grid=64x64&data=none&template=16&overlap=4&realizations=1"
-    with started(ROOT, "--server.disconnectedSessionTTL=5") as server:
+    with started(ROOT, "--server.disconnectedSessionTTL=20") as server:
 
         def visit(query: str) -> int:
             with Session(server.address, "simulate", query) as tab:
