@@ -19,6 +19,9 @@ from hypothesis import settings
 from tests.browser.served import browser, served
 
 ROOT = Path(__file__).parents[1]
+# Otherwise each worker, server and process of the tests would compile all modules anew.
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 FIRST = (
     "tests/pairs/",
     "tests/test_package.py",

@@ -90,7 +90,6 @@ def test_cuts_are_those_of_the_kernels(seed, overlap, sides):
     np.testing.assert_array_equal(expected, cut.keep_mask[0])
 
 
-@settings(max_examples=60, deadline=None)
 @given(seed=st.integers(0, 2**32), level=st.integers(1, 3), sides=SHAPES)
 def test_refined_places_are_those_of_the_kernel(seed, level, sides):
     rng = np.random.default_rng(seed)

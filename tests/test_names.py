@@ -36,6 +36,12 @@ def modules() -> dict[str, ast.Module]:
     return {p.relative_to(PACKAGE).as_posix(): ast.parse(p.read_text("utf-8")) for p in paths}
 
 
+@cache
+def nodes() -> list[tuple[str, ast.AST]]:
+    """Return each node of the syntax trees with the path of its module."""
+    return [(path, node) for path, tree in modules().items() for node in ast.walk(tree)]
+
+
 def top_level_names(tree: ast.Module) -> Iterator[str]:
     """Return the names that a module defines, without type variables and names it only changes."""
     for node in tree.body:
@@ -90,8 +96,7 @@ def test_a_private_name_is_defined_once_in_a_folder():
 def test_vague_names_are_rare(name):
     stored = [
         f"{path}:{node.lineno}"
-        for path, tree in modules().items()
-        for node in ast.walk(tree)
+        for path, node in nodes()
         if (isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store) and node.id == name)
         or (isinstance(node, ast.arg) and node.arg == name)
     ]
@@ -101,8 +106,7 @@ def test_vague_names_are_rare(name):
 def test_no_tuple_is_made_only_to_be_unpacked():
     starred = [
         f"{path}:{node.lineno}"
-        for path, tree in modules().items()
-        for node in ast.walk(tree)
+        for path, node in nodes()
         if isinstance(node, ast.Call)
         and any(isinstance(a, ast.Starred) and isinstance(a.value, ast.Tuple) for a in node.args)
     ]
@@ -113,8 +117,7 @@ def test_fields_are_read_by_name():
     """Three and more values that are thrown away mean that one field was wanted."""
     unpacked = [
         f"{path}:{node.lineno}"
-        for path, tree in modules().items()
-        for node in ast.walk(tree)
+        for path, node in nodes()
         if isinstance(node, ast.Tuple) and isinstance(node.ctx, ast.Store)
         if sum(isinstance(e, ast.Name) and e.id == "_" for e in node.elts) >= 3
     ]
@@ -130,10 +133,7 @@ def is_compiled(node: ast.FunctionDef) -> bool:
 def compiled_names() -> frozenset[str]:
     """Return the names of all kernels, which take arguments only by position."""
     return frozenset(
-        node.name
-        for tree in modules().values()
-        for node in ast.walk(tree)
-        if isinstance(node, ast.FunctionDef) and is_compiled(node)
+        node.name for _, node in nodes() if isinstance(node, ast.FunctionDef) and is_compiled(node)
     )
 
 

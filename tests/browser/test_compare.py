@@ -47,8 +47,7 @@ IDLE = "[data-test-script-state=notRunning]"
 @pytest.fixture(scope="module")
 def core():
     """Return the comparison that the library computes; this also compiles the kernels."""
-    image, data = datasets.load("channels"), datasets.load_hard_data("channels_400_data")
-    return compare(image, (512, 512), SETTINGS, data, N, seed=0)
+    return compare(datasets.load("channels"), (160, 160), SETTINGS, None, N, seed=0)
 
 
 @pytest.fixture
@@ -64,7 +63,7 @@ def see(locator, wait: float = SLOW):
 
 def compared(page, address: str) -> None:
     """Open the page, choose the settings and compare them."""
-    page.goto(f"{address}/compare")
+    page.goto(f"{address}/compare?grid=160x160&data=none")
     see(page.locator(".st-key-chart_compared_mds .js-plotly-plot"))
     choose(page, "C_wavelet_level", "1")
     see(page.locator(".st-key-setting_C .setting", has_text="level 1"))

@@ -74,13 +74,8 @@ def own(seed: int, level: int = 2):
 def page(desktop, address):
     """Yield the page of a small study with results, with Live on."""
     page = desktop.new_page()
-    page.goto(f"{address}/simulate")
+    page.goto(f"{address}/simulate?data=none&grid={SIDE}x{SIDE}&realizations={N}")
     page.wait_for_selector(".st-key-map_e_type canvas", timeout=SLOW)
-    menu(page, "data_row")
-    choose(page, "data_source", "none")
-    close_menu(page)
-    for key, value in (("grid_nx", SIDE), ("grid_ny", SIDE), ("n_realizations", N)):
-        fill(page, key, value)
     switch_on(page, "live")
     complete(page)
     yield page

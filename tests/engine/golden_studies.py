@@ -125,7 +125,7 @@ def few(n: int = 60) -> list[Study]:
 def _takes_long(study: Study) -> bool:
     """Return whether a study takes seconds, or needs a kernel that no other of the tests needs."""
     _, image, options, n_data = study
-    long = image == "folded_layers" and bool(n_data) and options.get("wavelet_level") == 0
+    long = image in VOLUMES[1:] and bool(n_data) and options.get("wavelet_level") == 0
     return long or (image in VOLUMES and options.get("method") == "ms-ccsim")
 
 

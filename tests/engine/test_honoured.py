@@ -136,14 +136,7 @@ def volumes(draw):
 
 
 @pytest.mark.slow
-@sampled(CASES)
-@given(volumes())
-def test_every_datum_of_a_volume_is_honoured_whatever_is_asked(study):
-    check_data(study)
-
-
-@pytest.mark.slow
-@sampled(10 * CASES)
+@sampled(6 * CASES)
 @given(st.one_of(studies(), volumes()))
 def test_every_datum_of_many_studies_is_honoured(study):
     check_data(study)

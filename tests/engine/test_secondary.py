@@ -176,17 +176,11 @@ def test_no_patch_contains_unknown_cells(template, method, n_data):
     assert (e.n_mismatched == 0).all()
 
 
-def test_processes_and_revisions_use_secondary_information():
-    from concurrent.futures import ProcessPoolExecutor
-    from multiprocessing import get_context
-
+def test_revisions_use_secondary_information():
     from ccwsim import revise
 
     secondary = Secondary(active=disc((90, 100)), probabilities={SAND: 0.4})
     here = simulate(CHANNELS, (90, 100), n_realizations=2, secondary=secondary)
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
-        there = simulate(CHANNELS, (90, 100), n_realizations=2, secondary=secondary, executor=pool)
-    assert here.digest == there.digest
     after = revise(here, ([[45, 50], [0, 0]], [1, 1]))
     assert after.n_mismatched.tolist() == [0, 0]
     assert after.hard_data.n == 1
@@ -305,4 +299,6 @@ def test_the_cost_of_the_first_part_comes_from_the_mean_of_its_cells_in_every_or
         own = guide.terms[:n][guide.offsets[:n] == plane * guide.values[0].size]
         np.testing.assert_allclose(own[0], -abs(guide.weights[plane]) * mean, rtol=1e-5)
         seen.add(path.orientation)
+        if len(seen) == 16:
+            break
     assert seen == set(range(16))

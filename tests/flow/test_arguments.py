@@ -16,8 +16,8 @@ from tests.fuzz.flows import FUNCTIONS, flow_arguments, spoilt_calls
 from tests.fuzz.workers import measured
 
 pytestmark = pytest.mark.filterwarnings("ignore")
-N_CASES = 400
-N_SLOW = int(os.environ.get("CCWSIM_FLOW_CASES", "1200"))
+N_CASES = 100
+N_SLOW = int(os.environ.get("CCWSIM_FLOW_CASES", "800"))
 """Random cases of the fast and of all tests; 8000 in the environment test more combinations."""
 
 

@@ -68,8 +68,8 @@ def test_no_other_module_writes_csv():
 def test_every_file_for_spreadsheets_comes_from_the_writer():
     """Test that every function named `…_csv` returns the result of the writer."""
     made = []
-    for path in PACKAGE.rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+    for text in [path.read_text("utf-8") for path in PACKAGE.rglob("*.py")]:
+        for node in ast.walk(ast.parse(text)) if "_csv(" in text else ():
             if isinstance(node, ast.FunctionDef) and node.name.endswith("_csv"):
                 last = node.body[-1]
                 assert isinstance(last, ast.Return), node.name

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import runpy
+from collections.abc import Iterator
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -60,10 +63,20 @@ def of_twin(study: Study, number: int = 0) -> np.ndarray:
     return twin.simulate(image, SHAPE, *sizes, direction, rng.random, listed, *limits)
 
 
-@pytest.mark.parametrize("n_data", [0, 12, 90])
-@pytest.mark.parametrize("n_facies", [2, 3])
-@pytest.mark.parametrize("level", [1, 2, 3])
-@pytest.mark.parametrize("sizes", [(32, 8), (16, 8)])
+LEVELS, N_DATA = (1, 2, 3), (0, 12, 90)
+
+
+def cases_of_the_twin() -> Iterator[Any]:
+    """Yield sizes, level, facies and data; a quarter, with all pairs of values, are fast tests."""
+    sizes, n_facies = ((32, 8), (16, 8)), (2, 3)
+    for case in product(range(2), range(3), range(2), range(3)):
+        a, level, b, n = case
+        is_fast = a == (level + n) % 2 and b == (n == (level + 1) % 3)
+        values = sizes[a], LEVELS[level], n_facies[b], N_DATA[n]
+        yield pytest.param(*values, marks=[] if is_fast else [pytest.mark.slow])
+
+
+@pytest.mark.parametrize(("sizes", "level", "n_facies", "n_data"), cases_of_the_twin())
 def test_paper_gives_the_cells_of_the_twin(sizes, level, n_facies, n_data):
     image = image_of(n_facies)
     data = data_of(image, n_data, seed=level)

@@ -11,7 +11,17 @@ from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecu
 import numpy as np
 import pytest
 
-from ccwsim import Cancelled, CCWSIMError, Ensemble, HardData, Parameters, TrainingImage, simulate
+from ccwsim import (
+    Cancelled,
+    CCWSIMError,
+    Ensemble,
+    HardData,
+    Parameters,
+    Secondary,
+    TrainingImage,
+    flow,
+    simulate,
+)
 from ccwsim.engine.kernel_cache import SOURCE
 from ccwsim.engine.prepared_image import PreparedImage
 from ccwsim.run.executors import parts
@@ -97,6 +107,29 @@ def test_processes_give_the_same(processes, first):
     assert list(fractions) == sorted(fractions)
     assert list(done) == sorted(done)
     assert seen[-1] == (1.0, 12)
+
+
+def test_processes_write_the_same_file(processes, tmp_path):
+    image, out = TrainingImage(300 * blobs((45, 61), 3).astype(int) - 5), tmp_path / "out.npy"
+    data = HardData([[3, 4], [20, 30]], image.codes[[0, 1]])
+    inputs = image, (60, 50), P, data, 20
+    simulate(*inputs, seed=3, out=out, executor=processes)
+    np.testing.assert_array_equal(np.load(out), simulate(*inputs, seed=3).realizations)
+
+
+def test_processes_use_secondary_information(processes):
+    active = np.add(*np.indices((60, 50))) > 20
+    secondary = Secondary(active=active, probabilities={2: 0.4})
+    found = study(2, executor=processes, secondary=secondary)
+    assert same(found, study(2, secondary=secondary))
+    assert not same(found, study(2))
+
+
+def test_processes_solve_flow(processes):
+    e = study(3)
+    values: dict[int | str, float] = {"a": 1e-3, "b": 1e-2, "c": 1.0}
+    found = flow.effective_k(e, values, executor=processes)
+    assert np.array_equal(found.each, flow.effective_k(e, values).each)
 
 
 def test_any_executor_will_do_and_sources_come_with_it():

@@ -19,7 +19,6 @@ from ccwsim import (
     simulate,
 )
 from ccwsim.cli.program import main
-from tests.processes import process_pool
 from tests.small_images import blobs
 
 P = Parameters(16, 4, 1, n_candidates=5)
@@ -63,12 +62,6 @@ def test_inactive_cells_are_nan_in_the_file(tmp_path, image):
     np.testing.assert_array_equal(found.proportions, wanted.proportions)
     assert found.digest == wanted.digest
     assert found.n_mismatched.tolist() == [0] * 6
-
-
-def test_processes_write_the_same_file(tmp_path):
-    with process_pool(2) as pool:
-        study(CODED, 20, out=tmp_path / "out.npy", executor=pool)
-    np.testing.assert_array_equal(np.load(tmp_path / "out.npy"), study(CODED, 20).realizations)
 
 
 @pytest.mark.slow

@@ -41,9 +41,9 @@ def run(**options) -> Ensemble:
     return simulate(IMAGE, parameters=P, **{**study, **options})
 
 
-@pytest.fixture(scope="module", params=["forked", "spawned"])
+@pytest.fixture(scope="module", params=["forked", pytest.param("spawned", marks=pytest.mark.slow)])
 def workers(request):
-    """Use worker processes, and yield the idle ones."""
+    """Use worker processes, and yield the idle ones; spawned ones take seconds to start."""
     if request.param == "forked" and not child.CAN_FORK:
         pytest.skip("the system has no safe fork")
     with pytest.MonkeyPatch.context() as patch:
@@ -207,7 +207,7 @@ from ccwsim.run.executors import processes
 from tests.run.test_processes import run
 processes.CAN_FORK &= sys.argv[1] == "forked"
 processes.use_processes()
-run()
+print(run().digest)
 print(processes._workers.idle[-1].pid, flush=True)
 sys.stdin.read()
 """
@@ -215,10 +215,11 @@ sys.stdin.read()
 
 @pytest.mark.skipif(not hasattr(os, "pidfd_open"), reason="only Linux tells when a process ended")
 @pytest.mark.parametrize("kind", ["forked", "spawned"])
-def test_workers_end_with_their_server_even_if_it_is_killed(kind):
+def test_workers_end_with_their_server_even_if_it_is_killed(kind, expected):
     command = [sys.executable, "-c", SERVER, kind]
     with subprocess.Popen(command, cwd=ROOT, stdin=PIPE, stdout=PIPE) as server:
         assert server.stdout is not None
+        assert server.stdout.readline().decode().strip() == expected.digest
         worker = os.pidfd_open(int(server.stdout.readline()))
         server.kill()
     assert select.select([worker], [], [], SLOW)[0]

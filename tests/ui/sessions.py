@@ -89,14 +89,19 @@ class Session:
     def __exit__(self, *error: object) -> None:
         self._opened.close()
 
-    def open(self, page: str | None = None, query: str | None = None) -> Session:
-        """Open a page and wait until it is at rest."""
+    def open(
+        self, page: str | None = None, query: str | None = None, *, settle: bool = True
+    ) -> Session:
+        """Open a page and wait until it is at rest; without `settle`, only until it is drawn."""
         self.page = self.page if page is None else page
         self.query = self.query if query is None else query
         self._script = ""
         self._states.clear()
         self._ask()
-        return self.settle()
+        if settle:
+            return self.settle()
+        self._finish()
+        return self
 
     def change(self, **values: object) -> Session:
         """Set several widgets at once by their keys, and wait until the page is at rest."""

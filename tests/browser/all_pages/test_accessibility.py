@@ -126,7 +126,7 @@ QUICKER = {"benchmark": measure_little, "sweep": sweep_little}
 @pytest.mark.parametrize("name", LONG)
 def test_a_page_that_was_filled_has_no_serious_finding(tab, address, name):
     page = tab
-    page.goto(f"{address}/{name}")
+    page.goto(f"{address}/{name}?{SMALL}")
     page.wait_for_selector(".st-key-menu", timeout=SLOW)
     QUICKER.get(name, at_rest)(page)
     FILLED[name](page)

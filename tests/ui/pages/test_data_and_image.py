@@ -55,7 +55,8 @@ def test_images_are_ranked_and_data_left_out_on_demand(app):
 
 
 def test_the_study_column_says_it_once_no_run_is_going():
-    app = opened("simulate", State(choices=choices("ti=channels&data=channels_400_data&seed=77")))
+    study = choices("ti=channels&data=channels_400_data&seed=77&realizations=1")
+    app = opened("simulate", State(choices=study))
     words = "Data do not contradict this training image"
     app.run()
     state = app.session_state[KEY]
@@ -65,10 +66,10 @@ def test_the_study_column_says_it_once_no_run_is_going():
 
 
 def test_an_image_that_is_turned_against_the_data_can_be_turned():
-    study = choices("ti=dunes&data=none&grid=256x256&seed=77")
+    study = choices("ti=dunes&data=none&grid=128x128&seed=77&realizations=1")
     image = datasets.load("dunes")
     rng = np.random.default_rng(0)
-    cells = np.column_stack(np.divmod(rng.choice(image.array.size, 250, replace=False), 256))
+    cells = np.column_stack(np.divmod(rng.choice(128**2, 250, replace=False), 128))
     placed = HardData(cells, image.array[tuple(cells.T)])
     turned = replace(study, data=DataChoice("placed", placed=placed), image=study.image.rotated)
     app = opened("simulate", State(choices=turned))
