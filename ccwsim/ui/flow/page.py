@@ -123,7 +123,10 @@ def _draw_controls(state: State, ensemble: Ensemble) -> None:
             **bound_to(choice, "values_are", change),
             **options_of(VALUES_ARE),
         )
-    for k, name in enumerate(image.facies_names):
+    names = dict(enumerate(image.facies_names))
+    if isinstance(solving.flow_settings(choice, ensemble).conductivity, FromValues):
+        names = {0: "all cells"}  # which have one porosity
+    for k, name in names.items():
         with st.container(key=f"rock_{k}"):
             _draw_rock(state, ensemble, k, name)
     step_title(2, "Heads and well")
@@ -210,14 +213,18 @@ def _draw_outline(state: State, ensemble: Ensemble, settings: FlowSettings) -> l
 def _draw_rock(state: State, ensemble: Ensemble, k: int, name: str) -> None:
     """Draw the conductivity and the porosity of a facies."""
     image, unit = ensemble.training_image, state.flow.unit
-    values_are = state.flow.values_are if image.values else ""
+    values_are = state.flow.values_are if image.values else "classes"
     conductivity, porosity = solving.rock_of(state.flow, image, k)
     factor = solving.CONDUCTIVITY_UNITS[unit]
     shown_k = float(f"{conductivity * factor:.3g}")
 
-    def write(*rock: float) -> None:
-        rocks = {**dict(state.flow.rocks), solving.rock_name(image, k): rock}
-        state.change_flow(rocks=tuple(rocks.items()))
+    def write(changed: dict[int, tuple[float, float]]) -> None:
+        named = {solving.rock_name(image, facies): rock for facies, rock in changed.items()}
+        state.change_flow(rocks=tuple({**dict(state.flow.rocks), **named}.items()))
+
+    def write_porosity(value: float) -> None:
+        alike = range(image.n_facies) if values_are in solving.K_BY_VALUES else [k]
+        write({each: (solving.rock_of(state.flow, image, each)[0], value) for each in alike})
 
     if values_are not in solving.K_BY_VALUES:
         field(
@@ -227,14 +234,14 @@ def _draw_rock(state: State, ensemble: Ensemble, k: int, name: str) -> None:
             options=sorted({*CONDUCTIVITIES, shown_k}),
             value=shown_k,
             format_func=with_power,
-            write=lambda value: write(value / factor, porosity),
+            write=lambda value: write({k: (value / factor, porosity)}),
         )
     if values_are != "porosity":
         field(
             st.number_input,
             plain(f"Porosity of {name}"),
             key=f"flow_porosity_{k}",
-            write=lambda value: write(conductivity, value),
+            write=write_porosity,
             min_value=MIN_POROSITY,
             max_value=1.0,
             step=0.01,

@@ -215,3 +215,17 @@ def test_the_import_page_keeps_values_and_hides_names_of_classes():
     state = app.session_state[KEY]
     assert dict(state.image_draft.answers)["units"] == "m"
     assert image_of(state.image_draft).units == "m"
+
+
+def test_values_are_used_as_conductivities_on_the_page_flow():
+    app, _ = drawn("flow", choices())
+    named(app.get("button_group"), "flow_values").set_value("log K").run()
+    state = app.session_state[KEY]
+    assert state.flow.values_are == "log K"
+    assert not [field for field in app.select_slider if field.key.startswith("flow_k_")]
+    (porosity,) = (f for f in app.number_input if f.key.startswith("flow_porosity_"))
+    porosity.set_value(0.1).run()
+    rocks = [rock for _, rock in app.session_state[KEY].flow.rocks]
+    assert [porosity for _, porosity in rocks] == [0.1] * state.image.n_facies
+    assert len({k for k, _ in rocks}) == state.image.n_facies  # as they were
+    assert "10 to the power" in "".join(field.help for field in app.get("button_group"))
