@@ -46,7 +46,11 @@ def command(**values: Any) -> int:
     if options.scheduler is not None:
         check_installed("distributed")
     inputs = inputs_of(options)
-    check_outputs(options.output, (inputs.n_realizations, *inputs.grid.shape))
+    shape, of_values = (
+        (inputs.n_realizations, *inputs.grid.shape),
+        bool(inputs.training_image.values),
+    )
+    check_outputs(options.output, shape, of_values)
     secondary = inputs.secondary
     _say(options, [*inputs.notes, *([f"Guides: {secondary.describe()}."] if secondary else [])])
     from ccwsim.cli.progress import ProgressLine, stop_on_signals
@@ -112,13 +116,16 @@ def executor_of(options: Any) -> Iterator[Any]:
         client.close()
 
 
-def check_outputs(paths: Sequence[str], shape: Shape | None = None) -> None:
+def check_outputs(
+    paths: Sequence[str], shape: Shape | None = None, of_values: bool = False
+) -> None:
     """Raise an error if n grids, `shape` (n, (nz,) ny, nx), cannot be written to some file."""
     from ccwsim.io.atomic import check_output, format_of
     from ccwsim.io.realizations import REALIZATION_FORMATS
 
     for path in filter("-".__ne__, paths):
-        check_output(path, format_of(path, None, (*REALIZATION_FORMATS, STREAMED)), shape)
+        kind = format_of(path, None, (*REALIZATION_FORMATS, STREAMED))
+        check_output(path, kind, shape, of_values)
 
 
 def streamed_output(paths: Sequence[str]) -> str | None:

@@ -34,7 +34,7 @@ def image_html(image: TrainingImage) -> str:
     name, content = image.name or "Training image", _content(image, image.proportions, image.values)
     layer, words = _middle(image.shape)
     caption = f"{name}: {describe_shape(image.shape)} cells{words}, {content}"
-    indices, colours = _coloured(cells_of(image, layer), image, HardData())
+    indices, colours = _drawn(cells_of(image, layer), image, HardData())
     return _html(contact_sheet(indices[None], colours, longest=NOTEBOOK_PIXELS)[0], caption)
 
 
@@ -44,7 +44,7 @@ def ensemble_html(ensemble: Ensemble) -> str:
     shown = min(n, MAX_TILES)
     layer, words = _middle(ensemble.grid.shape)
     cells = cells_of(ensemble, (slice(shown), *layer))
-    indices, colours = _coloured(cells, image, ensemble.hard_data)
+    indices, colours = _drawn(cells, image, ensemble.hard_data)
     longest = NOTEBOOK_PIXELS if shown <= MAX_LARGE_PICTURES else NOTEBOOK_PIXELS // 2
     sheet, _ = contact_sheet(indices, colours, longest=longest)
     caption = (
@@ -174,7 +174,7 @@ def _maps(
     return chart.update_layout(height=CHART_ROW_HEIGHT, margin={"l": 50, "r": 20, "t": 40, "b": 40})
 
 
-def _coloured(cells: Cells, image: TrainingImage, data: HardData) -> tuple[Bytes, list[str]]:
+def _drawn(cells: Cells, image: TrainingImage, data: HardData) -> tuple[Bytes, list[str]]:
     """Return indices of colours, and the colours, of facies or of a continuous variable."""
     if cells.values is None:
         return cells.indices, facies_colours(image)

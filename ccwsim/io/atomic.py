@@ -21,6 +21,8 @@ PRECONDITIONS = {
 }
 """What each writer needs, by the ending of its files ("flopy" writes a folder): the optional
 package, the maximum dimension of grids, and the minimum bytes of a cell (0 if compressed)."""
+FORMATS_OF_FACIES = ("png", "grdecl")
+"""Formats of images and realizations that cannot contain a continuous variable."""
 
 
 def write_bytes(path_or_file: Any, content: bytes) -> None:
@@ -52,9 +54,14 @@ def format_of(path_or_file: Any, format: str | None, allowed: Collection[str]) -
     return kind
 
 
-def check_format(kind: str, shape: Shape | None = None) -> None:
-    """Raise an error if a format cannot contain n grids, `shape` (n, (nz,) ny, nx), or at all."""
+def check_format(kind: str, shape: Shape | None = None, of_values: bool = False) -> None:
+    """Raise an error if a format cannot contain n grids, `shape` (n, (nz,) ny, nx), or at all.
+
+    `of_values` says that the grids are those of a continuous variable.
+    """
     package, n_dimensions, _ = PRECONDITIONS[kind]
+    if of_values and kind in FORMATS_OF_FACIES:
+        raise refused("format_of_values", kind=kind)
     if package:
         check_installed(package)
     if shape and len(shape) > n_dimensions + 1:
@@ -63,7 +70,7 @@ def check_format(kind: str, shape: Shape | None = None) -> None:
         sheet_layout(*shape)
 
 
-def can_write(kind: str, shape: Shape | None = None) -> bool:
+def can_write(kind: str, shape: Shape | None = None, of_values: bool = False) -> bool:
     """Return whether a format can contain n grids, `shape` (n, (nz,) ny, nx), or any at all.
 
     Examples
@@ -72,18 +79,20 @@ def can_write(kind: str, shape: Shape | None = None) -> bool:
     (True, False)
     """
     try:
-        check_format(kind, shape)
+        check_format(kind, shape, of_values)
     except CCWSIMError:
         return False
     return True
 
 
-def check_output(path: str | os.PathLike[str], kind: str, shape: Shape | None = None) -> None:
+def check_output(
+    path: str | os.PathLike[str], kind: str, shape: Shape | None = None, of_values: bool = False
+) -> None:
     """Raise an error if n grids, `shape` (n, (nz,) ny, nx), cannot be written; before a long run.
 
     The kind "flopy" is a folder, which is created.
     """
-    check_format(kind, shape)
+    check_format(kind, shape, of_values)
     if kind == "flopy":
         with unwritable(path):
             os.makedirs(path, exist_ok=True)

@@ -83,9 +83,7 @@ def realizations_as_bytes(
     kind = format_of(None, format, REALIZATION_FORMATS)
     if not ensemble.n:
         raise CCWSIMError("there are no realizations to write; simulate some first")
-    check_format(kind, ensemble.shape)
-    if ensemble.values and kind in ("png", "grdecl"):
-        raise refused("format_of_values", kind=kind)
+    check_format(kind, ensemble.shape, bool(ensemble.values))
     if kind == "npz":
         return _ensemble_npz(ensemble)
     if kind == "png":

@@ -284,9 +284,7 @@ def training_image_as_bytes(
 ) -> bytes:
     """Return the file content that `write_training_image` writes, for a download."""
     kind = format_of(None, format, IMAGE_FORMATS)
-    check_format(kind, (1, *training_image.shape))
-    if training_image.values and kind in ("png", "grdecl"):
-        raise refused("format_of_values", kind=kind)
+    check_format(kind, (1, *training_image.shape), bool(training_image.values))
     if kind == "png":
         return _png(training_image, colours)
     if kind == "grdecl":

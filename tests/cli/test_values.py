@@ -15,6 +15,9 @@ def test_values_are_simulated_and_written(tmp_path, capsys):
     sizes = ["--template", "16", "--overlap", "4", "--level", "1", "--grid", "50x40"]
     line = ["simulate", str(tmp_path / "ti.npz"), "--continuous", "--variable", "porosity", "--up"]
     line += ["--hard-data", str(tmp_path / "data.csv"), *sizes, "--realizations", "2"]
+    refused = str(tmp_path / "out.png")
+    assert main([*line, "-o", refused]) == 2
+    assert "png contains facies only" in capsys.readouterr().err
     for output in outputs:
         line += ["-o", str(output)]
     assert main(line) == 0

@@ -255,6 +255,13 @@ def statistic_of_values(ensemble: Ensemble, statistic: EMap) -> Floats:
     return ensemble.quantile(float(statistic.removeprefix("P")) / 100)
 
 
+def statistics_of_values(ensemble: Ensemble, threshold: float) -> dict[str, Floats]:
+    """Return all statistics of values in each cell, by the names of maps in files."""
+    named: tuple[EMap, ...] = ("mean", "deviation", "P10", "P50", "P90")
+    statistics = {name: statistic_of_values(ensemble, name) for name in named}
+    return statistics | {f"P_above_{threshold:.6g}": ensemble.exceedance(threshold)}
+
+
 def _uncertainty_of_values(state: State, ensemble: Ensemble) -> CellMap:
     """Return the chosen uncertainty map of a continuous variable."""
     image, statistic = ensemble.training_image, state.e_type

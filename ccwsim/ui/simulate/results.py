@@ -187,7 +187,8 @@ def draw_downloads(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
     with error_boundary(), menu:
         if not is_current(state):
             step_note(OLD_FILES)
-        groups = download_groups(ensemble, colours, state.shown, state.facies)
+        threshold = maps.threshold_of(state, ensemble.training_image) if ensemble.values else 0.0
+        groups = download_groups(ensemble, colours, state.shown, state.facies, threshold)
         groups |= model_downloads(state.flow, ensemble, state.shown)
         for title, files in groups.items():
             step_note(title)
@@ -197,29 +198,44 @@ def draw_downloads(state: State, ensemble: Ensemble, colours: Sequence[str]) -> 
 
 
 def download_groups(
-    ensemble: Ensemble, colours: Sequence[str], shown: int, facies: int
+    ensemble: Ensemble, colours: Sequence[str], shown: int, facies: int, threshold: float = 0.0
 ) -> dict[str, list[Download]]:
-    """Return the files that this machine can write for an ensemble, grouped by content."""
-    volume = ensemble.grid.is_volume
+    """Return the files that this machine can write for an ensemble, grouped by content.
+
+    Of a continuous variable, probabilities and curves are those of values above the threshold.
+    """
+    volume, image = ensemble.grid.is_volume, ensemble.training_image
+    judged = ensemble
+    if ensemble.values:
+        judged, facies = charts.indicator_of(ensemble, threshold), 1
     shape = ensemble.shape
     kinds = {kind: label for kind, label in MAP_KINDS.items() if can_write(kind, shape)}
-    sheet = {"png": "PNG"} if can_write("png", shape) else {}
+    of_values = bool(ensemble.values)
+    realization_kinds = {
+        kind: label
+        for kind, label in {**kinds, "png": "PNG"}.items()
+        if can_write(kind, shape, of_values)
+    }
 
     def e_type_as(kind: str) -> bytes:
-        return maps_as_bytes(etype(ensemble).maps, ensemble.grid, kind)
+        statistics = etype(ensemble).maps
+        if ensemble.values:
+            statistics = maps.statistics_of_values(ensemble, threshold)
+        return maps_as_bytes(statistics, ensemble.grid, kind)
 
     def picture() -> bytes:
-        return map_png(maps.middle_cells(ensemble.indices[shown]), colours, scale=2)
+        drawn = maps.map_of(ensemble, shown, colours, "")
+        return map_png(maps.middle_cells(drawn.indices), drawn.colours, scale=2)
 
     all_as = partial(realizations_as_bytes, ensemble, colours=colours)
     parameters = parameters_to_json(ensemble.parameters).encode
-    code, file_part = ensemble.training_image.codes[facies], f"realization_{shown + 1}"
-    curves, table = partial(curves_csv, ensemble, facies), partial(realizations_csv, ensemble)
-    name = ensemble.training_image.facies_names[facies]
+    code, file_part = judged.training_image.codes[facies], f"realization_{shown + 1}"
+    curves, table = partial(curves_csv, judged, facies), partial(realizations_csv, ensemble)
+    name = judged.training_image.facies_names[facies]
     part = "Middle layer of " if volume else ""
     one_as_tif = partial(realizations_as_bytes, ensemble[[shown]], "tif", colours=colours)
     tif = Download(
-        f"Realization {shown + 1}, GeoTIFF with colours and names",
+        f"Realization {shown + 1}, GeoTIFF{'' if image.values else ' with colours and names'}",
         f"{file_part}_tif",
         f"_{file_part}.tif",
         one_as_tif,
@@ -227,9 +243,9 @@ def download_groups(
     return {
         "All realizations": [
             Download(label, f"realizations_{kind}", f".{kind}", partial(all_as, kind))
-            for kind, label in {**kinds, **sheet}.items()
+            for kind, label in realization_kinds.items()
         ],
-        "Probability of facies (E-type), most likely facies, entropy": [
+        page_text("Statistics of values" if image.values else "Statistics of facies"): [
             Download(label, f"etype_{kind}", f"_etype.{kind}", partial(e_type_as, kind))
             for kind, label in kinds.items()
         ],

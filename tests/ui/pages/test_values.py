@@ -6,6 +6,7 @@ from io import BytesIO
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from ccwsim import Ensemble, Grid, HardData, Parameters, TrainingImage
 from ccwsim.sharing.choices import Choices, DataChoice, ImageChoice, Upload
@@ -15,6 +16,7 @@ from ccwsim.ui.hard_data.table import data_of_rows, rows_of
 from ccwsim.ui.results import charts, maps
 from ccwsim.ui.session.resolve import data_of, image_of, imported_data
 from ccwsim.ui.session.state import KEY, State
+from ccwsim.ui.simulate.results import download_groups
 from tests.ui.widgets import charts as charts_of, html, named, opened, texts
 
 
@@ -229,3 +231,17 @@ def test_values_are_used_as_conductivities_on_the_page_flow():
     assert [porosity for _, porosity in rocks] == [0.1] * state.image.n_facies
     assert len({k for k, _ in rocks}) == state.image.n_facies  # as they were
     assert "10 to the power" in "".join(field.help for field in app.get("button_group"))
+
+
+def test_every_file_offered_of_values_can_be_written(ran):
+    _, ensemble = ran
+    groups = download_groups(ensemble, ["#000000"] * 8, 0, 3, 200.0)
+    files = {file.key: file for group in groups.values() for file in group}
+    assert all(file.content() for file in files.values())
+    with np.load(BytesIO(files["etype_npz"].content())) as saved:
+        assert np.array_equal(saved["P90"], ensemble.quantile(0.9))
+        assert np.array_equal(saved["P_above_200"], ensemble.exceedance(200.0))
+    head = files["curves_csv"].content().decode()
+    assert "connection,N-S,7," in head
+    png = np.asarray(Image.open(BytesIO(files["realization_1_png"].content())).convert("RGB"))
+    assert len(np.unique(png.reshape(-1, 3), axis=0)) > 8
