@@ -1,6 +1,6 @@
 """Comparison with other programs: python -m benchmarks.others [N]
 
-Prints a Markdown table with N realizations (3) of each program, all on one thread and in turns: CPU
+Prints a Markdown table with N realizations (3) of each program, all on one thread and in turns: the
 time of a realization without data and with data, data that are not honoured, and the distances to
 the training image of 4 × 4 patterns (Jensen–Shannon, bits) at full and third resolution, with data
 if the program can have them. The grid has 512 × 512 cells. The image and the 400 data are bundled;
@@ -35,7 +35,7 @@ THRESHOLDS = 0.05, 0.02
 LAGS = np.arange(0, 61, 2.0)
 """Bins of the variograms that GSTools fits, in cells."""
 HEADER = (
-    "| program | CPU s, no data | data | data not honoured | distance of patterns, full | third |\n"
+    "| program | s, no data | data | data not honoured | distance of patterns, full | third |\n"
     "|---|--:|--:|--:|--:|--:|"
 )
 PUBLISHED = "CCWSIM", "MS-CCSIM"
@@ -151,11 +151,11 @@ def main(n: int = N_REALIZATIONS) -> None:
     for turn in range(-1, n):  # the first turn compiles
         for program in compared:
             for study in (HardData(), data)[: 1 + program.conditional]:
-                start = time.process_time()
+                start = time.perf_counter()
                 realization = program.simulate(study, max(turn, 0))
                 if turn >= 0:
                     key = program.name, study.n
-                    seconds.setdefault(key, []).append(time.process_time() - start)
+                    seconds.setdefault(key, []).append(time.perf_counter() - start)
                     maps.setdefault(key, []).append(realization)
     print(f"{image.name or 'channels'}, {data.n} data, {n} realizations\n\n{HEADER}")
     for program in compared:

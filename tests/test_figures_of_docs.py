@@ -420,7 +420,7 @@ FIGURES = [
         wrong_data_of_published_code, published=True,
     ),
     Figure(
-        COMPARED, "| CPU s, no data |", "CCWSIM (this), level 2", "distance of patterns, full",
+        COMPARED, "| s, no data |", "CCWSIM (this), level 2", "distance of patterns, full",
         distance_with_data, published=True,
     ),
     Figure(

@@ -56,8 +56,6 @@ from ccwsim.figures.style import (
     packed_plotly as packed_plotly,
     ramp as ramp,
     steps_of as steps_of,
-    value_limits as value_limits,
-    value_steps as value_steps,
 )
 from ccwsim.figures.sweep import sweep_chart as sweep_chart
 from ccwsim.figures.times import (

@@ -11,7 +11,8 @@ import numpy as np
 import streamlit as st
 
 from ccwsim import Grid, HardData, TrainingImage
-from ccwsim.figures import CIVIDIS, VALUE_COLOURS, steps_of, value_limits
+from ccwsim.figures import CIVIDIS, VALUE_COLOURS, steps_of
+from ccwsim.figures.style import value_limits
 from ccwsim.model import Array, Bytes, Floats, minus, three_digits
 from ccwsim.sharing.choices import CellsOfWells
 from ccwsim.ui.frontend.component import draw_component

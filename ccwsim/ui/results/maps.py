@@ -12,7 +12,8 @@ import streamlit as st
 from streamlit.delta_generator import DeltaGenerator
 
 from ccwsim import Ensemble, Grid, HardData, TrainingImage, datasets
-from ccwsim.figures import ENTROPY, contact_sheet, facies_colours, tile_size, value_steps
+from ccwsim.figures import ENTROPY, contact_sheet, facies_colours, tile_size
+from ccwsim.figures.style import value_steps
 from ccwsim.model import Array, Floats, Integers, minus, three_digits
 from ccwsim.sharing.choices import CellsOfWells, EMap
 from ccwsim.ui.frontend.cells import (
