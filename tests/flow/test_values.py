@@ -8,7 +8,16 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
-from ccwsim import CCWSIMError, Ensemble, Parameters, TrainingImage, flow, io, simulate
+from ccwsim import (
+    CCWSIMError,
+    Ensemble,
+    Parameters,
+    Secondary,
+    TrainingImage,
+    flow,
+    io,
+    simulate,
+)
 from ccwsim.flow import FromValues
 from ccwsim.sharing.choices import FlowChoice
 from ccwsim.ui.flow.solving import flow_settings, model_downloads, solution
@@ -107,3 +116,17 @@ def test_the_page_uses_values_as_chosen(values_are, unit):
     (title,) = model_downloads(FlowChoice(values_are=values_are, unit=unit), e, 1)
     powers = {"K": f"{e.training_image.variable},", "log K": "10^log K,"}
     assert powers.get(values_are, "K in m/s: below 0.") in title
+
+
+def test_inactive_cells_conduct_nothing():
+    active = np.ones((40, 50), bool)
+    active[10:20, 15:30] = False
+    image = log_k().training_image
+    p, rocks = Parameters(16, 4, 1), FromValues(logarithmic=True)
+    e = simulate(image, (40, 50), p, n_realizations=2, secondary=Secondary(active=active))
+    k = e.property(rocks)[1]
+    assert np.array_equal(np.isnan(k), ~active)
+    whole = flow.darcy(k, west_east=HEADS, active=active)
+    assert flow.effective_k(e, rocks, heads=HEADS).each[1] == pytest.approx(whole.effective_k)
+    times = flow.travel_times(e, rocks, 0.3, n_particles=5)
+    assert np.isfinite(times).any()
