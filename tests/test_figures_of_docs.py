@@ -336,11 +336,10 @@ def reported_barchans() -> tuple[int, int]:
 
 def unsure_curves() -> int:
     """Return how many checks of connectivity cannot tell, over the bundled maps."""
-    images = [datasets.load(name) for name in datasets.BUNDLED_IMAGES]
+    images = [datasets.load(name) for name in datasets.names()]
     return sum(
         check.fit.cannot_tell
         for image in images
-        if image.n_dimensions == 2
         for check in check_ensemble(simulate(image, (256, 256), n_realizations=12, seed=3))
         if check.kind == "connectivity"
     )
