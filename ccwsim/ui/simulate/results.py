@@ -204,13 +204,15 @@ def download_groups(
 
     Of a continuous variable, probabilities and curves are those of values above the threshold.
     """
-    volume, image = ensemble.grid.is_volume, ensemble.training_image
-    judged = ensemble
-    if ensemble.values:
+    volume, judged = ensemble.grid.is_volume, ensemble
+    of_values = bool(ensemble.values)
+    if of_values:
         judged, facies = charts.indicator_of(ensemble, threshold), 1
     shape = ensemble.shape
     kinds = {kind: label for kind, label in MAP_KINDS.items() if can_write(kind, shape)}
-    of_values = bool(ensemble.values)
+    statistics_title = page_text("Statistics of facies")
+    if of_values:
+        statistics_title = page_text("Statistics of values")
     realization_kinds = {
         kind: label
         for kind, label in {**kinds, "png": "PNG"}.items()
@@ -235,7 +237,7 @@ def download_groups(
     part = "Middle layer of " if volume else ""
     one_as_tif = partial(realizations_as_bytes, ensemble[[shown]], "tif", colours=colours)
     tif = Download(
-        f"Realization {shown + 1}, GeoTIFF{'' if image.values else ' with colours and names'}",
+        f"Realization {shown + 1}, GeoTIFF{'' if of_values else ' with colours and names'}",
         f"{file_part}_tif",
         f"_{file_part}.tif",
         one_as_tif,
@@ -245,7 +247,7 @@ def download_groups(
             Download(label, f"realizations_{kind}", f".{kind}", partial(all_as, kind))
             for kind, label in realization_kinds.items()
         ],
-        page_text("Statistics of values" if image.values else "Statistics of facies"): [
+        statistics_title: [
             Download(label, f"etype_{kind}", f"_etype.{kind}", partial(e_type_as, kind))
             for kind, label in kinds.items()
         ],
