@@ -21,14 +21,15 @@ def command(name: str | None, output: str | None) -> None:
     from ccwsim import datasets
 
     images = {name: datasets.describe(name) for name in datasets.BUNDLED_IMAGES}
+    volumes = {name: images.pop(name) for name in datasets.volume_names()}
     hard_data = {name: datasets.describe_hard_data(name) for name in datasets.BUNDLED_DATA}
-    described = images | hard_data
+    described = images | volumes | hard_data
     if name is None:
         if output is not None:
             raise click.UsageError("--output needs the NAME of a training image or of hard data")
-        titles = {"Training images:": images, "\nHard data:": hard_data}
+        titles = {"Training images:": images, "\nVolumes:": volumes, "\nHard data:": hard_data}
         for title, texts in titles.items():
-            click.echo("\n".join([title, *(f"  {key:24} {text}" for key, text in texts.items())]))
+            click.echo("\n".join([title, *(f"  {key:26} {text}" for key, text in texts.items())]))
     elif name not in described:
         choices = ", ".join(described)
         raise CCWSIMError(f"there is no {name}; there are {choices}.{suggestion(name, described)}")

@@ -124,7 +124,8 @@ def _draw_controls(state: State, ensemble: Ensemble) -> None:
             **options_of(VALUES_ARE),
         )
     names = dict(enumerate(image.facies_names))
-    if isinstance(solving.flow_settings(choice, ensemble).conductivity, FromValues):
+    settings = solving.flow_settings(choice, ensemble)
+    if isinstance(settings.conductivity, FromValues):
         names = {0: "all cells"}  # which have one porosity
     for k, name in names.items():
         with st.container(key=f"rock_{k}"):
@@ -132,10 +133,7 @@ def _draw_controls(state: State, ensemble: Ensemble) -> None:
     step_title(2, "Heads and well")
     axes = {"x": "W–E", "y": "S–N", "z": "vertical"}
     offered = {axis: axes[axis] for axis in "xyz"[: ensemble.grid.n_dimensions]}
-    settings, place = (
-        solving.flow_settings(choice, ensemble),
-        solving.heads_place(choice, ensemble),
-    )
+    place = solving.heads_place(choice, ensemble)
     field(
         st.segmented_control,
         "Fixed heads",

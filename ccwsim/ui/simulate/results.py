@@ -220,9 +220,10 @@ def download_groups(
     }
 
     def e_type_as(kind: str) -> bytes:
-        statistics = etype(ensemble).maps
-        if ensemble.values:
+        if of_values:
             statistics = maps.statistics_of_values(ensemble, threshold)
+        else:
+            statistics = etype(ensemble).maps
         return maps_as_bytes(statistics, ensemble.grid, kind)
 
     def picture() -> bytes:
